@@ -1,0 +1,1 @@
+"""The ``hypgen`` command line: the only layer that prints or exits."""

@@ -1,0 +1,1 @@
+"""IR to ``{path: text}`` of a C++ project: pure, deterministic, and the only user of Jinja2."""

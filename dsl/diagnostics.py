@@ -1,0 +1,38 @@
+"""User mistakes as data: what is wrong, where, and what to do about it."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from hypgen.dsl.source import Span
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One mistake in a model: a stable ``code`` (``E0101``), its span, a message and a remedy.
+
+    ``notes`` are further places that belong to the mistake, each with its own text. A diagnostic
+    without a span (an unreadable file) names the file in its message.
+    """
+
+    code: str
+    message: str
+    span: Span | None
+    remedy: str
+    notes: tuple[tuple[Span, str], ...] = field(default=())
+
+
+class ModelError(Exception):
+    """The model has mistakes; carries every diagnostic found, in source order."""
+
+    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+        self.diagnostics: tuple[Diagnostic, ...] = tuple(diagnostics)
+        super().__init__("; ".join(f"{d.code}: {d.message}" for d in self.diagnostics))
+
+
+def did_you_mean(name: str, candidates: Iterable[str]) -> str:
+    """Return ``did you mean 'x'?`` for the nearest candidate, or an empty string."""
+    close = difflib.get_close_matches(name, sorted(set(candidates)), n=1, cutoff=0.6)
+    return f"did you mean '{close[0]}'?" if close else ""
