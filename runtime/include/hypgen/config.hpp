@@ -1,0 +1,9 @@
+// What the other headers need to know of the compiler.
+#pragma once
+
+/// Marks functions that host and device code share; nvcc compiles them for both.
+#if defined(__CUDACC__)
+#define HYPGEN_FN __host__ __device__ inline
+#else
+#define HYPGEN_FN inline
+#endif
