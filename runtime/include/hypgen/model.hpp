@@ -1,0 +1,54 @@
+// What a generated model gives the runtime.
+//
+// A Model is a struct of static functions, deterministic and without globals; `Params`, `Fixed` and `State`
+// are trivially copyable, and equal values of `Fixed` and `State` have equal bytes:
+//
+//   static constexpr int kActionCount, kVisibleCount, kVariableCount;
+//   static constexpr bool kHasLower;                                    // `bound lower` is declared
+//   struct Params;                                                      // tables derived at load included
+//   struct Fixed { std::uint32_t words[..]; };                          // once a scenario
+//   struct State { std::uint32_t words[..]; };                          // the rest, packed
+//
+//   template <class D> static void init_visible(const Params&, D&, Fixed&, State&);  // zeroes, then visible
+//   variables template <class D> static void init_hidden(const Params&, D&, Fixed&, State&); static void
+//   export_visible(const Fixed&, const State&, std::int32_t* out); static void import_visible(const
+//   std::int32_t* in, Fixed&, State&);              // zeroes the rest static void export_state(const Fixed&,
+//   const State&, std::int32_t* out); static bool is_legal(const Params&, const Fixed&, const State&, int
+//   action);     // reads visible variables only template <class D> static StepResult step(const Params&,
+//   const Fixed&, const State&, int action, D&, State& next); template <class D> static std::uint64_t
+//   observe(const Params&, const Fixed&, const State&, int action, D&,
+//                                                   const State& next);
+//   template <class D> static float filter(const Params&, const Fixed&, const State&, int action,
+//   std::uint64_t key,
+//                                          D&, State& next);            // 0: contradictory or terminal
+//   template <class D> static int default_policy(const Params&, const Fixed&, const State&, D&);  // legal,
+//   or -1 static float lower(..), upper(..), tail(const Params&, const Fixed&, const State&); static bool
+//   load(const ParamValues&, Params&, std::string& error);  // host only
+//
+// `D` is a draw source: `std::uint32_t word(std::uint32_t site, std::uint32_t index)`.
+#pragma once
+
+#include <cstdint>
+
+#include "hypgen/config.hpp"
+
+namespace hypgen {
+
+// Rewards and returns are summed as int64 with this many fraction bits, so that the order cannot matter.
+constexpr int kFixedBits = 24;
+constexpr double kFixedScale = 1.0 / (std::int64_t{1} << kFixedBits);
+
+// What a step earns, and whether it ended the episode.
+struct StepResult {
+  std::int64_t reward;  // fixed point
+  bool terminal;
+  bool success;  // `success when` held
+};
+
+// The number that a fixed-point sum stands for.
+HYPGEN_FN double from_fixed_sum(std::int64_t sum) { return static_cast<double>(sum) * kFixedScale; }
+
+// A step's reward as the float32 that returns are made of.
+HYPGEN_FN float reward_as_float(std::int64_t reward) { return static_cast<float>(from_fixed_sum(reward)); }
+
+}  // namespace hypgen

@@ -1,0 +1,27 @@
+// How a search, a belief update or an episode ended.
+#pragma once
+
+namespace hypgen {
+
+enum class Status {
+  kOk,
+  kDeadline,               // the time limit ended the search
+  kTrialLimit,             // the trial limit ended the search
+  kConverged,              // the root's gap is closed
+  kMemoryFull,             // an arena is full: the tree stopped growing
+  kTerminal,               // the episode reached a terminal state
+  kStepLimit,              // the episode reached its last step
+  kDepletedBelief,         // no particle explains the observation, and hypotheses have been lost on the way
+  kImpossibleObservation,  // no particle explains the observation, though none has been lost
+  kAllParticlesTerminal,   // the belief holds that the episode has ended, the world has not
+  kNoLegalAction,
+  kModelNan,       // a bound or return of the model is NaN
+  kCrossedBounds,  // the model's upper bound at the root is below what the default policy earns
+  kEvaluatorFailed,
+  kInterrupted,
+};
+
+// The name that tables and JSON lines use.
+const char* status_name(Status status);
+
+}  // namespace hypgen
