@@ -151,7 +151,7 @@ HYPGEN_FN float pow(float a, float b) {
   const double size = x < 0.0 ? -x : x;
   const bool whole = std::floor(y) == y;
   const bool odd = whole && std::floor(y * 0.5) != y * 0.5;
-  if (x < 0.0 && size < detail::kInfinity && !whole && y == y) return static_cast<float>(detail::kNaN);
+  if (y != y || (x < 0.0 && size < detail::kInfinity && !whole)) return static_cast<float>(detail::kNaN);
   const double power = size == 1.0 ? 1.0 : detail::exp2(y * detail::log2(size));
   return static_cast<float>(odd && (to_bits(a) >> 31) != 0 ? -power : power);
 }
