@@ -252,7 +252,7 @@ class Certain(Dist):
 
 @dataclass(frozen=True)
 class Bernoulli(Dist):
-    """true where w < T(p). Density: p, or 1 - p."""
+    """true where w < T(p). Density: T(p) / 2^32, or what is left."""
 
     probability: Expr
 
@@ -268,7 +268,7 @@ class UniformSet(Dist):
 
     With c matches the one numbered (w * c) >> 32 in order is taken; ``otherwise`` is drawn, from the same
     word, where c is 0 (without it, the value at the binders' first values). Density: the share of matches
-    whose value is equal, float(count) / float(c).
+    whose value is equal, double(count) / double(c).
     """
 
     binders: tuple[Binder, ...]
@@ -282,8 +282,7 @@ class Table(Dist):
     """Values with weights; ``rest`` (or the last entry, if None) takes what is left.
 
     With t_i = T(p_i), entry i is the first with w < t_0 + ... + t_i, cumulated in 64 bits. Density of v: the
-    float32 sum, in order, of the weights of the entries equal to v, plus max(0, 1 - (p_0 + p_1 + ...))
-    if ``rest`` equals v.
+    number of words that give it, over 2^32.
     """
 
     entries: tuple[tuple[Expr, Expr], ...]
@@ -295,7 +294,8 @@ class Noisy(Dist):
     """``value`` with probability p, else uniformly one of the n - 1 others.
 
     With t = T(p): ``value`` if w < t; otherwise the other numbered ((w - t) * (n - 1)) / (2^32 - t), counted in
-    ascending order and passing over ``value``. If n is 1, ``value``. Density: p, or (1 - p) / float(n - 1).
+    ascending order and passing over ``value``. If n is 1, ``value``. Density: t / 2^32, or
+    ((2^32 - t) / 2^32) / (n - 1); 1 if n is 1.
     """
 
     value: Expr
@@ -368,8 +368,8 @@ class Variable:
     """A state variable, an array if ``indices`` is not empty (a family's member index comes first).
 
     ``determined``: visible, and the same in all scenarios that agree on visible state and action, so that it
-    is not part of the observation key. ``copied``: visible, and drawn from nothing hidden, so that the filter
-    takes the observed value at weight 1.
+    is not part of the observation key. ``copied``: visible, and drawn from nothing that anything hidden reads, so
+    that the filter takes the observed value at weight 1. The exact rules are in docs/design/0001.
     """
 
     name: str
