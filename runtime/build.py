@@ -1,0 +1,213 @@
+"""Turns a generated project into a solver: hypgen's runtime once, then one compiler call for the model.
+
+Both results are cached by content, so a solver is compiled again only when something that it is made
+of has changed; ``Step.reason`` says what.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import shutil
+import subprocess
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from hypgen.runtime import cache
+from hypgen.runtime.errors import BuildError, ToolchainError
+from hypgen.runtime.toolchain import Tools, cpu_features, find_tools, run
+
+RUNTIME_FOLDER = Path(__file__).parent
+RUNTIME_PARTS = ("CMakeLists.txt", "cmake", "include", "src")
+LIBRARY = "libhypgen_runtime.a"
+PROBE = "#include <thread>\n#include <variant>\nint main() { return (int)std::variant<int>{0}.index(); }\n"
+CHANGES = {
+    "model": "the model or its settings changed",
+    "runtime": "hypgen's runtime changed",
+    "compiler": "another compiler",
+    "flags": "CXXFLAGS or LDFLAGS changed",
+    "cpu": "another CPU",
+}
+
+
+@dataclass(frozen=True)
+class Step:
+    """Something about to be built, and why; ``reason`` is empty where the cache has it."""
+
+    what: str
+    reason: str
+
+
+Report = Callable[[Step], None]
+
+
+def build_solver(files: Mapping[str, str], origin: str, report: Report, *, again: bool = False) -> Path:
+    """Return the executable of a generated project, built unless the cache has it.
+
+    ``origin`` names where the project comes from (the model's path): it decides nothing but what the
+    reason for building is measured against. ``again`` builds the model's part in any case.
+    """
+    tools = find_tools()
+    name = solver_name(files)
+    base = _components(tools)
+    library = _runtime_library(tools, base, report)
+    components = {"model": cache.digest(*(part for item in sorted(files.items()) for part in item)), **base}
+    key = cache.digest(*components.values())
+    found = None if again else cache.entry("solvers", key)
+    reason = (
+        "as asked for" if again else _reason(components, cache.read_record("records", cache.digest(origin)))
+    )
+    report(Step(name, "" if found else reason))
+    if found is None:
+        found = cache.make("solvers", key, lambda to: _compile(files, tools, library, to / name), again=again)
+    cache.write_record("records", cache.digest(origin), components)
+    return found / name
+
+
+def solver_name(files: Mapping[str, str]) -> str:
+    """Return what the project's executable is called: its model header's name."""
+    return next(Path(path).stem for path in sorted(files) if path.endswith(".hpp"))
+
+
+def runtime_files() -> dict[str, Path]:
+    """Return the runtime's C++ sources, keyed by their path below the runtime's folder."""
+    paths = (
+        path
+        for part in RUNTIME_PARTS
+        for path in (RUNTIME_FOLDER / part, *(RUNTIME_FOLDER / part).rglob("*"))
+    )
+    return {path.relative_to(RUNTIME_FOLDER).as_posix(): path for path in sorted(paths) if path.is_file()}
+
+
+def _components(tools: Tools) -> dict[str, str]:
+    """Return what a build depends on besides the model, each as a short text."""
+    header = (tools.json_include / "nlohmann" / "json.hpp").read_bytes()
+    sources = [part for name, path in runtime_files().items() for part in (name.encode(), path.read_bytes())]
+    return {
+        "runtime": cache.digest(header, *sources),
+        "compiler": f"{tools.compiler.version} ({tools.compiler.path})",
+        "flags": " ".join(os.environ.get(name, "") for name in ("CXXFLAGS", "LDFLAGS")).strip(),
+        "cpu": cpu_features(),
+    }
+
+
+def _reason(components: Mapping[str, str], before: Mapping[str, str]) -> str:
+    """Say in words why the cache does not have a build."""
+    if not before:
+        return "new model" if "model" in components else "first use"
+    changed = [name for name, value in components.items() if before.get(name) != value]
+    return ", ".join(CHANGES[name] for name in changed) or "no longer in the cache"
+
+
+def _runtime_library(tools: Tools, components: dict[str, str], report: Report) -> Path:
+    """Return the folder with the runtime's library and the flags that it was compiled with."""
+    key = cache.digest(*components.values())
+    found = cache.entry("runtime", key)
+    if found is None:
+        report(Step("hypgen's runtime", _reason(components, cache.read_record("records", "runtime"))))
+        found = cache.make("runtime", key, lambda to: _build_runtime(tools, to))
+        cache.write_record("records", "runtime", components)
+    return found
+
+
+def _build_runtime(tools: Tools, to: Path) -> None:
+    """Build the runtime with its own CMake project, and keep the library and the compiler flags."""
+    build = to / "build"
+    generator = ["-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={tools.ninja.path}"] if tools.ninja else []
+    settings = {
+        "CMAKE_BUILD_TYPE": "Release",
+        "CMAKE_CXX_COMPILER": tools.compiler.path,
+        "CMAKE_EXPORT_COMPILE_COMMANDS": "ON",
+        "HYPGEN_JSON_INCLUDE_DIR": tools.json_include,
+    }
+    definitions = [f"-D{name}={value}" for name, value in settings.items()]
+    configure = [str(tools.cmake.path), "-S", str(RUNTIME_FOLDER), "-B", str(build), *generator, *definitions]
+    _call(configure, "hypgen's runtime", tools)
+    _call(
+        [str(tools.cmake.path), "--build", str(build), "--target", "hypgen_runtime"],
+        "hypgen's runtime",
+        tools,
+    )
+    shutil.copy(next(build.rglob(LIBRARY)), to / LIBRARY)
+    commands = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
+    (to / "flags.json").write_text(json.dumps(_shared_flags(commands[0]["command"])), encoding="utf-8")
+    shutil.rmtree(build)
+
+
+def _shared_flags(command: str) -> list[str]:
+    """Return the flags of a compile command that the model's code must be compiled with too.
+
+    Templates of the runtime are instantiated on both sides, so language, optimisation and floating-point
+    flags have to agree. Paths are left out: the build may outlive the folders that it was made from.
+    """
+    kept, words = [], iter(shlex.split(command)[1:])
+    for word in words:
+        if word in ("-o", "-isystem", "-include", "-I"):
+            next(words)
+        elif word.startswith("-") and word != "-c" and not word.startswith(("-I", "-W", "-isystem")):
+            kept.append(word)
+    return kept
+
+
+def _compile(files: Mapping[str, str], tools: Tools, library: Path, executable: Path) -> None:
+    """Compile the model's one translation unit and link it with the runtime."""
+    project = executable.parent / "project"
+    for name, text in files.items():
+        path = project / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    flags = json.loads((library / "flags.json").read_text(encoding="utf-8"))
+    sources = [str(project / name) for name in sorted(files) if name.endswith(".cpp")]
+    include = [f"-I{project / 'src'}", f"-I{RUNTIME_FOLDER / 'include'}", "-isystem", str(tools.json_include)]
+    link = [str(library / LIBRARY), "-pthread", *shlex.split(os.environ.get("LDFLAGS", ""))]
+    _call(
+        [str(tools.compiler.path), *flags, *include, *sources, *link, "-o", str(executable)],
+        "the model",
+        tools,
+    )
+    shutil.rmtree(project)
+
+
+def _call(command: list[str], what: str, tools: Tools) -> None:
+    """Run one build command. Its output goes to a log that the user sees only the path of."""
+    done = subprocess.run(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+    )
+    if done.returncode == 0:
+        return
+    log = cache.folder("logs") / f"{cache.digest(*command)}.log"
+    log.write_text(f"{shlex.join(command)}\n\n{done.stdout}", encoding="utf-8")
+    _blame_machine(done, tools, log)
+    raise BuildError(what, log)
+
+
+def _blame_machine(done: subprocess.CompletedProcess[str], tools: Tools, log: Path) -> None:
+    """Raise a ``ToolchainError`` where the machine, not hypgen's C++, made the command fail."""
+    if done.returncode < 0 or "Killed signal" in done.stdout:
+        raise ToolchainError(f"the compiler was killed; see {log}", "free some memory and try again")
+    if "No space left on device" in done.stdout:
+        raise ToolchainError(
+            "the disk is full", f"make room in '{cache.cache_dir()}' and in the temporary folder"
+        )
+    probe = log.with_suffix(".cpp")
+    probe.write_text(PROBE, encoding="utf-8")
+    command = [
+        str(tools.compiler.path),
+        "-std=c++17",
+        str(probe),
+        "-pthread",
+        "-o",
+        str(log.with_suffix(".out")),
+    ]
+    if run(command) is None:
+        raise ToolchainError(
+            f"'{tools.compiler.path}' cannot build a C++17 program; see {log}",
+            "install g++ 9 or newer with its standard library, or name another compiler in CXX",
+        )
