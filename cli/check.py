@@ -1,0 +1,74 @@
+"""``hypgen check``: is the model right, and how large is it?"""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hypgen.cli.common import EXIT_CODES, Exit, load, model_options
+
+if TYPE_CHECKING:
+    from hypgen.dsl import ir
+
+
+@click.command(epilog=EXIT_CODES)
+@model_options
+@click.option("--json", "as_json", is_flag=True, help="Print the result, mistakes included, as JSON.")
+def command(model: Path, instance: Path | None, settings: tuple[str, ...], as_json: bool) -> int:
+    """Check MODEL and print one line about it, or every mistake that is found.
+
+    \b
+    Examples:
+      hypgen check examples/tiger.pomdp
+      hypgen check examples/rs_11_11.pomdp
+      hypgen check examples/rock_sample.pomdp --set n=5 --json
+    """
+    from hypgen.dsl.diagnostics import ModelError
+
+    try:
+        checked = load(model, instance, settings).model
+    except ModelError as error:
+        if not as_json:
+            raise
+        from hypgen.dsl.snippet import to_json
+
+        click.echo(
+            json.dumps({"ok": False, "diagnostics": [to_json(d) for d in error.diagnostics]}, indent=2)
+        )
+        return Exit.MISTAKE
+    facts = summary(checked)
+    if as_json:
+        click.echo(json.dumps({"ok": True, "diagnostics": [], **facts}, indent=2))
+    else:
+        click.echo(f"{model}: OK: {describe(facts)}")
+    return Exit.OK
+
+
+def summary(model: ir.Model) -> dict[str, Any]:
+    """Return the model's size in figures."""
+    from hypgen.dsl.types import length_of, size_of
+
+    def bits(variable: ir.Variable) -> int:
+        return (size_of(variable.type) - 1).bit_length() * length_of(variable.indices)
+
+    return {
+        "model": model.name,
+        "state_bits": sum(map(bits, model.variables)),
+        "hidden_bits": sum(bits(v) for v in model.variables if not v.visible),
+        "actions": model.action.count,
+        "observations": math.prod(size_of(field.type) ** field.length for field in model.key),
+        "stages": len(model.stages()),
+    }
+
+
+def describe(facts: dict[str, Any]) -> str:
+    """Return ``summary``'s figures in words."""
+    plural = "" if facts["stages"] == 1 else "s"
+    return (
+        f"{facts['model']}: {facts['state_bits']} bits of state ({facts['hidden_bits']} hidden), "
+        f"{facts['actions']} actions, {facts['observations']} observations, {facts['stages']} stage{plural}"
+    )

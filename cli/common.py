@@ -1,0 +1,91 @@
+"""What the commands share: options, exit codes, and how mistakes reach the user."""
+
+from __future__ import annotations
+
+import enum
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from hypgen.dsl.diagnostics import ModelError
+    from hypgen.dsl.driver import Loaded
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+class Exit(enum.IntEnum):
+    """How a command ends; ``run`` gives the solver's own code where the solver was started."""
+
+    OK = 0
+    MISTAKE = 2  # the model, an option or the machine: the user can do something about it
+    BUG = 70  # hypgen's own (sysexits' EX_SOFTWARE)
+    INTERRUPTED = 130
+
+
+EXIT_CODES = """\b
+Exit codes:
+  0    fine
+  2    a mistake in the model or the options, or a missing tool
+  70   a bug of hypgen; HYPGEN_DEBUG=1 shows where
+  130  interrupted"""
+
+
+def model_options(command: Command) -> Command:
+    """Give a command its MODEL argument and the options that change what the model says."""
+    model = click.argument("model", metavar="MODEL", type=click.Path(path_type=Path))
+    instance = click.option(
+        "--instance",
+        metavar="FILE",
+        type=click.Path(path_type=Path),
+        help="Take values from an instance file.",
+    )
+    settings = click.option(
+        "--set",
+        "settings",
+        metavar="NAME=VALUE",
+        multiple=True,
+        help="Give a const or param another value; may be repeated.",
+    )
+    return model(instance(settings(command)))
+
+
+def load(model: Path, instance: Path | None, settings: tuple[str, ...]) -> Loaded:
+    """Return the checked model that the options of ``model_options`` describe."""
+    from hypgen.dsl import driver
+
+    for setting in settings:
+        name, equals, value = setting.partition("=")
+        if not (name.strip() and equals and value.strip()):
+            raise click.BadParameter(f"'{setting}' is not NAME=VALUE.", param_hint="'--set'")
+    return driver.load(model, instance=instance, settings=settings)
+
+
+def say(text: str) -> None:
+    """Print a line about what hypgen does; standard output stays free for results."""
+    click.echo(text, err=True)
+
+
+def show_model_error(error: ModelError) -> None:
+    """Print every diagnostic of a model to standard error, coloured where a person reads it."""
+    from hypgen.dsl.snippet import render
+
+    texts = [render(diagnostic, error.sources) for diagnostic in error.diagnostics]
+    count = len(texts)
+    texts.append(f"{count} mistake{'s' if count > 1 else ''} in the model" if count > 1 else "")
+    text = "\n".join(filter(None, (t.rstrip("\n") + "\n" if t else "" for t in texts)))
+    if not sys.stderr.isatty() or os.environ.get("NO_COLOR"):
+        click.echo(text, err=True, nl=False)
+        return
+    from rich.console import Console
+    from rich.text import Text
+
+    styled = Text(text)
+    styled.highlight_regex(r"(?m)^error\[\w+\]:.*$", "bold red")
+    styled.highlight_regex(r"(?m)^help:", "bold cyan")
+    styled.highlight_regex(r"\^+", "bold red")
+    Console(stderr=True, highlight=False).print(styled, end="", soft_wrap=True)

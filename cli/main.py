@@ -1,0 +1,86 @@
+"""The ``hypgen`` command: finds the command's module, runs it, and turns failures into exit codes."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+import click
+
+from hypgen import __version__
+from hypgen.cli.common import EXIT_CODES, Exit, say, show_model_error
+
+COMMANDS = ("check", "compile", "doctor", "inspect", "run")
+
+
+class LazyGroup(click.Group):
+    """A group that imports a command only when it is asked for: ``check`` must not pay for ``doctor``."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return all commands' names."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return the command called ``cmd_name``: ``command`` of the module of that name."""
+        if cmd_name not in COMMANDS:
+            return None
+        module = importlib.import_module(f"hypgen.cli.{cmd_name}")
+        command: click.Command = module.command
+        return command
+
+
+@click.group(
+    cls=LazyGroup,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog=EXIT_CODES,
+)
+@click.version_option(__version__, prog_name="hypgen")
+def group() -> None:
+    """Compile declarative POMDP models into fast native online planners.
+
+    \b
+    Examples:
+      hypgen check examples/tiger.pomdp
+      hypgen run examples/rock_sample.pomdp --runs 10 --time 0.1
+      hypgen compile examples/tag.pomdp -o tag-solver
+    """
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run hypgen on ``arguments`` (the process's own by default) and exit."""
+    sys.exit(run(arguments))
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run hypgen on ``arguments`` and return its exit code."""
+    from hypgen.dsl.diagnostics import ModelError
+    from hypgen.runtime.errors import BuildError, ToolchainError
+
+    try:
+        result = group.main(arguments, prog_name="hypgen", standalone_mode=False)
+        return int(result) if isinstance(result, int) else Exit.OK
+    except click.ClickException as error:
+        error.show()
+    except ModelError as error:
+        show_model_error(error)
+    except ToolchainError as error:
+        say(f"error: {error.message}\nhelp: {error.remedy}")
+    except (KeyboardInterrupt, click.Abort):
+        say("interrupted")
+        return Exit.INTERRUPTED
+    except BrokenPipeError:  # the reader of our output has gone, as `hypgen inspect ... | head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return Exit.OK
+    except BuildError as error:
+        say(f"error: {error.what} did not compile: this is a bug of hypgen, not of your model")
+        say(f"help: please report it with the model and the compiler's log, {error.log}")
+        return Exit.BUG
+    except Exception as error:
+        if os.environ.get("HYPGEN_DEBUG") == "1":
+            raise
+        say(f"error: {type(error).__name__}: {error}: this is a bug of hypgen, not of your model")
+        say("help: please report it with the model; HYPGEN_DEBUG=1 shows where it happened")
+        return Exit.BUG
+    return Exit.MISTAKE

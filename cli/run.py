@@ -1,0 +1,45 @@
+"""``hypgen run``: compile a model if need be, then become its solver."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import click
+
+from hypgen.cli.common import EXIT_CODES, model_options
+
+
+@click.command(epilog=EXIT_CODES, context_settings={"ignore_unknown_options": True})
+@model_options
+@click.option("--force", is_flag=True, help="Compile the model again even if nothing has changed.")
+@click.argument("solver_options", metavar="[SOLVER OPTIONS]...", nargs=-1, type=click.UNPROCESSED)
+def command(
+    model: Path,
+    instance: Path | None,
+    settings: tuple[str, ...],
+    force: bool,
+    solver_options: tuple[str, ...],
+) -> None:
+    """Compile MODEL unless the cache has it, and run its solver.
+
+    Options that hypgen does not know go to the solver, as does everything after a `--`. The exit code is
+    the solver's.
+
+    \b
+    Examples:
+      hypgen run examples/tiger.pomdp
+      hypgen run examples/rock_sample.pomdp --runs 10 --time 0.1 --json steps.jsonl
+      hypgen run examples/rs_11_11.pomdp --mode rollout --trials 100
+      hypgen run examples/tiger.pomdp -- --help
+    """
+    from hypgen.cli.compile import build, generate
+
+    if str(model).startswith("-"):
+        raise click.UsageError(f"The model comes first, before the solver's options (found '{model}').")
+    solver = build(generate(model, instance, settings), model, instance, force)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    # The solver takes this process's place: signals and the exit code need no forwarding.
+    os.execv(solver, [solver.name, *solver_options])
