@@ -415,8 +415,9 @@ class ModelFile(Node):
 
 @dataclass(frozen=True)
 class InstanceFile(Node):
-    """``instance name of "file" { assignments }``."""
+    """``instance name of "file" { assignments }``; ``model_span`` covers the quoted file name."""
 
     name: str
     model: str
     assignments: tuple[Assignment, ...]
+    model_span: Span | None = None

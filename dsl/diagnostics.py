@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from hypgen.dsl.source import Span
+from hypgen.dsl.source import Source, Span
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,16 @@ class Diagnostic:
 
 
 class ModelError(Exception):
-    """The model has mistakes; carries every diagnostic found, in source order."""
+    """The model has mistakes; carries every diagnostic found, in source order.
 
-    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+    ``sources`` holds the texts that the spans point into, by name, as far as they could be read.
+    """
+
+    def __init__(
+        self, diagnostics: Iterable[Diagnostic], sources: Mapping[str, Source] | None = None
+    ) -> None:
         self.diagnostics: tuple[Diagnostic, ...] = tuple(diagnostics)
+        self.sources: dict[str, Source] = dict(sources or {})
         super().__init__("; ".join(f"{d.code}: {d.message}" for d in self.diagnostics))
 
 
