@@ -20,7 +20,8 @@ FILES = {
 }
 TINY = {
     "CMakeLists.txt": "cmake_minimum_required(VERSION 3.20)\nproject(tiny CXX)\n"
-    "add_library(hypgen_runtime STATIC src/tiny.cpp)\ntarget_compile_features(hypgen_runtime PUBLIC cxx_std_17)\n"
+    "add_library(hypgen_runtime STATIC src/tiny.cpp)\n"
+    "target_compile_features(hypgen_runtime PUBLIC cxx_std_17)\n"
     "target_include_directories(hypgen_runtime PUBLIC include)\n",
     "include/tiny.hpp": "#pragma once\nint tiny(int x);\n",
     "src/tiny.cpp": "#include <tiny.hpp>\nint tiny(int x) { return x + 4; }\n",
