@@ -21,6 +21,7 @@ import numpy.typing as npt
 Array = npt.NDArray[Any]
 
 FIXED_BITS = 24
+_FIXED_LIMIT = 2**48
 _INT32 = np.int32
 
 
@@ -201,13 +202,19 @@ def round_to_int(x: npt.ArrayLike, low: int, high: int) -> Array:
 # Fixed point and thresholds ----------------------------------------------------------------------
 
 
+def saturate_fixed(x: Array) -> Array:
+    """Return a fixed-point reward within the limits of a term and of a step's sum."""
+    return np.minimum(np.maximum(x, -_FIXED_LIMIT), _FIXED_LIMIT)
+
+
 def to_fixed(x: Array) -> Array:
-    """Return a reward term in fixed point: floats half to even, saturated at +-2^48, 0 for NaN."""
+    """Return a reward term in fixed point: floats half to even, saturated, 0 for NaN."""
     if x.dtype.kind != "f":
-        return np.asarray(x.astype(np.int64) << FIXED_BITS)
+        return saturate_fixed(x.astype(np.int64) << FIXED_BITS)
     with _quiet():
         scaled = np.rint(_double(x) * 2.0**FIXED_BITS)
-        return np.where(np.isnan(scaled), 0.0, np.clip(scaled, -(2.0**48), 2.0**48)).astype(np.int64)
+        limit = float(_FIXED_LIMIT)
+        return np.where(np.isnan(scaled), 0.0, np.clip(scaled, -limit, limit)).astype(np.int64)
 
 
 def from_fixed(x: npt.ArrayLike) -> Array:

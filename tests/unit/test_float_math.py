@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
+
 from hypgen.dsl import float_math as fm
 
 HERE = Path(__file__).parent
@@ -103,7 +104,8 @@ def test_float_to_int_rounds_half_to_even_and_saturates() -> None:
 
 def test_rewards_are_exact_in_fixed_point() -> None:
     one = 2**24
-    assert fm.to_fixed(np.array([3, -7], dtype=np.int32)).tolist() == [3 * one, -7 * one]
+    integers = np.array([3, -7, 2**31 - 1, -(2**31)], dtype=np.int32)
+    assert fm.to_fixed(integers).tolist() == [3 * one, -7 * one, 2**48, -(2**48)]
     x = np.array([0.25, -0.1, 1.5 / one, 2.5 / one, 1e20, -math.inf, math.nan], dtype=np.float32)
     assert fm.to_fixed(x).tolist() == [one // 4, -1677722, 2, 2, 2**48, -(2**48), 0]
     assert fm.from_fixed(np.array([one // 4, -3 * one])).tolist() == [0.25, -3.0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from hypgen.dsl.philox import PhiloxDraws, Stream, derive, philox
 
 ONES = 0xFFFFFFFF

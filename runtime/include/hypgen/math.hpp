@@ -231,15 +231,23 @@ HYPGEN_FN std::int32_t round_to_int(float x, std::int32_t low, std::int32_t high
 
 // Fixed point and thresholds -----------------------------------------------------------------------------
 
-/// A float reward term in fixed point: half to even, saturated at +-2^48, 0 for NaN.
+/// Where rewards in fixed point saturate: terms of either kind, and a step's sum.
+inline constexpr std::int64_t kFixedLimit = std::int64_t{1} << 48;
+
+HYPGEN_FN std::int64_t saturate_fixed(std::int64_t x) { return clamp(x, -kFixedLimit, kFixedLimit); }
+
+/// A float reward term in fixed point: half to even, saturated, 0 for NaN.
 HYPGEN_FN std::int64_t to_fixed(float x) {
   const double scaled = std::rint(static_cast<double>(x) * 16777216.0);
   if (scaled != scaled) return 0;
-  return static_cast<std::int64_t>(clamp(scaled, -281474976710656.0, 281474976710656.0));
+  constexpr double kLimit = static_cast<double>(kFixedLimit);
+  return static_cast<std::int64_t>(clamp(scaled, -kLimit, kLimit));
 }
 
 /// An int reward term in fixed point.
-HYPGEN_FN std::int64_t to_fixed(std::int32_t x) { return std::int64_t{x} * (std::int64_t{1} << kFixedBits); }
+HYPGEN_FN std::int64_t to_fixed(std::int32_t x) {
+  return saturate_fixed(std::int64_t{x} * (std::int64_t{1} << kFixedBits));
+}
 
 HYPGEN_FN float from_fixed(std::int64_t x) {
   return static_cast<float>(static_cast<double>(x) * 5.9604644775390625e-08);

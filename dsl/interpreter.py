@@ -1,0 +1,264 @@
+"""The reference semantics of a model, in numpy, for many lanes at once.
+
+Slow beside generated code and written independently of it, so that the two check each other bit for bit.
+Each method is the function of the same name that a generated model has (docs/design/0001-cpu-pipeline.md,
+"the Model concept"), for ``lanes`` scenarios instead of one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from hypgen.dsl import ir
+from hypgen.dsl.eval_distributions import Evaluator
+from hypgen.dsl.eval_values import (
+    Array,
+    Frame,
+    State,
+    combinations,
+    dtype_of,
+    from_position,
+    to_position,
+)
+from hypgen.dsl.float_math import saturate_fixed, to_fixed
+from hypgen.dsl.ir import Binder
+from hypgen.dsl.philox import DrawSource
+from hypgen.dsl.types import length_of, size_of
+
+_DEFAULT_POLICY_SITE = ir.Site("policy:default")
+
+
+class Step(NamedTuple):
+    """What a step gives in each lane; the reward in fixed point, ``error`` where a term of it was NaN."""
+
+    after: State
+    reward: Array
+    terminal: Array
+    success: Array
+    error: Array
+
+
+class Interpreter:
+    """Runs a model. ``params`` overrides defaults, entries row-major or nested, enums as codes.
+
+    A state maps each variable to an array with the lanes first; actions are arrays of codes.
+    """
+
+    def __init__(
+        self, model: ir.Model, params: Mapping[str, Sequence[Any] | Any] | None = None, *, lanes: int = 1
+    ) -> None:
+        self.model = model
+        self.lanes = lanes
+        self._lanes = np.arange(lanes)
+        self._evaluator = Evaluator(model, params or {})
+        self._digits = [(f, size_of(f.type)) for f in model.key for _ in range(f.length)]
+
+    # Episode start ---------------------------------------------------------------------------
+
+    def init_visible(self, draws: DrawSource) -> State:
+        """Return states in which the visible variables are drawn and the hidden ones are 0."""
+        state = {v.name: self._zeros(v) for v in self.model.variables}
+        self._initialise(state, draws, visible=True)
+        return state
+
+    def init_hidden(self, state: State, draws: DrawSource) -> State:
+        """Return the states with their hidden variables drawn, given the visible ones."""
+        result = {name: values.copy() for name, values in state.items()}
+        self._initialise(result, draws, visible=False)
+        return result
+
+    def _zeros(self, variable: ir.Variable) -> Array:
+        shape = (self.lanes, *(size_of(t) for t in variable.indices))
+        return np.zeros(shape, dtype=dtype_of(variable.type))
+
+    def _initialise(self, state: State, draws: DrawSource, *, visible: bool) -> None:
+        frame = self._frame(state, draws=draws)
+        for init in self.model.inits:
+            if self._evaluator.variables[init.variable].visible == visible:
+                self._assign(init, frame, state)
+
+    # A step ----------------------------------------------------------------------------------
+
+    def is_legal(self, state: State, action: npt.ArrayLike) -> Array:
+        """Return where the action may be taken."""
+        return self._spread(self.model.legal, self._frame(state, action=np.asarray(action)))
+
+    def legal_actions(self, state: State) -> Array:
+        """Return, for each action and lane, whether the action is legal."""
+        codes = np.arange(self.model.action.count)[:, np.newaxis]
+        with np.errstate(all="ignore"):
+            legal = self._evaluator.value(self.model.legal, self._frame(state, action=codes))
+        return np.broadcast_to(legal, (len(codes), self.lanes))
+
+    def step(self, state: State, action: npt.ArrayLike, draws: DrawSource) -> Step:
+        """Return what taking the action leads to."""
+        frame = self._next_frame(state, np.asarray(action), draws)
+        for update in self._updates():
+            self._assign(update, frame, self._after(frame))
+        reward = np.zeros(self.lanes, dtype=np.int64)
+        error = np.zeros(self.lanes, dtype=np.bool_)
+        for term in self.model.rewards:
+            for _, _, values in combinations(() if term.binder is None else (term.binder,)):
+                earned = self._spread(term.value, frame.bind(values))
+                reward += to_fixed(earned)
+                error |= np.isnan(earned)
+        terminal = self._spread(self.model.terminal, frame)
+        success = np.zeros_like(terminal)
+        if self.model.success is not None:
+            success = self._spread(self.model.success, frame)
+        return Step(self._after(frame), saturate_fixed(reward), terminal, success, error)
+
+    def observe(self, state: State, action: npt.ArrayLike, draws: DrawSource, after: State) -> Array:
+        """Return the observation key of a step that was not terminal."""
+        frame = self._frame(state, after=after, action=np.asarray(action), draws=draws)
+        seen = {o.name: self._observe(o, frame) for o in self.model.observations}
+        key = np.zeros(self.lanes, dtype=np.uint64)
+        for field in self.model.key:
+            values = (seen if field.observed else after)[field.name].reshape(self.lanes, -1)
+            for column in to_position(values, field.type).T:
+                key = key * np.uint64(size_of(field.type)) + column.astype(np.uint64)
+        return key
+
+    def _observe(self, observation: ir.Observation, frame: Frame) -> Array:
+        count = length_of(tuple(b.type for b in observation.binders))
+        result = np.zeros((self.lanes, count), dtype=dtype_of(observation.type))
+        with np.errstate(all="ignore"):
+            for number, _, values in combinations(observation.binders):
+                word = frame.word(observation.site.id, number)
+                result[:, number] = self._evaluator.sample(observation.dist, frame.bind(values), word)
+        return result
+
+    def filter(
+        self, state: State, action: npt.ArrayLike, key: npt.ArrayLike, draws: DrawSource
+    ) -> tuple[Array, State]:
+        """Return the weights (float64) of the states given what was seen, and their next states.
+
+        Variables are treated stage by stage in the order of ``updates``, entries row-major. One that the key
+        holds takes its value from there and multiplies the weight by that value's density unless it is
+        ``copied``; the others are drawn. Then the weight is multiplied by the density of each observation
+        digit, in the key's order.
+        """
+        seen = self._decode(np.asarray(key))
+        frame = self._next_frame(state, np.asarray(action), draws)
+        after = self._after(frame)
+        weight = np.ones(self.lanes, dtype=np.float64)
+        for update in self._updates():
+            variable = self._evaluator.variables[update.variable]
+            if update.variable not in seen:
+                self._assign(update, frame, after)
+                continue
+            after[update.variable][...] = seen[update.variable].reshape(after[update.variable].shape)
+            if not variable.copied:
+                weight = self._weigh(weight, update.binders, update.dist, frame, seen[update.variable])
+        observations = {o.name: o for o in self.model.observations}
+        for field in self.model.key:
+            if field.observed:
+                observation = observations[field.name]
+                weight = self._weigh(weight, observation.binders, observation.dist, frame, seen[field.name])
+        return np.where(self._spread(self.model.terminal, frame), 0.0, weight), after
+
+    def _decode(self, key: Array) -> dict[str, Array]:
+        """Return the values that the key holds: lanes by entries for each field."""
+        rest = np.broadcast_to(key, (self.lanes,)).astype(np.uint64)
+        columns: dict[str, list[Array]] = {f.name: [] for f in self.model.key}
+        for field, size in reversed(self._digits):
+            digit = (rest % np.uint64(size)).astype(np.int64)
+            columns[field.name].insert(0, from_position(digit, field.type))
+            rest = rest // np.uint64(size)
+        return {name: np.stack(values, axis=1) for name, values in columns.items()}
+
+    def _weigh(
+        self, weight: Array, binders: tuple[Binder, ...], dist: ir.Dist, frame: Frame, seen: Array
+    ) -> Array:
+        with np.errstate(all="ignore"):
+            for number, _, values in combinations(binders):
+                density = self._evaluator.density(dist, frame.bind(values), seen[:, number])
+                weight = weight * density
+        return weight
+
+    # Policy and bounds -----------------------------------------------------------------------
+
+    def default_policy(self, state: State, draws: DrawSource) -> Array:
+        """Return the default policy's action; the lowest legal one if that is illegal, -1 without any."""
+        policy = self.model.policy
+        if policy is None:
+            word = draws.word(_DEFAULT_POLICY_SITE.id, 0)
+            return pick_legal(self.legal_actions(state), word)
+        frame = self._frame(state, draws=draws)
+        action = np.zeros(self.lanes, dtype=np.int64)
+        with np.errstate(all="ignore"):
+            for number, _, values in combinations(policy.binders):
+                word_of = frame.word(policy.site.id, number)
+                choice = self._evaluator.sample(policy.dist, frame.bind(values), word_of)
+                action = action * size_of(self.model.action.type) + to_position(
+                    choice, self.model.action.type
+                )
+        legal = self.is_legal(state, action)
+        if legal.all():
+            return action
+        return np.where(legal, action, pick_legal(self.legal_actions(state), np.zeros(self.lanes, np.uint64)))
+
+    def upper(self, state: State) -> Array:
+        """Return the declared or derived upper bound."""
+        return self._bound(self.model.upper, state)
+
+    def tail(self, state: State) -> Array:
+        """Return the value after the depth cut-off."""
+        return self._bound(self.model.tail, state)
+
+    def lower(self, state: State) -> Array:
+        """Return the declared lower bound; 0 where there is none."""
+        if self.model.lower is None:
+            return np.zeros(self.lanes, dtype=np.float32)
+        return self._bound(self.model.lower, state)
+
+    def _bound(self, e: ir.Expr, state: State) -> Array:
+        return self._spread(e, self._frame(state)).astype(np.float32)
+
+    # Evaluation ------------------------------------------------------------------------------
+
+    def _frame(
+        self,
+        state: State,
+        *,
+        after: State | None = None,
+        action: Array | None = None,
+        draws: DrawSource | None = None,
+    ) -> Frame:
+        return Frame(self._lanes, state, after=after, action=action, draws=draws)
+
+    def _next_frame(self, state: State, action: Array, draws: DrawSource) -> Frame:
+        after = {v.name: state[v.name] if v.fixed else self._zeros(v) for v in self.model.variables}
+        return self._frame(state, after=after, action=action, draws=draws)
+
+    def _updates(self) -> list[ir.Assign]:
+        return [update for stage in self.model.stages() for update in stage]
+
+    def _after(self, frame: Frame) -> State:
+        assert frame.after is not None
+        return frame.after
+
+    def _assign(self, assign: ir.Assign, frame: Frame, target: State) -> None:
+        with np.errstate(all="ignore"):
+            for number, place, values in combinations(assign.binders):
+                word = frame.word(assign.site.id, number)
+                value = self._evaluator.sample(assign.dist, frame.bind(values), word)
+                target[assign.variable][(slice(None), *place)] = value
+
+    def _spread(self, e: ir.Expr, frame: Frame) -> Array:
+        """Return the expression's value with one entry for each lane."""
+        with np.errstate(all="ignore"):
+            return np.broadcast_to(self._evaluator.value(e, frame), (self.lanes,))
+
+
+def pick_legal(legal: Array, word: Array) -> Array:
+    """Return the legal action numbered (word * count) >> 32 in each lane, -1 where none is legal."""
+    count = legal.sum(axis=0)
+    number = (word * count.astype(np.uint64) >> np.uint64(32)).astype(np.int64)
+    rank = legal.cumsum(axis=0, dtype=np.int32) - 1
+    action = np.argmax(legal & (rank == number), axis=0)
+    return np.where(count > 0, action, -1)

@@ -1,0 +1,87 @@
+"""What a run of a model looks like, step by step: the table that a solver's ``--trace`` writes too.
+
+docs/design/0001-cpu-pipeline.md, "Files that test against each other", gives the columns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hypgen.dsl import ir
+from hypgen.dsl.eval_values import Array, State
+from hypgen.dsl.float_math import canonical_bits
+from hypgen.dsl.interpreter import Interpreter, pick_legal
+from hypgen.dsl.philox import PhiloxDraws, Stream, derive, philox
+from hypgen.dsl.types import size_of
+
+_ACTION_SITE = 0xAC7
+
+
+def columns(model: ir.Model) -> list[str]:
+    """Return the names of the columns of a trace."""
+    flat = [
+        v.name + "".join(f"[{i}]" for i in place)
+        for v in model.variables
+        for place in np.ndindex(*(size_of(t) for t in v.indices))
+    ]
+    middle = ["policy", "action", "reward", "terminal", "success", "key", "upper", "tail", "lower", "weight"]
+    return [*flat, *middle, *(f"filter {name}" for name in flat)]
+
+
+def trace(
+    model: ir.Model,
+    seed: int,
+    scenarios: int,
+    steps: int,
+    params: Mapping[str, Sequence[Any] | Any] | None = None,
+) -> npt.NDArray[np.int64]:
+    """Return the table of ``steps`` random steps: one row for each step and scenario, step-major."""
+    interpreter = Interpreter(model, params, lanes=scenarios)
+    world, own = derive(seed, Stream.TEST, 0), derive(seed, Stream.TEST, 1)
+    lanes = np.arange(scenarios)
+    state = _start(interpreter, PhiloxDraws(world, lanes, 0))
+    rows: list[Array] = []
+    for t in range(steps):
+        draws = PhiloxDraws(world, lanes, t)
+        policy = interpreter.default_policy(state, draws)
+        word = philox(world, (lanes, t, _ACTION_SITE, 0))[0]
+        action = pick_legal(interpreter.legal_actions(state), word)
+        stuck = action < 0
+        taken = np.where(stuck, 0, action)
+        after, reward, terminal, success, _ = interpreter.step(state, taken, draws)
+        ended = stuck | terminal
+        key = np.where(ended, np.uint64(0), interpreter.observe(state, taken, draws, after))
+        weight, filtered = interpreter.filter(state, taken, key, PhiloxDraws(own, lanes, t))
+        bounds = [canonical_bits(f(state)) for f in (interpreter.upper, interpreter.tail, interpreter.lower)]
+        rows.append(
+            np.column_stack(
+                [
+                    *(_flatten(model, state), policy, action),
+                    *(np.where(stuck, 0, x).astype(np.int64) for x in (reward, terminal, success)),
+                    key.view(np.int64),
+                    *(np.where(stuck, 0, x).astype(np.int64) for x in bounds),
+                    np.where(ended, 0, weight.view(np.int64)),
+                    np.where(ended[:, np.newaxis], 0, _flatten(model, filtered)),
+                ]
+            )
+        )
+        restarted = _start(interpreter, PhiloxDraws(world, lanes, t + 1)) if ended.any() else after
+        state = {name: _select(ended, restarted[name], after[name]) for name in after}
+    return np.concatenate(rows) if rows else np.zeros((0, len(columns(model))), dtype=np.int64)
+
+
+def _start(interpreter: Interpreter, draws: PhiloxDraws) -> State:
+    return interpreter.init_hidden(interpreter.init_visible(draws), draws)
+
+
+def _flatten(model: ir.Model, state: State) -> Array:
+    parts = [state[v.name].reshape(len(state[v.name]), -1).astype(np.int64) for v in model.variables]
+    return np.concatenate(parts, axis=1)
+
+
+def _select(condition: Array, then: Array, otherwise: Array) -> Array:
+    return np.where(condition.reshape(-1, *(1,) * (then.ndim - 1)), then, otherwise)
