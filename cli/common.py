@@ -58,10 +58,6 @@ def load(model: Path, instance: Path | None, settings: tuple[str, ...]) -> Loade
     """Return the checked model that the options of ``model_options`` describe."""
     from hypgen.dsl import driver
 
-    for setting in settings:
-        name, equals, value = setting.partition("=")
-        if not (name.strip() and equals and value.strip()):
-            raise click.BadParameter(f"'{setting}' is not NAME=VALUE.", param_hint="'--set'")
     return driver.load(model, instance=instance, settings=settings)
 
 
@@ -72,12 +68,9 @@ def say(text: str) -> None:
 
 def show_model_error(error: ModelError) -> None:
     """Print every diagnostic of a model to standard error, coloured where a person reads it."""
-    from hypgen.dsl.snippet import render
+    from hypgen.dsl.snippet import render_all
 
-    texts = [render(diagnostic, error.sources) for diagnostic in error.diagnostics]
-    count = len(texts)
-    texts.append(f"{count} mistake{'s' if count > 1 else ''} in the model" if count > 1 else "")
-    text = "\n".join(filter(None, (t.rstrip("\n") + "\n" if t else "" for t in texts)))
+    text = render_all(error.diagnostics, error.sources)
     if not sys.stderr.isatty() or os.environ.get("NO_COLOR"):
         click.echo(text, err=True, nl=False)
         return

@@ -1,0 +1,20 @@
+"""What all tests share."""
+
+import os
+from collections.abc import Iterator
+
+import pytest
+
+
+@pytest.fixture(scope="session", autouse=True)
+def build_cache(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Keep solvers that tests build out of the user's cache, but from one run of the tests to the next."""
+    cache = request.config.cache
+    folder = cache.mkdir("hypgen") if cache is not None else tmp_path_factory.mktemp("hypgen")
+    before = os.environ.get("HYPGEN_CACHE_DIR")
+    os.environ["HYPGEN_CACHE_DIR"] = str(folder)
+    yield
+    if before is None:
+        del os.environ["HYPGEN_CACHE_DIR"]
+    else:
+        os.environ["HYPGEN_CACHE_DIR"] = before

@@ -1,0 +1,160 @@
+"""The command line as a user meets it: output, exit codes, and what is never shown."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hypgen.cli import common, main
+from hypgen.runtime.errors import BuildError
+
+ROOT = Path(__file__).parent.parent.parent
+TIGER = str(ROOT / "examples" / "tiger.pomdp")
+ROCKS = str(ROOT / "examples" / "rock_sample.pomdp")
+SLOW_IMPORTS = ("jinja2", "numpy", "rich", "hypgen.codegen.driver", "hypgen.runtime.build")
+
+
+def hypgen(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run hypgen in a process of its own."""
+    command = [sys.executable, "-c", "from hypgen.cli.main import main; main()", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, env={**os.environ, **environment})
+
+
+def test_version() -> None:
+    assert hypgen("--version").stdout == "hypgen, version 0.1.0\n"
+
+
+@pytest.mark.parametrize("name", main.COMMANDS)
+def test_every_command_explains_itself(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main.run([name, "--help"]) == 0
+    text = capsys.readouterr().out
+    assert "Examples:\n    hypgen" in text or f"hypgen {name}" in text
+    assert "Exit codes:" in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["chek", TIGER], "No such command 'chek'"),
+        (["check"], "Missing argument 'MODEL'"),
+        (["check", TIGER, "--jason"], "No such option"),
+        (["check", "/no/such.pomdp"], "error[E0001]: there is no file '/no/such.pomdp'"),
+        (["check", TIGER, "--set", "hearing"], "error[E0011]"),
+        (["compile", TIGER, "--emit-only"], "add -o DIR"),
+        (["inspect", TIGER, "--stage", "soul"], "'soul' is not one of"),
+        (["run", "--runs", "3", TIGER], "The model comes first"),
+    ],
+)
+def test_a_users_mistake_ends_with_2(
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main.run(arguments) == 2
+    output = capsys.readouterr()
+    assert message in output.err and output.out == ""
+
+
+def test_mistakes_of_a_model_are_shown_with_their_place(tmp_path: Path) -> None:
+    path = tmp_path / "broken.pomdp"
+    path.write_text(Path(TIGER).read_text().replace("room.tiger'", "room.tigre'"))
+    done = hypgen("check", str(path))
+    assert done.returncode == 2 and done.stdout == ""
+    assert f"{path}:" in done.stderr and "^" in done.stderr and "help:" in done.stderr
+    assert "\x1b" not in done.stderr, "colour belongs to terminals"
+    data = json.loads(hypgen("check", str(path), "--json").stdout)
+    assert not data["ok"]
+    assert data["diagnostics"][0]["span"]["file"] == str(path)
+
+
+def test_check_says_how_large_a_model_is() -> None:
+    done = hypgen("check", TIGER)
+    assert (done.returncode, done.stderr) == (0, "")
+    expected = "Tiger: 1 bits of state (1 hidden), 3 actions, 2 observations, 1 stage"
+    assert done.stdout == f"{TIGER}: OK: {expected}\n"
+    assert json.loads(hypgen("check", TIGER, "--json").stdout) == {
+        "ok": True,
+        "diagnostics": [],
+        "model": "Tiger",
+        "state_bits": 1,
+        "hidden_bits": 1,
+        "actions": 3,
+        "observations": 2,
+        "stages": 1,
+    }
+
+
+def test_check_imports_nothing_that_it_does_not_need() -> None:
+    code = f"import sys; from hypgen.cli.main import run; run(['check', {TIGER!r}]); print(*sys.modules)"
+    modules = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert not set(SLOW_IMPORTS) & set(modules)
+
+
+@pytest.mark.parametrize("stage", ["ast", "ir", "stages", "layout", "cpp"])
+def test_inspect_is_deterministic_and_has_no_machine_paths(stage: str) -> None:
+    first, second = (hypgen("inspect", ROCKS, "--stage", stage, PYTHONHASHSEED=seed) for seed in "12")
+    assert first.returncode == 0, first.stderr
+    assert first.stdout == second.stdout
+    assert "rock" in first.stdout
+    assert stage in ("ast", "ir") or str(ROOT) not in first.stdout
+
+
+def test_doctor_finds_what_compiling_takes() -> None:
+    done = hypgen("doctor")
+    assert done.returncode == 0, done.stdout
+    for name in ("C++ compiler", "CMake", "Ninja", "nlohmann-json", "cache", "CUDA", "GPU"):
+        assert f"\n{name} " in done.stdout
+    done = hypgen("doctor", CXX="no-such-compiler")
+    assert done.returncode == 2 and "help: unset CXX" in done.stdout
+
+
+def test_without_a_compiler_the_user_is_told_what_to_do() -> None:
+    done = hypgen("compile", TIGER, CXX="no-such-compiler")
+    assert done.returncode == 2 and done.stdout == ""
+    assert done.stderr == (
+        "error: CXX names 'no-such-compiler', which does not run\n"
+        "help: unset CXX or let it name one C++17 compiler, without options\n"
+    )
+
+
+def fail(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> int:
+    def load(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("hypgen.cli.check.load", load)
+    return main.run(["check", TIGER])
+
+
+def test_a_bug_says_so_without_a_traceback(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("HYPGEN_DEBUG", raising=False)
+    assert fail(monkeypatch, KeyError("x")) == 70
+    text = capsys.readouterr().err
+    assert "a bug of hypgen" in text and "HYPGEN_DEBUG=1" in text and "Traceback" not in text
+    monkeypatch.setenv("HYPGEN_DEBUG", "1")
+    with pytest.raises(KeyError):
+        fail(monkeypatch, KeyError("x"))
+
+
+def test_cpp_errors_are_a_bug_and_stay_in_the_log(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert fail(monkeypatch, BuildError("the model", tmp_path / "gcc.log")) == 70
+    text = capsys.readouterr().err
+    assert "a bug of hypgen, not of your model" in text and str(tmp_path / "gcc.log") in text
+
+
+def test_an_interrupt_ends_with_130(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert fail(monkeypatch, KeyboardInterrupt()) == common.Exit.INTERRUPTED == 130
+
+
+def test_a_reader_that_goes_away_is_no_bug() -> None:
+    command = (
+        f"{sys.executable} -c 'from hypgen.cli.main import main; main()' inspect {ROCKS} --stage ir | head -1"
+    )
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True)
+    assert done.stderr == "" and done.stdout.count("\n") == 1

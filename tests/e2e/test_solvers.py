@@ -1,0 +1,121 @@
+"""From a model file to a running solver: the cache, exported projects, options and signals."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from hypgen.runtime import toolchain
+
+ROOT = Path(__file__).parent.parent.parent
+TIGER = str(ROOT / "examples" / "tiger.pomdp")
+HYPGEN = [sys.executable, "-c", "from hypgen.cli.main import main; main()"]
+QUICK = ("--runs", "2", "--trials", "20", "--scenarios", "50", "--steps", "5")
+
+
+def hypgen(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*HYPGEN, *arguments], capture_output=True, text=True)
+
+
+def test_a_model_is_compiled_once() -> None:
+    forced = hypgen("compile", TIGER, "--force")
+    assert forced.returncode == 0, forced.stderr
+    assert "tiger: compiling (as asked for)\n" in forced.stderr
+    again = hypgen("compile", TIGER)
+    assert again.stdout == forced.stdout and Path(again.stdout.strip()).is_file()
+    assert again.stderr == "tiger: cached\n"
+
+
+def test_a_changed_model_is_compiled_again(tmp_path: Path) -> None:
+    path = tmp_path / "tiger.pomdp"
+    path.write_text(Path(TIGER).read_text())
+    assert hypgen("compile", str(path)).returncode == 0
+    path.write_text(path.read_text().replace("-100", f"-{int(time.time()) % 10**6}"))
+    assert hypgen("compile", str(path)).stderr == "tiger: compiling (the model or its settings changed)\n"
+
+
+def test_compiling_takes_seconds_once_the_runtime_is_built() -> None:
+    hypgen("compile", TIGER)
+    started = time.monotonic()
+    assert hypgen("compile", str(ROOT / "examples" / "rock_sample.pomdp"), "--force").returncode == 0
+    assert time.monotonic() - started < 30, "10 s on a machine that does nothing else"
+
+
+def test_run_hands_its_options_to_the_solver(tmp_path: Path) -> None:
+    lines = tmp_path / "lines.jsonl"
+    done = hypgen("run", TIGER, *QUICK, "--seed", "7", "--json", str(lines))
+    assert done.returncode == 0, done.stderr
+    rows = [json.loads(line) for line in lines.read_text().splitlines()]
+    assert [row["type"] for row in rows].count("episode") == 2
+    assert rows[-1]["type"] == "summary"
+    assert all(row["version"] == 1 for row in rows)
+
+
+def test_run_gives_the_solvers_exit_code_and_help() -> None:
+    done = hypgen("run", TIGER, "--no-such-option")
+    assert done.returncode == 2 and "--no-such-option" in done.stderr
+    done = hypgen("run", TIGER, "--", "--help")
+    assert done.returncode == 0 and "--scenarios" in done.stdout
+
+
+def test_an_interrupt_reaches_the_solver(tmp_path: Path) -> None:
+    hypgen("compile", TIGER)
+    lines = tmp_path / "lines.jsonl"
+    command = [*HYPGEN, "run", TIGER, "--runs", "1000", "--time", "0.05", "--json", str(lines)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not (lines.is_file() and lines.read_text().count("\n") > 3):
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "return" in output
+    assert json.loads(lines.read_text().splitlines()[-1])["type"] == "summary"
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Iterator[Path]:
+    yield tmp_path / "project"
+
+
+def test_a_project_builds_with_plain_cmake_and_nothing_of_hypgen(project: Path) -> None:
+    done = hypgen("compile", TIGER, "-o", str(project), "--emit-only")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == f"{project}\n"
+    cmake = str(toolchain.find_cmake().path)
+    bare = {"PATH": f"{Path(cmake).parent}:/usr/bin:/bin", "HOME": str(project)}
+    if compiler := os.environ.get("CXX"):
+        bare["CXX"] = compiler
+    for arguments in (["-B", "build"], ["--build", "build", "--parallel", "2"]):
+        done = subprocess.run([cmake, *arguments], cwd=project, capture_output=True, text=True, env=bare)
+        assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-5000:]
+    built = next(p for p in (project / "build").rglob("tiger") if p.is_file())
+    own = hypgen("run", TIGER, *QUICK, "--seed", "3", "--signature", "--quiet").stdout
+    assert (
+        subprocess.run(
+            [built, *QUICK, "--seed", "3", "--signature", "--quiet"], capture_output=True, text=True
+        ).stdout
+        == own
+    )
+
+
+def test_output_holds_project_and_solver(project: Path) -> None:
+    done = hypgen("compile", TIGER, "-o", str(project))
+    assert done.stdout == f"{project / 'bin' / 'tiger'}\n"
+    assert subprocess.run([project / "bin" / "tiger", "--version"]).returncode == 0
+    assert (project / "src" / "tiger.hpp").is_file()
+
+
+def test_a_folder_of_someone_elses_is_left_alone(project: Path) -> None:
+    project.mkdir()
+    (project / "thesis.tex").write_text("years of work")
+    done = hypgen("compile", TIGER, "-o", str(project))
+    assert done.returncode == 2 and "was not written by hypgen" in done.stderr
+    assert [p.name for p in project.iterdir()] == ["thesis.tex"]
