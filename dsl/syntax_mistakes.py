@@ -245,8 +245,8 @@ def _missing_keyword(s: Situation) -> Diagnostic | None:
     name = s.previous()
     if s.accepts == {"QUOTE"} and name is not None:
         if s.token.type in ("EQUAL", "TILDE"):
-            remedy = f"write `{name}' {s.token}` for the value after a step, `init {name} {s.token}` for the first"
-            remedy += f" one, or `let {name} {s.token}` for a temporary"
+            remedy = f"write `{name}' {s.token}` for the value after a step, "
+            remedy += f"`init {name} {s.token}` for the first one, or `let {name} {s.token}` for a temporary"
             return Diagnostic(
                 "E0123", f"it is not said what of '{name}' is defined here", s.span(name), remedy
             )

@@ -1,0 +1,157 @@
+"""From files to a checked model: read, parse, merge the instance and the settings, lower."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from hypgen.dsl import ast, ir
+from hypgen.dsl.diagnostics import Diagnostic, ModelError
+from hypgen.dsl.parser import parse, parse_expression
+from hypgen.dsl.source import Source, Span
+
+MAX_BYTES = 10_000_000
+
+_SETTING = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*=(?!=)(.*)", re.DOTALL)
+
+FilePath = str | os.PathLike[str]
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A model and what it was made from; ``sources`` holds every text read, by name."""
+
+    model: ir.Model
+    ast: ast.ModelFile
+    sources: dict[str, Source]
+
+
+def load(path: FilePath, *, instance: FilePath | None = None, settings: Iterable[str] = ()) -> Loaded:
+    """Return the checked model of ``path``, which may be an instance file itself; raises ``ModelError``.
+
+    ``settings`` are ``name=value`` texts. They win over the instance, and the last of a name wins.
+    """
+    sources: dict[str, Source] = {}
+    try:
+        file, assigned = _read_files(os.fspath(path), instance, sources)
+        overrides = {a.name: a.value for a in assigned} | _parse_settings(settings, sources)
+        from hypgen.dsl.lower import lower
+
+        return Loaded(lower(file, overrides, sources[file.span.file]), file, sources)
+    except ModelError as error:
+        error.sources = sources | error.sources
+        raise
+
+
+def read_source(path: str, cited: Span | None = None) -> Source:
+    """Return a file's text with line ends as ``\\n``; raises ``ModelError``.
+
+    ``cited`` is the place that names the file, if a file does.
+    """
+    try:
+        with open(path, "rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise _failure(
+            "E0001", f"there is no file '{path}'", "check the name and the folder", cited
+        ) from None
+    except IsADirectoryError:
+        remedy = "name a .pomdp file in it"
+        raise _failure("E0002", f"'{path}' is a folder, not a file", remedy, cited) from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        remedy = "check the path and its permissions"
+        raise _failure("E0003", f"'{path}' cannot be read: {reason}", remedy, cited) from None
+    if len(content) > MAX_BYTES:
+        remedy = "a model is a description, not a table: declare large tables as params"
+        raise _failure("E0006", f"'{path}' is larger than {MAX_BYTES // 1_000_000} MB", remedy, cited)
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        message = f"'{path}' is not a text in UTF-8 (byte {error.start + 1} does not fit)"
+        raise _failure("E0004", message, "save the file as UTF-8", cited) from None
+    if "\0" in text:
+        remedy = "name a .pomdp file, saved as UTF-8"
+        raise _failure("E0004", f"'{path}' is a binary file, not a text", remedy, cited)
+    if not text.strip():
+        raise _failure("E0005", f"'{path}' is empty", "start a model with `model Name`", cited)
+    return Source(path, text.replace("\r\n", "\n").replace("\r", "\n"))
+
+
+def _read_files(
+    path: str, instance: FilePath | None, sources: dict[str, Source]
+) -> tuple[ast.ModelFile, tuple[ast.Assignment, ...]]:
+    """Return the model and the instance's assignments, whichever of the two ``path`` names."""
+    file = _read(path, sources)
+    if isinstance(file, ast.ModelFile):
+        return file, () if instance is None else _read_instance(os.fspath(instance), path, sources)
+    if instance is not None:
+        remedy = "leave the second instance out, or name the model's own file"
+        raise _failure("E0012", f"'{path}' is an instance already", remedy, file.span)
+    model_path = _model_path(file)
+    model = _read(model_path, sources, file.model_span)
+    if isinstance(model, ast.InstanceFile):
+        remedy = f'write `of "{model.model}"`'
+        message = f"'{model_path}' is an instance, not a model"
+        raise _failure("E0007", message, remedy, file.model_span)
+    return model, _assignments(file)
+
+
+def _read_instance(path: str, model_path: str, sources: dict[str, Source]) -> tuple[ast.Assignment, ...]:
+    file = _read(path, sources)
+    if isinstance(file, ast.ModelFile):
+        remedy = 'an instance file starts with `instance name of "model.pomdp"`'
+        raise _failure("E0008", f"'{path}' is a model, not an instance", remedy, None)
+    expected = _model_path(file)
+    if not os.path.exists(expected) or not os.path.samefile(expected, model_path):
+        remedy = f"use the instance with '{expected}', or change what it names"
+        message = f"this instance belongs to '{file.model}', not to '{model_path}'"
+        raise _failure("E0009", message, remedy, file.model_span)
+    return _assignments(file)
+
+
+def _read(
+    path: str, sources: dict[str, Source], cited: Span | None = None
+) -> ast.ModelFile | ast.InstanceFile:
+    sources[path] = read_source(path, cited)
+    return parse(sources[path])
+
+
+def _model_path(file: ast.InstanceFile) -> str:
+    return os.path.join(os.path.dirname(file.span.file), file.model)
+
+
+def _assignments(file: ast.InstanceFile) -> tuple[ast.Assignment, ...]:
+    first: dict[str, ast.Assignment] = {}
+    twice = [a for a in file.assignments if first.setdefault(a.name, a) is not a]
+    if twice:
+        raise ModelError(
+            Diagnostic(
+                "E0010",
+                f"'{a.name}' is set twice",
+                a.span,
+                "keep one of the two",
+                ((first[a.name].span, "set here before"),),
+            )
+            for a in twice
+        )
+    return file.assignments
+
+
+def _parse_settings(settings: Iterable[str], sources: dict[str, Source]) -> dict[str, ast.Expr]:
+    result: dict[str, ast.Expr] = {}
+    for setting in settings:
+        match = _SETTING.fullmatch(setting)
+        if match is None or not match[2].strip():
+            remedy = "write `name=value`, such as `--set n=11`"
+            raise _failure("E0011", f"the setting '{setting}' has no name or no value", remedy, None)
+        source = Source(f"--set {match[1]}", match[2])
+        sources[source.name] = source
+        result[match[1]] = parse_expression(source)
+    return result
+
+
+def _failure(code: str, message: str, remedy: str, span: Span | None) -> ModelError:
+    return ModelError([Diagnostic(code, message, span, remedy)])
