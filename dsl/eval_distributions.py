@@ -98,7 +98,7 @@ class Evaluator(Expressions):
         members = self._members(dist, frame)
         count: Any = sum(match.astype(np.int64) for match, _ in members)
         equal: Any = sum((match & (v == value)).astype(np.int64) for match, v in members)
-        share = equal.astype(np.float64) / count.astype(np.float64)
+        share = equal.astype(np.float64) / np.maximum(count, 1).astype(np.float64)
         if dist.otherwise is not None:
             empty = self.density(dist.otherwise, frame, value)
         else:
