@@ -27,16 +27,17 @@ def read(path: Path, model: ir.Model) -> Table:
 def difference(expected: Table, actual: Table, model: ir.Model, scenarios: int) -> str | None:
     """Return where two traces first differ, in words, or None if they are equal."""
     if expected.shape != actual.shape:
-        return f"expected {len(expected)} rows of {expected.shape[1]} columns, got {len(actual)} of {actual.shape[1]}"
+        return f"expected a table of shape {expected.shape}, got {actual.shape}"
     places = np.argwhere(expected != actual)
     if not len(places):
         return None
     row, column = (int(i) for i in places[0])
     step, scenario = divmod(row, scenarios)
     names = columns(model)
+    want, got = (_show(names[column], table[row, column]) for table in (expected, actual))
     lines = [
-        f"first difference in row {row} (step {step}, scenario {scenario}), column '{names[column]}': "
-        f"expected {_show(names[column], expected[row, column])}, got {_show(names[column], actual[row, column])}",
+        f"first difference in row {row} (step {step}, scenario {scenario}), column '{names[column]}':",
+        f"expected {want}, got {got}",
         f"{len(places)} values in {len(np.unique(places[:, 0]))} rows differ",
         "that row of both:",
     ]

@@ -1,0 +1,63 @@
+"""The generated solver against the interpreter: every number of many random steps, bit for bit."""
+
+from __future__ import annotations
+
+import dataclasses
+import subprocess
+from pathlib import Path
+
+import ir_samples
+import pytest
+import traces
+
+from hypgen.codegen.driver import generate
+from hypgen.dsl import ir
+from hypgen.dsl.driver import load
+from hypgen.dsl.interpreter_trace import trace
+from hypgen.runtime.build import build_solver
+from hypgen.runtime.errors import ToolchainError
+from hypgen.runtime.toolchain import find_tools
+
+EXAMPLES = sorted((Path(__file__).parent.parent.parent / "examples").glob("*.pomdp"))
+SEED, SCENARIOS, STEPS = 20261122, 1000, 60
+
+
+@pytest.fixture(scope="module")
+def _compiler() -> None:
+    try:
+        find_tools()
+    except ToolchainError as error:
+        pytest.skip(f"needs a C++ compiler: {error}")
+
+
+def with_params(model: ir.Model, **values: tuple[float, ...]) -> ir.Model:
+    """Return the model with defaults for the params that have none."""
+    params = (dataclasses.replace(p, default=values.get(p.name, p.default)) for p in model.params)
+    return dataclasses.replace(model, params=tuple(params))
+
+
+def assert_same_trace(model: ir.Model, folder: Path) -> None:
+    solver = build_solver(generate(model), f"differential/{model.name}", lambda step: None)
+    path = folder / "trace"
+    size = ["--trace-scenarios", str(SCENARIOS), "--trace-steps", str(STEPS), "--seed", str(SEED)]
+    subprocess.run([solver, "--trace", path, *size], check=True)
+    actual = traces.read(path, model)
+    path.unlink()  # tens of megabytes that would outlive the test
+    expected = trace(model, SEED, SCENARIOS, STEPS)
+    assert (traces.difference(expected, actual, model, SCENARIOS) or "equal") == "equal"
+
+
+@pytest.mark.usefixtures("_compiler")
+@pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
+def test_example(example: Path, tmp_path: Path) -> None:
+    assert_same_trace(load(example).model, tmp_path)
+
+
+@pytest.mark.usefixtures("_compiler")
+@pytest.mark.parametrize(
+    "model",
+    [ir_samples.tiger(), ir_samples.rocks(), with_params(ir_samples.wanderer(), slip=(0.1, 0.3))],
+    ids=lambda model: model.name,
+)
+def test_hand_built_model(model: ir.Model, tmp_path: Path) -> None:
+    assert_same_trace(model, tmp_path)
