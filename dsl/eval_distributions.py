@@ -14,7 +14,7 @@ from hypgen.dsl import ir
 from hypgen.dsl.eval_expressions import Expressions
 from hypgen.dsl.eval_values import Array, Frame, Word, as_type, combinations, from_position
 from hypgen.dsl.float_math import threshold
-from hypgen.dsl.types import Bool, low_of, size_of
+from hypgen.dsl.types import low_of, size_of
 
 _SHIFT = np.uint64(32)
 _RANGE = np.uint64(2**32)
@@ -55,7 +55,7 @@ class Evaluator(Expressions):
                 width = threshold(self.value(dist.probability, frame))
                 return _share(np.where(value, width, _RANGE - width))
             case ir.Uniform():
-                return np.where(_inside(value, dist), 1.0 / size_of(dist.type), 0.0)
+                return np.asarray(1.0 / size_of(dist.type))
             case ir.UniformSet():
                 return self._density_of_set(dist, frame, value)
             case ir.Table():
@@ -151,18 +151,9 @@ class Evaluator(Expressions):
         if size == 1:
             return np.where(exact == value, 1.0, 0.0)
         width = threshold(self.value(dist.probability, frame))
-        others = np.where(_inside(value, dist), _share(_RANGE - width) / (size - 1), 0.0)
-        return np.where(exact == value, _share(width), others)
+        return np.where(exact == value, _share(width), _share(_RANGE - width) / (size - 1))
 
 
 def _share(words: Array) -> Array:
     """Return the probability of that many words."""
     return np.asarray(words).astype(np.float64) * 2.0**-32
-
-
-def _inside(value: Array, dist: ir.Dist) -> Array:
-    """Return where a value is of the distribution's type, which may be narrower than what is drawn."""
-    if isinstance(dist.type, Bool):
-        return np.asarray(np.True_)
-    low = low_of(dist.type)
-    return np.asarray((value >= low) & (value < low + size_of(dist.type)))

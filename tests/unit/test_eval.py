@@ -12,7 +12,21 @@ import pytest
 from hypgen.dsl import ir
 from hypgen.dsl.eval_distributions import Evaluator
 from hypgen.dsl.eval_values import Array, Frame
-from hypgen.dsl.types import BOOL, FLOAT, INT, PROB, Bool, Enum, Float, Int, Record, Type, Variant
+from hypgen.dsl.types import (
+    BOOL,
+    FLOAT,
+    INT,
+    PROB,
+    Bool,
+    Enum,
+    Float,
+    Int,
+    Record,
+    Type,
+    Variant,
+    low_of,
+    size_of,
+)
 
 LANES = 2**16
 WORDS = np.arange(LANES, dtype=np.uint64) << np.uint64(16)  # evenly over all words
@@ -150,7 +164,11 @@ def draws_and_densities(dist: ir.Dist, v: Any = 0) -> tuple[Array, dict[Any, flo
     evaluate = evaluator()
     frame = Frame(np.arange(LANES), {}, locals={"v": np.int32(v)})
     drawn = np.broadcast_to(evaluate.sample(dist, frame, lambda: WORDS), (LANES,))
-    candidates = [False, True] if isinstance(dist.type, Bool) else range(-3, 9)
+    candidates = (
+        [False, True]
+        if isinstance(dist.type, Bool)
+        else range(low_of(dist.type), low_of(dist.type) + size_of(dist.type))
+    )
     return drawn, {x: float(np.max(evaluate.density(dist, frame, np.asarray(x)))) for x in candidates}
 
 
@@ -183,7 +201,7 @@ def uniform_set(condition: ir.Expr | None, otherwise: ir.Dist | None = None) -> 
         (table((3, 0.75), (0, 0.75), (1, 0.5), rest=2), {3: 0.75, 0: 0.25}),
         (uniform_set(EVEN), {0: 0.5, 2: 0.5}),
         (uniform_set(NOTHING), {-1: 1.0}),
-        (uniform_set(NOTHING, ir.Uniform(Int(1, 2))), {1: 0.5, 2: 0.5}),
+        (uniform_set(NOTHING, ir.Uniform(COL)), dict.fromkeys(range(-1, 4), 0.2)),
         (ir.IfDist(COL, const(False), ir.Uniform(COL), ir.Certain(COL, const(2))), {2: 1.0}),
         (ir.LetDist(COL, "w", const(2), ir.Certain(COL, ir.Local(COL, "w"))), {2: 1.0}),
     ],
