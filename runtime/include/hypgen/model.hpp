@@ -31,12 +31,12 @@
 #include <cstdint>
 
 #include "hypgen/config.hpp"
+#include "hypgen/math.hpp"
 
 namespace hypgen {
 
 // Rewards and returns are summed as int64 with this many fraction bits, so that the order cannot matter.
-constexpr int kFixedBits = 24;
-constexpr double kFixedScale = 1.0 / (std::int64_t{1} << kFixedBits);
+using math::kFixedBits;
 
 // What a step earns, and whether it ended the episode.
 struct StepResult {
@@ -46,9 +46,8 @@ struct StepResult {
 };
 
 // The number that a fixed-point sum stands for.
-HYPGEN_FN double from_fixed_sum(std::int64_t sum) { return static_cast<double>(sum) * kFixedScale; }
-
-// A step's reward as the float32 that returns are made of.
-HYPGEN_FN float reward_as_float(std::int64_t reward) { return static_cast<float>(from_fixed_sum(reward)); }
+HYPGEN_FN double from_fixed_sum(std::int64_t sum) {
+  return static_cast<double>(sum) * (1.0 / (std::int64_t{1} << kFixedBits));
+}
 
 }  // namespace hypgen

@@ -1,0 +1,49 @@
+// What the agent holds to be true.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "hypgen/philox.hpp"
+#include "hypgen/scenario_buffer.hpp"
+#include "hypgen/status.hpp"
+
+namespace hypgen {
+
+// Draw sites of the runtime's own; no name path of a model hashes to them but by accident, and then draws
+// would only be correlated.
+constexpr std::uint32_t kResampleSite = 0x72E5A317;
+constexpr std::uint32_t kScenarioSite = 0x5CE7A210;
+
+class Belief {
+ public:
+  virtual ~Belief() = default;
+
+  // Starts episode `run`, given all visible variables.
+  virtual void init(const std::int32_t* visible, std::uint64_t run) = 0;
+
+  // Takes in an action and what was seen after it. Unless the status is kOk the belief stays as it was.
+  virtual Status update(int action, std::uint64_t key) = 0;
+
+  // Gives a buffer the room that `sample` and `export_particles` need.
+  virtual void reserve(ScenarioBuffer& buffer, std::size_t capacity) const = 0;
+
+  // Draws `count` scenarios with numbers from `first` on.
+  virtual void sample(StreamKey key, std::uint32_t first, std::size_t count, ScenarioBuffer& out) const = 0;
+
+  // What the default policy does now; -1 if no action is legal.
+  virtual int default_action(StreamKey key) const = 0;
+
+  // The probability that a variable (an index into the model's export_state) has a value.
+  virtual double marginal(int variable, std::int32_t value) const = 0;
+
+  // Particles and their weights, which add up to 1. `import_particles` takes as many as there are.
+  virtual void export_particles(ScenarioBuffer& particles, std::vector<double>& weights) const = 0;
+  virtual bool import_particles(const ScenarioBuffer& particles, const std::vector<double>& weights) = 0;
+
+  virtual double effective_sample_size() const = 0;
+  virtual std::size_t size() const = 0;
+};
+
+}  // namespace hypgen

@@ -1,0 +1,281 @@
+// Expands leaves on the host, one at a time.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "hypgen/arena.hpp"
+#include "hypgen/grouping.hpp"
+#include "hypgen/leaf_evaluator.hpp"
+#include "hypgen/model.hpp"
+#include "hypgen/rollout.hpp"
+
+namespace hypgen {
+
+// Keeps, of each expanded leaf, its scenarios' numbers and states. A child's members are found again by
+// simulating one action over its parent's.
+template <class M>
+class CpuEvaluator final : public LeafEvaluator {
+ public:
+  CpuEvaluator(const typename M::Params& params, const EvaluatorOptions& options)
+      : params_(params),
+        options_(options),
+        fixed_(options.max_scenarios),
+        states_(options.max_scenarios),
+        members_(options.max_scenarios),
+        baseline_(options.max_scenarios),
+        outcomes_(std::max(options.max_scenarios, kOutcomes)),
+        grouping_(options.max_scenarios),
+        rollout_(params_, options.discount, options.max_depth),
+        nodes_(options.memory_bytes / (sizeof(Node) + sizeof(Member)) + 1),
+        kept_(nodes_.capacity() + options.max_scenarios) {
+    queue_.reserve(kMaxQueue);
+    legal_.reserve(M::kActionCount);
+    action_rows_.reserve(M::kActionCount);
+    child_rows_.reserve(static_cast<std::size_t>(M::kActionCount) * options.max_scenarios);
+  }
+
+  RootResult begin_search(const ScenarioBuffer& root, const SearchSetup& setup) override {
+    release();
+    setup_ = setup;
+    first_scenario_ = root.first();
+    rollout_.begin_search(setup);
+    steps_ = next_check_ = 0;
+    const std::size_t count = root.size();
+    if (count == 0 || count > fixed_.size() || setup.depth_limit > options_.max_depth ||
+        !root.holds(sizeof(typename M::Fixed), sizeof(typename M::State))) {
+      return {Status::kEvaluatorFailed, {}, -1};
+    }
+    root.copy_to(fixed_.data(), states_.data());
+    for (std::uint32_t i = 0; i < count; ++i) members_[i] = {i, states_[i]};
+    keep(count);
+    return bound_root(count);
+  }
+
+  std::size_t submit(Span<const LeafRequest> requests) override {
+    const std::size_t count = std::min(requests.size(), kMaxQueue - queue_.size());
+    queue_.insert(queue_.end(), requests.begin(), requests.begin() + count);
+    return count;
+  }
+
+  bool poll(LeafResult& result) override {
+    if (queue_.empty()) return false;
+    const LeafRequest request = queue_.front();
+    queue_.erase(queue_.begin());
+    result = {request.ticket, Status::kOk, 0, {}, {}};
+    result.status = expand(request, result.handle);
+    if (result.status == Status::kOk) {
+      result.actions = {action_rows_.data(), action_rows_.size()};
+      result.children = {child_rows_.data(), child_rows_.size()};
+    }
+    return true;
+  }
+
+  void release() override {
+    queue_.clear();
+    nodes_.reset();
+    kept_.reset();
+  }
+
+ private:
+  // Outcomes held at once: more actions than fit are simulated in blocks.
+  static constexpr std::size_t kOutcomes = std::size_t{1} << 14;
+  static constexpr std::size_t kMaxQueue = 256;
+  static constexpr std::uint64_t kStepsBetweenChecks = 2048;  // of the clock: tens of microseconds
+
+  struct Member {
+    std::uint32_t scenario;  // index into fixed_
+    typename M::State state;
+  };
+  struct Node {
+    std::uint32_t first;  // of its members in kept_
+    std::uint32_t count;
+  };
+  struct Outcome {
+    std::int64_t reward;
+    std::uint64_t key;
+    ScenarioBounds bounds;
+    bool terminal;
+  };
+
+  PhiloxDraws draws(std::uint32_t scenario, int depth) const {
+    return PhiloxDraws(setup_.key, first_scenario_ + scenario, static_cast<std::uint32_t>(depth));
+  }
+
+  RootResult bound_root(std::size_t count) {
+    PhiloxDraws first = draws(0, 0);
+    RootResult result{Status::kOk, {static_cast<std::uint32_t>(count), false, 0, 0}, -1};
+    result.default_action = M::default_policy(params_, fixed_[0], states_[0], first);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const ScenarioBounds bounds = rollout_.bounds(fixed_[i], states_[i], first_scenario_ + i, 0);
+      result.row.upper_sum += bounds.upper;
+      result.row.lower_sum += bounds.lower;
+      if (out_of_time()) result.status = Status::kDeadline;
+      if (result.status != Status::kOk) break;
+    }
+    if (rollout_.met_nan()) result.status = Status::kModelNan;
+    return result;
+  }
+
+  Status expand(const LeafRequest& request, std::uint64_t& handle) {
+    const bool is_root = request.parent == kNoHandle;
+    const std::size_t count = is_root ? load(nodes_[0]) : find_members(request);
+    if (count == 0) return Status::kEvaluatorFailed;
+    handle = is_root ? 0 : keep(count);
+    if (handle == kNoHandle) return Status::kMemoryFull;
+    list_legal(request.actions);
+    action_rows_.clear();
+    child_rows_.clear();
+    if (is_root && !set_baseline(count)) return Status::kDeadline;
+    const std::size_t block = std::max<std::size_t>(1, outcomes_.size() / count);
+    for (std::size_t first = 0; first < legal_.size(); first += block) {
+      const Span<const int> actions(legal_.data() + first, std::min(block, legal_.size() - first));
+      if (!simulate(actions, count, request.depth)) return Status::kDeadline;
+      for (std::size_t a = 0; a < actions.size(); ++a) {
+        reduce(actions[a], outcomes_.data() + a * count, count, is_root);
+      }
+    }
+    return rollout_.met_nan() ? Status::kModelNan : Status::kOk;
+  }
+
+  std::size_t load(const Node& node) {
+    std::copy_n(&kept_[node.first], node.count, members_.begin());
+    return node.count;
+  }
+
+  // Simulates the request's action over the parent's members and takes those of the group.
+  std::size_t find_members(const LeafRequest& request) {
+    const Node parent = nodes_[request.parent];
+    grouping_.clear();
+    std::size_t count = 0;
+    for (std::uint32_t i = 0; i < parent.count; ++i) {
+      const Member& from = kept_[parent.first + i];
+      const typename M::Fixed& fixed = fixed_[from.scenario];
+      PhiloxDraws words = draws(from.scenario, request.depth - 1);
+      typename M::State next;
+      const StepResult step = M::step(params_, fixed, from.state, request.action, words, next);
+      const std::uint64_t key =
+          step.terminal ? 0 : M::observe(params_, fixed, from.state, request.action, words, next);
+      if (grouping_.number(step.terminal, key) == request.group) members_[count++] = {from.scenario, next};
+    }
+    steps_ += parent.count;
+    return count;
+  }
+
+  // Stores the first `count` of members_ and gives their handle, or kNoHandle if there is no room.
+  std::uint64_t keep(std::size_t count) {
+    if (!nodes_.fits(1) || !kept_.fits(count)) return kNoHandle;
+    const std::uint32_t first = kept_.allocate(count);
+    std::copy_n(members_.begin(), count, &kept_[first]);
+    const std::uint32_t node = nodes_.allocate(1);
+    nodes_[node] = {first, static_cast<std::uint32_t>(count)};
+    return node;
+  }
+
+  // Legality reads visible variables only, and those are equal in all members.
+  void list_legal(Span<const int> wanted) {
+    const Member& any = members_[0];
+    const typename M::Fixed& fixed = fixed_[any.scenario];
+    const int count = wanted.empty() ? M::kActionCount : static_cast<int>(wanted.size());
+    legal_.clear();
+    for (int i = 0; i < count; ++i) {
+      const int action = wanted.empty() ? i : wanted[static_cast<std::size_t>(i)];
+      if (M::is_legal(params_, fixed, any.state, action)) legal_.push_back(action);
+    }
+  }
+
+  // Fills outcomes_, action by action; false if the deadline has passed.
+  bool simulate(Span<const int> actions, std::size_t count, int depth) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const Member member = members_[i];
+      const typename M::Fixed& fixed = fixed_[member.scenario];
+      PhiloxDraws words = draws(member.scenario, depth);
+      memo_.clear();
+      for (std::size_t a = 0; a < actions.size(); ++a) {
+        Outcome& outcome = outcomes_[a * count + i];
+        typename M::State next;
+        const StepResult step = M::step(params_, fixed, member.state, actions[a], words, next);
+        outcome = {step.reward, 0, {0, 0}, step.terminal};
+        if (step.terminal) continue;
+        outcome.key = M::observe(params_, fixed, member.state, actions[a], words, next);
+        outcome.bounds = memo_.find_or(
+            next, [&] { return rollout_.bounds(fixed, next, first_scenario_ + member.scenario, depth + 1); });
+      }
+      steps_ += actions.size();
+      if (out_of_time()) return false;
+    }
+    return true;
+  }
+
+  // The default action's one-ply returns, which gains at the root are measured against.
+  bool set_baseline(std::size_t count) {
+    PhiloxDraws first = draws(0, 0);
+    const int action = M::default_policy(params_, fixed_[0], members_[0].state, first);
+    std::fill_n(baseline_.begin(), count, 0);
+    if (action < 0) return true;
+    if (!simulate({&action, 1}, count, 0)) return false;
+    for (std::size_t i = 0; i < count; ++i) baseline_[i] = one_ply_return(outcomes_[i]);
+    return true;
+  }
+
+  std::int64_t one_ply_return(const Outcome& outcome) const {
+    return outcome.reward +
+           static_cast<std::int64_t>(options_.discount * static_cast<double>(outcome.bounds.lower));
+  }
+
+  // Sums an action's outcomes by group.
+  void reduce(int action, const Outcome* outcomes, std::size_t count, bool with_gains) {
+    const std::size_t first_child = child_rows_.size();
+    ActionRow row{action, static_cast<std::uint32_t>(count), 0, static_cast<std::uint32_t>(first_child), 0, 0,
+                  0};
+    grouping_.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+      const Outcome& outcome = outcomes[i];
+      const std::size_t group = first_child + grouping_.number(outcome.terminal, outcome.key);
+      if (group == child_rows_.size()) child_rows_.push_back({0, outcome.terminal, 0, 0});
+      ChildRow& child = child_rows_[group];
+      ++child.count;
+      child.upper_sum += outcome.bounds.upper;
+      child.lower_sum += outcome.bounds.lower;
+      row.reward_sum += outcome.reward;
+    }
+    row.child_count = static_cast<std::uint32_t>(child_rows_.size() - first_child);
+    for (std::size_t i = 0; with_gains && i < count; ++i) {
+      const std::int64_t gain = one_ply_return(outcomes[i]) - baseline_[i];
+      row.gain_sum += gain;
+      row.gain_square_sum += from_fixed_sum(gain) * from_fixed_sum(gain);
+    }
+    action_rows_.push_back(row);
+  }
+
+  // Looks at the clock now and then.
+  bool out_of_time() {
+    if (steps_ + rollout_.steps() < next_check_) return false;
+    next_check_ = steps_ + rollout_.steps() + kStepsBetweenChecks;
+    return setup_.deadline != Clock::time_point::max() && Clock::now() >= setup_.deadline;
+  }
+
+  const typename M::Params& params_;
+  EvaluatorOptions options_;
+  SearchSetup setup_{};
+  std::uint32_t first_scenario_ = 0;
+  std::uint64_t steps_ = 0;
+  std::uint64_t next_check_ = 0;
+  std::vector<typename M::Fixed> fixed_;   // of the root's scenarios
+  std::vector<typename M::State> states_;  // theirs at the root
+  std::vector<Member> members_;            // of the leaf in work
+  std::vector<std::int64_t> baseline_;
+  std::vector<Outcome> outcomes_;
+  std::vector<int> legal_;
+  std::vector<LeafRequest> queue_;
+  std::vector<ActionRow> action_rows_;
+  std::vector<ChildRow> child_rows_;
+  ActionGrouping grouping_;
+  Rollout<M> rollout_;
+  BoundsMemo<M> memo_;
+  Arena<Node> nodes_;
+  Arena<Member> kept_;
+};
+
+}  // namespace hypgen

@@ -1,0 +1,60 @@
+// Ties a model's type to the runtime: what a generated main file includes.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "hypgen/cpu_evaluator.hpp"
+#include "hypgen/descriptor.hpp"
+#include "hypgen/particle_belief.hpp"
+#include "hypgen/trace.hpp"
+#include "hypgen/world.hpp"
+
+namespace hypgen {
+
+// Owns a model's params; must outlive what it makes.
+template <class M>
+class TypedInstance final : public ModelInstance {
+ public:
+  explicit TypedInstance(std::unique_ptr<typename M::Params> params) : params_(std::move(params)) {}
+
+  std::unique_ptr<LeafEvaluator> make_evaluator(const EvaluatorOptions& options) const override {
+    return std::make_unique<CpuEvaluator<M>>(*params_, options);
+  }
+
+  std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles) const override {
+    return std::make_unique<ParticleBelief<M>>(*params_, seed, particles);
+  }
+
+  std::unique_ptr<World> make_world(std::uint64_t seed) const override {
+    return std::make_unique<ModelWorld<M>>(*params_, seed);
+  }
+
+  bool write_trace(const TraceOptions& options, std::string& error) const override {
+    return Tracer<M>(*params_, options).write(error);
+  }
+
+ private:
+  std::unique_ptr<typename M::Params> params_;
+};
+
+// Loads the params; null and `error` if the model rejects them.
+template <class M>
+std::unique_ptr<ModelInstance> make_instance(const ParamValues& values, std::string& error) {
+  auto params = std::make_unique<typename M::Params>();
+  if (!M::load(values, *params, error)) return nullptr;
+  return std::make_unique<TypedInstance<M>>(std::move(params));
+}
+
+// A descriptor with what the type knows filled in.
+template <class M>
+ModelDescriptor make_descriptor() {
+  ModelDescriptor descriptor;
+  descriptor.action_count = M::kActionCount;
+  descriptor.visible_count = M::kVisibleCount;
+  descriptor.variable_count = M::kVariableCount;
+  descriptor.create = &make_instance<M>;
+  return descriptor;
+}
+
+}  // namespace hypgen

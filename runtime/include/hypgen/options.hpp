@@ -1,0 +1,36 @@
+// The command line of a solver.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "hypgen/descriptor.hpp"
+#include "hypgen/planner.hpp"
+#include "hypgen/trace.hpp"
+
+namespace hypgen {
+
+struct SolverOptions {
+  PlannerOptions planner;
+  std::uint64_t runs = 10;
+  int steps = 90;
+  std::size_t particles = 5000;
+  std::string param_file;
+  std::string json_file;
+  bool quiet = false;
+  bool signature = false;
+  bool help = false;
+  bool version = false;
+  TraceOptions trace;  // with an empty file: no trace
+};
+
+// Reads the command line; false and `error` on an unknown option or a bad value.
+bool parse_options(int argc, const char* const* argv, SolverOptions& options, std::string& error);
+
+// What --help prints.
+std::string help_text(const ModelDescriptor& model, const std::string& program);
+
+const char* mode_name(Mode mode);
+
+}  // namespace hypgen

@@ -1,0 +1,186 @@
+// A particle filter that weighs by the likelihoods of the model's own declarations.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "hypgen/belief.hpp"
+#include "hypgen/model.hpp"
+
+namespace hypgen {
+
+// Particles of equal number at all times; systematic resampling when the effective sample size is below half.
+template <class M>
+class ParticleBelief final : public Belief {
+ public:
+  ParticleBelief(const typename M::Params& params, std::uint64_t seed, std::size_t particles)
+      : params_(params), seed_(seed), now_(particles), next_(particles) {}
+
+  void init(const std::int32_t* visible, std::uint64_t run) override {
+    key_ = derive(seed_, StreamKind::kBelief, run);
+    step_ = 0;
+    now_.resize(next_.size());
+    for (std::uint32_t i = 0; i < now_.size(); ++i) {
+      PhiloxDraws draws(key_, i, 0);
+      M::import_visible(visible, now_[i].fixed, now_[i].state);
+      M::init_hidden(params_, draws, now_[i].fixed, now_[i].state);
+      now_[i].weight = 1.0 / static_cast<double>(now_.size());
+    }
+    hypotheses_ = count_distinct();
+  }
+
+  Status update(int action, std::uint64_t key) override {
+    double total = filter(action, key, 0);
+    // Particles that contradict the observation may not do so with other draws.
+    for (std::uint32_t round = 1; round <= kRedraws && !(total > 0.0); ++round)
+      total = filter(action, key, round);
+    if (!(total > 0.0)) return explain_failure(action);
+    ++step_;
+    for (Particle& particle : next_) particle.weight /= total;
+    now_.swap(next_);
+    if (effective_sample_size() < 0.5 * static_cast<double>(now_.size())) resample();
+    return Status::kOk;
+  }
+
+  void reserve(ScenarioBuffer& buffer, std::size_t capacity) const override {
+    buffer.reserve(sizeof(typename M::Fixed), sizeof(typename M::State), capacity);
+  }
+
+  void sample(StreamKey key, std::uint32_t first, std::size_t count, ScenarioBuffer& out) const override {
+    out.clear(first);
+    PhiloxDraws draws(key, first, 0);
+    choose(draws.word(kScenarioSite, 0), count,
+           [&](const Particle& particle) { out.push(particle.fixed, particle.state); });
+  }
+
+  int default_action(StreamKey key) const override {
+    PhiloxDraws draws(key, 0, 0);
+    return M::default_policy(params_, now_[0].fixed, now_[0].state, draws);
+  }
+
+  double marginal(int variable, std::int32_t value) const override {
+    double sum = 0.0;
+    std::int32_t values[M::kVariableCount];
+    for (const Particle& particle : now_) {
+      M::export_state(particle.fixed, particle.state, values);
+      if (values[variable] == value) sum += particle.weight;
+    }
+    return sum;
+  }
+
+  void export_particles(ScenarioBuffer& particles, std::vector<double>& weights) const override {
+    particles.clear(0);
+    weights.clear();
+    for (const Particle& particle : now_) {
+      particles.push(particle.fixed, particle.state);
+      weights.push_back(particle.weight);
+    }
+  }
+
+  bool import_particles(const ScenarioBuffer& particles, const std::vector<double>& weights) override {
+    if (particles.size() != now_.size() || weights.size() != now_.size() ||
+        !particles.holds(sizeof(typename M::Fixed), sizeof(typename M::State))) {
+      return false;
+    }
+    std::vector<typename M::Fixed> fixed(now_.size());
+    std::vector<typename M::State> states(now_.size());
+    particles.copy_to(fixed.data(), states.data());
+    for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = {fixed[i], states[i], weights[i]};
+    hypotheses_ = count_distinct();
+    return true;
+  }
+
+  double effective_sample_size() const override {
+    double sum = 0.0;
+    for (const Particle& particle : now_) sum += particle.weight * particle.weight;
+    return 1.0 / sum;
+  }
+
+  std::size_t size() const override { return now_.size(); }
+
+ private:
+  static constexpr std::uint32_t kRedraws = 16;
+
+  struct Particle {
+    typename M::Fixed fixed;
+    typename M::State state;
+    double weight;
+  };
+
+  PhiloxDraws draws_of(std::uint32_t particle, std::uint32_t round) const {
+    return PhiloxDraws(key_, particle + round * static_cast<std::uint32_t>(now_.size()), step_ + 1);
+  }
+
+  // Fills next_ with unnormalised weights and gives their sum.
+  double filter(int action, std::uint64_t key, std::uint32_t round) {
+    double total = 0.0;
+    for (std::uint32_t i = 0; i < now_.size(); ++i) {
+      const Particle& from = now_[i];
+      PhiloxDraws draws = draws_of(i, round);
+      next_[i].fixed = from.fixed;
+      const float density = M::filter(params_, from.fixed, from.state, action, key, draws, next_[i].state);
+      next_[i].weight = from.weight * static_cast<double>(density);
+      total += next_[i].weight;
+    }
+    return total;
+  }
+
+  // Calls `take` with `count` particles by systematic resampling: one uniform word places all the pointers.
+  template <class Take>
+  void choose(std::uint32_t word, std::size_t count, const Take& take) const {
+    const double stride = 1.0 / static_cast<double>(count);
+    const double offset = static_cast<double>(word) * 0x1p-32;
+    double reached = now_[0].weight;
+    std::size_t particle = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double pointer = (static_cast<double>(i) + offset) * stride;
+      while (reached <= pointer && particle + 1 < now_.size()) reached += now_[++particle].weight;
+      take(now_[particle]);
+    }
+  }
+
+  void resample() {
+    PhiloxDraws draws(key_, 0, step_);
+    std::size_t i = 0;
+    choose(draws.word(kResampleSite, 0), now_.size(),
+           [&](const Particle& particle) { next_[i++] = particle; });
+    now_.swap(next_);
+    for (Particle& particle : now_) particle.weight = 1.0 / static_cast<double>(now_.size());
+  }
+
+  // Why no particle explains what was seen.
+  Status explain_failure(int action) const {
+    bool all_terminal = true;
+    for (std::uint32_t i = 0; i < now_.size() && all_terminal; ++i) {
+      PhiloxDraws draws = draws_of(i, 0);
+      typename M::State next;
+      all_terminal = M::step(params_, now_[i].fixed, now_[i].state, action, draws, next).terminal;
+    }
+    if (all_terminal) return Status::kAllParticlesTerminal;
+    return count_distinct() < hypotheses_ ? Status::kDepletedBelief : Status::kImpossibleObservation;
+  }
+
+  std::size_t count_distinct() const {
+    std::set<std::string> distinct;
+    for (const Particle& particle : now_) {
+      std::string bytes(sizeof particle.fixed + sizeof particle.state, '\0');
+      std::memcpy(bytes.data(), &particle.fixed, sizeof particle.fixed);
+      std::memcpy(bytes.data() + sizeof particle.fixed, &particle.state, sizeof particle.state);
+      distinct.insert(std::move(bytes));
+    }
+    return distinct.size();
+  }
+
+  const typename M::Params& params_;
+  std::uint64_t seed_;
+  StreamKey key_{};
+  std::uint32_t step_ = 0;
+  std::size_t hypotheses_ = 0;  // distinct particles that the episode began with
+  std::vector<Particle> now_;
+  std::vector<Particle> next_;
+};
+
+}  // namespace hypgen

@@ -1,0 +1,119 @@
+// What a scenario is worth from a state on: the model's bounds, and the default policy's return.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "hypgen/leaf_evaluator.hpp"
+#include "hypgen/math.hpp"
+#include "hypgen/model.hpp"
+
+namespace hypgen {
+
+// A scenario's bounds, fixed point.
+struct ScenarioBounds {
+  std::int64_t upper;
+  std::int64_t lower;
+};
+
+// Evaluates states of one search. Counts simulated steps, so that the caller knows when to look at the clock.
+template <class M>
+class Rollout {
+ public:
+  Rollout(const typename M::Params& params, double discount, int max_depth) : params_(params) {
+    double power = 1.0;
+    for (int t = 0; t <= max_depth; ++t, power *= discount) discounts_.push_back(static_cast<float>(power));
+  }
+
+  void begin_search(const SearchSetup& setup) {
+    key_ = setup.key;
+    depth_limit_ = setup.depth_limit;
+    steps_ = 0;
+    nan_ = false;
+  }
+
+  ScenarioBounds bounds(const typename M::Fixed& fixed, const typename M::State& state,
+                        std::uint32_t scenario, int depth) {
+    const float upper = M::upper(params_, fixed, state);
+    float lower = 0.0F;
+    if constexpr (M::kHasLower) {
+      lower = M::lower(params_, fixed, state);
+    } else {
+      lower = default_return(fixed, state, scenario, depth);
+    }
+    nan_ |= math::is_nan(upper) || math::is_nan(lower);
+    return {math::to_fixed(upper), math::to_fixed(lower)};
+  }
+
+  std::uint64_t steps() const { return steps_; }
+  bool met_nan() const { return nan_; }
+
+ private:
+  // float32 terms in step order, then the tail bound of the state reached at the depth limit.
+  float default_return(const typename M::Fixed& fixed, typename M::State state, std::uint32_t scenario,
+                       int depth) {
+    float total = 0.0F;
+    const float* discount = discounts_.data();
+    for (int t = depth; t < depth_limit_; ++t, ++discount) {
+      PhiloxDraws draws(key_, scenario, static_cast<std::uint32_t>(t));
+      const int action = M::default_policy(params_, fixed, state, draws);
+      if (action < 0) return total;
+      typename M::State next;
+      const StepResult result = M::step(params_, fixed, state, action, draws, next);
+      ++steps_;
+      total += *discount * math::from_fixed(result.reward);
+      if (result.terminal) return total;
+      state = next;
+    }
+    return total + *discount * M::tail(params_, fixed, state);
+  }
+
+  const typename M::Params& params_;
+  std::vector<float> discounts_;
+  StreamKey key_{};
+  int depth_limit_ = 0;
+  std::uint64_t steps_ = 0;
+  bool nan_ = false;
+};
+
+// Bounds of states met at one scenario and depth. Many actions lead to the same state (sensing actions leave
+// it alone), and equal states have equal bounds, as draws do not depend on the action. A later state may take
+// an earlier one's slot.
+template <class M>
+class BoundsMemo {
+ public:
+  void clear() { ++stamp_; }
+
+  template <class Compute>
+  ScenarioBounds find_or(const typename M::State& state, const Compute& compute) {
+    Slot& slot = slots_[hash(state) % kSlots];
+    if (slot.stamp != stamp_ || std::memcmp(&slot.state, &state, sizeof state) != 0) {
+      slot.bounds = compute();
+      slot.state = state;
+      slot.stamp = stamp_;
+    }
+    return slot.bounds;
+  }
+
+ private:
+  static constexpr std::size_t kSlots = 64;
+  struct Slot {
+    std::uint64_t stamp;
+    ScenarioBounds bounds;
+    typename M::State state;
+  };
+
+  static std::uint32_t hash(const typename M::State& state) {
+    std::uint32_t words[sizeof state / 4];
+    std::memcpy(words, &state, sizeof words);
+    std::uint32_t value = 0;
+    for (const std::uint32_t word : words) value = (value ^ word) * 0x9E3779B1U + 0x7F4A7C15U;
+    return value >> 16;
+  }
+
+  std::uint64_t stamp_ = 0;
+  Slot slots_[kSlots] = {};
+};
+
+}  // namespace hypgen

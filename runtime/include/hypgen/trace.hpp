@@ -1,0 +1,137 @@
+// Random walks through a model with everything that it computes on the way, for differential tests.
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "hypgen/math.hpp"
+#include "hypgen/model.hpp"
+#include "hypgen/philox.hpp"
+
+namespace hypgen {
+
+struct TraceOptions {
+  std::string file;
+  std::uint64_t seed = 0;
+  std::uint32_t scenarios = 64;
+  std::uint32_t steps = 64;
+};
+
+// Writes int64 rows, step-major: variables before the step, default policy's action, action, reward,
+// terminal, success, key, bits of upper, tail and lower, bits of the filter's weight, variables of the
+// filter's next state.
+template <class M>
+class Tracer {
+ public:
+  Tracer(const typename M::Params& params, const TraceOptions& options)
+      : params_(params),
+        options_(options),
+        key_(derive(options.seed, StreamKind::kTest, 0)),
+        filter_key_(derive(options.seed, StreamKind::kTest, 1)),
+        lanes_(options.scenarios) {}
+
+  bool write(std::string& error) {
+    std::ofstream out(options_.file, std::ios::binary);
+    for (std::uint32_t i = 0; i < lanes_.size(); ++i) restart(i, 0);
+    for (std::uint32_t t = 0; t < options_.steps; ++t) {
+      for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
+        row_.clear();
+        if (!step(i, t)) restart(i, t + 1);
+        write_row(out);
+      }
+    }
+    out.close();
+    if (!out) error = options_.file + ": cannot be written";
+    return error.empty();
+  }
+
+ private:
+  static constexpr std::uint32_t kActionSite = 0xAC7;
+
+  struct Lane {
+    typename M::Fixed fixed;
+    typename M::State state;
+  };
+
+  void restart(std::uint32_t i, std::uint32_t t) {
+    PhiloxDraws draws(key_, i, t);
+    M::init_visible(params_, draws, lanes_[i].fixed, lanes_[i].state);
+    M::init_hidden(params_, draws, lanes_[i].fixed, lanes_[i].state);
+  }
+
+  // Appends the row of one lane and moves it on; false if the lane has ended.
+  bool step(std::uint32_t i, std::uint32_t t) {
+    Lane& lane = lanes_[i];
+    PhiloxDraws draws(key_, i, t);
+    put_variables(lane.state, lane.fixed);
+    put(M::default_policy(params_, lane.fixed, lane.state, draws));
+    const int action = choose_action(lane, i, t);
+    put(action);
+    typename M::State next{};
+    StepResult result{0, false, false};
+    std::uint64_t key = 0;
+    if (action >= 0) result = M::step(params_, lane.fixed, lane.state, action, draws, next);
+    const bool goes_on = action >= 0 && !result.terminal;
+    if (goes_on) key = M::observe(params_, lane.fixed, lane.state, action, draws, next);
+    put(result.reward);
+    put(result.terminal);
+    put(result.success);
+    put(static_cast<std::int64_t>(key));
+    put_float(M::upper(params_, lane.fixed, lane.state));
+    put_float(M::tail(params_, lane.fixed, lane.state));
+    put_float(M::kHasLower ? M::lower(params_, lane.fixed, lane.state) : 0.0F);
+    if (goes_on) {
+      put_filter(lane, i, t, action, key);
+    } else {
+      row_.resize(row_.size() + 1 + M::kVariableCount);
+    }
+    lane.state = next;
+    return goes_on;
+  }
+
+  void put_filter(const Lane& lane, std::uint32_t i, std::uint32_t t, int action, std::uint64_t key) {
+    PhiloxDraws draws(filter_key_, i, t);
+    typename M::State next{};
+    put_float(M::filter(params_, lane.fixed, lane.state, action, key, draws, next));
+    put_variables(next, lane.fixed);
+  }
+
+  int choose_action(const Lane& lane, std::uint32_t i, std::uint32_t t) {
+    legal_.clear();
+    for (int action = 0; action < M::kActionCount; ++action) {
+      if (M::is_legal(params_, lane.fixed, lane.state, action)) legal_.push_back(action);
+    }
+    if (legal_.empty()) return -1;
+    PhiloxDraws draws(key_, i, t);
+    return legal_[(std::uint64_t{draws.word(kActionSite, 0)} * legal_.size()) >> 32];
+  }
+
+  void put(std::int64_t value) { row_.push_back(value); }
+  void put_float(float value) { put(math::canonical_bits(value)); }
+
+  void put_variables(const typename M::State& state, const typename M::Fixed& fixed) {
+    std::int32_t values[M::kVariableCount];
+    M::export_state(fixed, state, values);
+    for (const std::int32_t value : values) put(value);
+  }
+
+  void write_row(std::ofstream& out) const {
+    for (const std::int64_t value : row_) {
+      char bytes[8];
+      for (int i = 0; i < 8; ++i) bytes[i] = static_cast<char>(static_cast<std::uint64_t>(value) >> (8 * i));
+      out.write(bytes, sizeof bytes);
+    }
+  }
+
+  const typename M::Params& params_;
+  TraceOptions options_;
+  StreamKey key_;
+  StreamKey filter_key_;
+  std::vector<Lane> lanes_;
+  std::vector<int> legal_;
+  std::vector<std::int64_t> row_;
+};
+
+}  // namespace hypgen

@@ -1,0 +1,180 @@
+#include "hypgen/params.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace hypgen {
+
+namespace {
+
+using Json = nlohmann::json;
+
+const char* kind_name(ParamKind kind) {
+  switch (kind) {
+    case ParamKind::kBool:
+      return "bool (true or false)";
+    case ParamKind::kInt:
+      return "integer";
+    case ParamKind::kFloat:
+      return "number";
+    case ParamKind::kProb:
+      return "probability";
+    case ParamKind::kEnum:
+      return "name";
+  }
+  return "value";
+}
+
+std::string number_text(double value) {
+  std::ostringstream text;
+  text.precision(9);
+  text << value;
+  return text.str();
+}
+
+std::string expected(const ParamSpec& spec) {
+  if (spec.kind == ParamKind::kEnum) {
+    constexpr std::size_t kMostNames = 12;
+    std::string text = "one of ";
+    for (std::size_t i = 0; i < spec.value_names.size(); ++i) {
+      if (i == kMostNames) return text + ", ...";
+      text += (i ? ", " : "") + ('"' + spec.value_names[i] + '"');
+    }
+    return text;
+  }
+  if (spec.kind == ParamKind::kBool) return kind_name(spec.kind);
+  return std::string(kind_name(spec.kind)) + " from " + number_text(spec.low) + " to " +
+         number_text(spec.high);
+}
+
+std::string shape(const ParamSpec& spec) {
+  if (spec.dims.empty()) return "a single value";
+  std::string text = "an array of ";
+  for (std::size_t i = 0; i < spec.dims.size(); ++i) text += (i ? " x " : "") + std::to_string(spec.dims[i]);
+  return text + " values";
+}
+
+bool read_scalar(const Json& json, const ParamSpec& spec, double& value) {
+  switch (spec.kind) {
+    case ParamKind::kBool:
+      if (!json.is_boolean()) return false;
+      value = json.get<bool>() ? 1.0 : 0.0;
+      return true;
+    case ParamKind::kEnum: {
+      if (!json.is_string()) return false;
+      const auto found = std::find(spec.value_names.begin(), spec.value_names.end(), json.get<std::string>());
+      value = static_cast<double>(found - spec.value_names.begin()) + spec.low;
+      return found != spec.value_names.end();
+    }
+    case ParamKind::kInt:
+      if (!json.is_number()) return false;
+      value = json.get<double>();
+      if (value != std::floor(value)) return false;
+      break;
+    case ParamKind::kFloat:
+    case ParamKind::kProb:
+      if (!json.is_number()) return false;
+      value = json.get<double>();
+      if (std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) return false;
+      value = static_cast<double>(static_cast<float>(value));
+      break;
+  }
+  return spec.low <= value && value <= spec.high;
+}
+
+// Collects the entries of `json` row-major. Nested arrays must have the param's dimensions, flat ones its
+// length.
+bool read_array(const Json& json, const ParamSpec& spec, std::size_t level, std::vector<double>& out,
+                std::string& error) {
+  const bool flat = level == 0 && json.is_array() && json.size() == spec.length() &&
+                    std::none_of(json.begin(), json.end(), [](const Json& item) { return item.is_array(); });
+  if (level == spec.dims.size() && !json.is_array()) {
+    double value = 0.0;
+    if (!read_scalar(json, spec, value)) {
+      error = "expected " + expected(spec) + ", found " + json.dump();
+      return false;
+    }
+    out.push_back(value);
+    return true;
+  }
+  const bool fits = level < spec.dims.size() && json.is_array() &&
+                    (flat || json.size() == static_cast<std::size_t>(spec.dims[level]));
+  if (!fits) {
+    error = "expected " + shape(spec) + " (" + expected(spec) + "), found " +
+            (json.is_array() ? "an array of " + std::to_string(json.size()) : json.dump());
+    return false;
+  }
+  for (const Json& item : json) {
+    if (!read_array(item, spec, flat ? spec.dims.size() : level + 1, out, error)) return false;
+  }
+  return true;
+}
+
+std::string known_names(const std::vector<ParamSpec>& specs) {
+  if (specs.empty()) return "the model has no params";
+  std::string text = "the model's params are ";
+  for (std::size_t i = 0; i < specs.size(); ++i) text += (i ? ", " : "") + specs[i].name;
+  return text;
+}
+
+}  // namespace
+
+bool read_params(const std::string& text, const std::vector<ParamSpec>& specs, ParamValues& values,
+                 std::string& error) {
+  Json json;
+  try {
+    json = Json::parse(text);
+  } catch (const Json::parse_error& problem) {
+    error = std::string("not valid JSON: ") + problem.what();
+    return false;
+  }
+  if (!json.is_object()) {
+    error = "expected a JSON object {\"name\": value, ...}";
+    return false;
+  }
+  for (const auto& [name, value] : json.items()) {
+    const auto spec =
+        std::find_if(specs.begin(), specs.end(), [&](const ParamSpec& s) { return s.name == name; });
+    if (spec == specs.end()) {
+      error = "unknown param \"" + name + "\"; " + known_names(specs);
+      return false;
+    }
+    std::vector<double> entries;
+    if (!read_array(value, *spec, 0, entries, error)) {
+      error = "param \"" + name + "\": " + error;
+      return false;
+    }
+    values.set(name, std::move(entries));
+  }
+  return true;
+}
+
+bool read_param_file(const std::string& file, const std::vector<ParamSpec>& specs, ParamValues& values,
+                     std::string& error) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  if (!in) {
+    error = file + ": cannot be read";
+    return false;
+  }
+  if (read_params(text.str(), specs, values, error)) return true;
+  error = file + ": " + error;
+  return false;
+}
+
+bool check_complete(const std::vector<ParamSpec>& specs, const ParamValues& values, std::string& error) {
+  for (const ParamSpec& spec : specs) {
+    if (values.has(spec.name)) continue;
+    error = "param \"" + spec.name + "\" has no value: set it in a file given by --param; expected " +
+            (spec.dims.empty() ? "" : shape(spec) + ", each ") + expected(spec);
+    return false;
+  }
+  return true;
+}
+
+}  // namespace hypgen

@@ -1,0 +1,81 @@
+#include "hypgen/report.hpp"
+
+#include <cstdarg>
+#include <cstdio>
+
+#include "hypgen/signature.hpp"
+
+namespace hypgen {
+
+namespace {
+
+__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
+  char text[256];
+  std::va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text, sizeof text, pattern, arguments);
+  va_end(arguments);
+  return text;
+}
+
+std::string row(const char* name, const std::string& value) { return format("%-28s", name) + value + "\n"; }
+
+std::string counted(const std::map<Status, std::uint64_t>& statuses) {
+  std::string text;
+  for (const auto& [status, count] : statuses) {
+    text += format("%s%s %llu", text.empty() ? "" : ", ", status_name(status),
+                   static_cast<unsigned long long>(count));
+  }
+  return text;
+}
+
+}  // namespace
+
+void RunTotals::add(const StepRecord& step) {
+  const Decision& decision = step.decision;
+  seconds.add(decision.search_seconds);
+  search_seconds += decision.search_seconds;
+  trials += decision.trials;
+  expansions += decision.expansions;
+  nodes += decision.nodes;
+  simulations += decision.simulations;
+  leaf_scenarios += decision.leaf_scenarios;
+  ++plan_statuses[decision.status];
+  Signature hash(signature);
+  hash.add(decision.signature);
+  hash.add(static_cast<std::uint64_t>(decision.action));
+  signature = hash.value();
+}
+
+void RunTotals::add(const EpisodeRecord& episode) {
+  returns.add(episode.discounted_return);
+  episode_steps.add(episode.steps);
+  successes += episode.success;
+  ++episode_statuses[episode.status];
+}
+
+std::string table(const RunTotals& totals, bool has_success, const std::vector<std::uint64_t>& leaf_sizes) {
+  const double episodes = static_cast<double>(totals.returns.size());
+  std::string text =
+      row("episodes", format("%zu (%s)", totals.returns.size(), counted(totals.episode_statuses).c_str()));
+  text += row("discounted return",
+              format("%.4f +- %.4f (95%%)", totals.returns.mean(), totals.returns.interval95()));
+  if (has_success && episodes > 0) {
+    text += row("success rate", format("%.3f", static_cast<double>(totals.successes) / episodes));
+  }
+  text += row("steps an episode", format("%.1f", totals.episode_steps.mean()));
+  text += row("time a step [s]", format("mean %.4f, p99 %.4f, worst %.4f", totals.seconds.mean(),
+                                        totals.seconds.quantile(0.99), totals.seconds.largest()));
+  if (totals.expansions > 0) {
+    text += row("searches", counted(totals.plan_statuses));
+    text += row("trials a step", format("%.1f", totals.a_step(totals.trials)));
+    text += row("expansions a second", format("%.0f", totals.a_second(totals.expansions)));
+    text += row("nodes a second", format("%.0f", totals.a_second(totals.nodes)));
+    text += row("simulations a second", format("%.3g", totals.a_second(totals.simulations)));
+    text += row("scenarios a leaf",
+                format("mean %.1f, median %.0f", totals.a_leaf(), histogram_median(leaf_sizes)));
+  }
+  return text;
+}
+
+}  // namespace hypgen

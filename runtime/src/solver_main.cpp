@@ -1,0 +1,115 @@
+#include "hypgen/solver_main.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+
+#include "hypgen/episode.hpp"
+#include "hypgen/json_lines.hpp"
+#include "hypgen/options.hpp"
+#include "hypgen/params.hpp"
+#include "hypgen/progress.hpp"
+#include "hypgen/report.hpp"
+
+namespace hypgen {
+
+namespace {
+
+constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
+
+// The runtime's one variable outside objects: a signal handler reaches nothing else.
+std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+extern "C" void on_interrupt(int signal) {
+  interrupted = true;
+  std::signal(signal, SIG_DFL);  // a second one ends the process
+}
+
+int complain(const ModelDescriptor& model, const std::string& message, int code) {
+  std::fprintf(stderr, "%s: %s\n", model.name.c_str(), message.c_str());
+  return code;
+}
+
+// Runs the episodes and prints what they add up to.
+int run(const ModelDescriptor& model, const ModelInstance& instance, const SolverOptions& options) {
+  JsonLines lines(model);
+  if (!options.json_file.empty() && !lines.open(options.json_file)) {
+    return complain(model, options.json_file + ": cannot be written", kFailed);
+  }
+  const PlannerOptions& planning = options.planner;
+  const auto belief = instance.make_belief(planning.seed, options.particles);
+  const auto world = instance.make_world(planning.seed);
+  Planner planner(instance.make_evaluator(evaluator_options(planning, model.discount)), model, planning);
+  planner.prepare(*belief);
+
+  interrupted = false;
+  std::signal(SIGINT, on_interrupt);
+  const int steps = model.horizon > 0 ? std::min(model.horizon, options.steps) : options.steps;
+  const EpisodeLimits limits{steps, model.discount, [] { return interrupted.load(); }};
+  RunTotals totals;
+  {
+    Progress progress(options.runs, steps, !options.quiet);
+    lines.write_run(options);
+    const auto report = [&](const StepRecord& step) {
+      totals.add(step);
+      lines.write(step);
+      progress.update(step.episode, step.step, totals.returns.mean());
+    };
+    for (std::uint64_t episode = 0; episode < options.runs && !interrupted; ++episode) {
+      const EpisodeRecord record =
+          run_episode(planner, *belief, *world, model.visible_count, episode, limits, report);
+      if (record.status == Status::kInterrupted) break;  // half an episode has no return
+      totals.add(record);
+      lines.write(record);
+    }
+    lines.write_summary(totals, planner.leaf_sizes());
+  }
+  std::FILE* const out = options.json_file == "-" ? stderr : stdout;
+  if (!options.quiet) std::fputs(table(totals, model.has_success, planner.leaf_sizes()).c_str(), out);
+  if (options.signature)
+    std::fprintf(out, "signature %016llx\n", static_cast<unsigned long long>(totals.signature));
+  return kDone;
+}
+
+int solve(const ModelDescriptor& model, int argc, char** argv) {
+  SolverOptions options;
+  std::string error;
+  if (!parse_options(argc, argv, options, error)) return complain(model, error, kWrongUse);
+  if (options.help) {
+    std::fputs(help_text(model, argv[0]).c_str(), stdout);
+    return kDone;
+  }
+  if (options.version) {
+    std::printf("%s (model %s, descriptor %d)\n", model.name.c_str(), model.hash.c_str(), model.version);
+    return kDone;
+  }
+  ParamValues values(model.params);
+  if (!options.param_file.empty() && !read_param_file(options.param_file, model.params, values, error)) {
+    return complain(model, error, kWrongUse);
+  }
+  if (!check_complete(model.params, values, error)) return complain(model, error, kWrongUse);
+  const auto instance = model.create(values, error);
+  if (!instance) return complain(model, error, kWrongUse);
+  if (!options.trace.file.empty()) {
+    return instance->write_trace(options.trace, error) ? kDone : complain(model, error, kFailed);
+  }
+  return run(model, *instance, options);
+}
+
+}  // namespace
+
+int solver_main(const ModelDescriptor& descriptor, int argc, char** argv) {
+  try {
+    return solve(descriptor, argc, argv);
+  } catch (const std::bad_alloc&) {
+    return complain(descriptor, "not enough memory; --memory, --particles and --scenarios lower the need",
+                    kFailed);
+  } catch (const std::exception& problem) {
+    return complain(descriptor, std::string("internal error: ") + problem.what(), kFailed);
+  }
+}
+
+}  // namespace hypgen

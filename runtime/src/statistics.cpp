@@ -1,0 +1,44 @@
+#include "hypgen/statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace hypgen {
+
+double Samples::mean() const {
+  if (values_.empty()) return 0.0;
+  return std::accumulate(values_.begin(), values_.end(), 0.0) / static_cast<double>(values_.size());
+}
+
+double Samples::standard_deviation() const {
+  if (values_.size() < 2) return 0.0;
+  const double center = mean();
+  double sum = 0.0;
+  for (const double value : values_) sum += (value - center) * (value - center);
+  return std::sqrt(sum / static_cast<double>(values_.size() - 1));
+}
+
+double Samples::interval95() const {
+  return values_.empty() ? 0.0 : 1.96 * standard_deviation() / std::sqrt(static_cast<double>(values_.size()));
+}
+
+double Samples::quantile(double share) const {
+  if (values_.empty()) return 0.0;
+  std::vector<double> sorted = values_;
+  std::sort(sorted.begin(), sorted.end());
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
+  return sorted[std::min(sorted.size() - 1, rank > 0 ? rank - 1 : 0)];
+}
+
+double histogram_median(const std::vector<std::uint64_t>& counts) {
+  const std::uint64_t total = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+  std::uint64_t reached = 0;
+  for (std::size_t size = 0; size < counts.size(); ++size) {
+    reached += counts[size];
+    if (total > 0 && 2 * reached >= total) return static_cast<double>(size);
+  }
+  return 0.0;
+}
+
+}  // namespace hypgen
