@@ -150,8 +150,8 @@ class Variable:
     """A state variable, an array if ``indices`` is not empty (a family's member index comes first).
 
     ``determined``: visible, and the same in all scenarios that agree on visible state and action, so that it
-    is not part of the observation key. ``copied``: visible, and drawn from nothing that anything hidden reads, so
-    that the filter takes the observed value at weight 1. The exact rules are in docs/design/0001.
+    is not part of the observation key. ``copied``: visible, and drawn from nothing that anything hidden
+    reads, so that the filter takes the observed value at weight 1. docs/design/0001 has the exact rules.
     """
 
     name: str
@@ -178,8 +178,8 @@ class Element:
 class Assign:
     """How a variable gets its value, at the start or in a step, for each value of ``binders``.
 
-    ``binders`` stand for the variable's ``indices`` one by one. ``reads`` are the variables read primed, directly or
-    through functions and lets. ``stage`` is 0 for an init; inits are listed in dependency order.
+    ``binders`` stand for the variable's ``indices`` one by one. ``reads`` are the variables read primed,
+    directly or through functions and lets. ``stage`` is 0 for an init; inits are in dependency order.
     """
 
     variable: str
@@ -262,7 +262,7 @@ class Action:
 
 @dataclass(frozen=True)
 class Policy:
-    """The default policy: one distribution, evaluated for each value of ``binders`` (a product action's indices)."""
+    """The default policy: a distribution for each value of ``binders`` (a product action's indices)."""
 
     binders: tuple[Binder, ...]
     dist: Dist
@@ -290,10 +290,11 @@ class Model:
     """A whole model. ``updates`` has one entry for each variable that is not fixed.
 
     ``key`` lists the digits of the observation key, the first the most significant: observations in order,
-    then visible variables that are not determined; arrays row-major. ``legal`` and ``terminal`` are True or False
-    constants where the author wrote none; ``upper`` and ``tail`` are derived where the author wrote none;
-    ``lower`` is None unless declared, and then replaces the rollout. ``policy`` None means uniform over the
-    legal actions, drawn at the site ``policy:default``. ``source_hash`` is the SHA-256 of the text with all settings applied.
+    then visible variables that are not determined; arrays row-major. ``legal`` and ``terminal`` are True or
+    False constants where the author wrote none; ``upper`` and ``tail`` are derived where the author wrote
+    none; ``lower`` is None unless declared, and then replaces the rollout. ``policy`` None means uniform over
+    the legal actions, drawn at the site ``policy:default``. ``source_hash`` is the SHA-256 of the text with all
+    settings applied.
     """
 
     name: str

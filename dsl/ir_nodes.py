@@ -278,8 +278,8 @@ class Table(Dist):
 class Noisy(Dist):
     """``value`` with probability p, else uniformly one of the n - 1 others.
 
-    With t = T(p): ``value`` if w < t; otherwise the other numbered ((w - t) * (n - 1)) / (2^32 - t), counted in
-    ascending order and passing over ``value``. If n is 1, ``value``. Density: t / 2^32, or
+    With t = T(p): ``value`` if w < t; otherwise the other numbered ((w - t) * (n - 1)) / (2^32 - t), counted
+    in ascending order and passing over ``value``. If n is 1, ``value``. Density: t / 2^32, or
     ((2^32 - t) / 2^32) / (n - 1); 1 if n is 1.
     """
 

@@ -1,0 +1,166 @@
+"""Measure the return of each planning mode on the same episodes and write the table to docs/results.
+
+    python benchmarks/quality.py                 # all tasks, the settings of the published figures
+    python benchmarks/quality.py tag --runs 20   # a quick look
+
+Episode i has the same start and the same world in every mode (the world's random stream depends on the seed and
+i alone), so modes are compared by paired differences. Each task's modes run as separate processes,
+``--jobs`` at a time; more jobs than idle cores would take planning time away from the search.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+MODES = ("default", "rollout", "despot")
+
+
+@dataclass(frozen=True)
+class Task:
+    """A model with the settings and published values that its row of the table cites."""
+
+    name: str
+    model: str
+    runs: int
+    options: tuple[str, ...]
+    published: str
+
+
+TASKS = (
+    Task(
+        "tiger",
+        "tiger.pomdp",
+        5000,
+        ("--trials", "200", "--steps", "90", "--depth", "90"),
+        "V* 19.371 (SARSOP)",
+    ),
+    Task("rs_7_8", "rock_sample.pomdp", 300, ("--time", "0.1"), "SARSOP 21.5, DESPOT 20.9 (1 s)"),
+    Task("rs_11_11", "rs_11_11.pomdp", 300, ("--time", "0.1"), "SARSOP 21.6, DESPOT 21.8 (1 s)"),
+    Task("tag", "tag.pomdp", 300, ("--time", "0.1"), "SARSOP -6.0, DESPOT -6.2 (1 s)"),
+)
+
+
+def command(task: Task, mode: str, runs: int, scenarios: int, seed: int) -> list[str]:
+    """Return the command that runs ``task`` in ``mode``, without the output file."""
+    return [
+        "hypgen", "run", f"examples/{task.model}", "--mode", mode, "--runs", str(runs),
+        "--scenarios", str(scenarios), "--seed", str(seed), *task.options,
+    ]  # fmt: skip
+
+
+def run(task: Task, mode: str, runs: int, scenarios: int, seed: int) -> dict[str, object]:
+    """Run one mode of one task and return its episodes and the solver's summary line."""
+    with tempfile.TemporaryDirectory() as folder:
+        lines = Path(folder) / "lines.jsonl"
+        arguments = [*command(task, mode, runs, scenarios, seed), "--quiet", "--json", str(lines)]
+        hypgen = Path(sys.executable).with_name("hypgen")
+        arguments[0] = str(hypgen) if hypgen.exists() else "hypgen"
+        subprocess.run(arguments, cwd=ROOT, check=True)
+        records = [json.loads(line) for line in lines.read_text().splitlines()]
+    episodes = [r for r in records if r["type"] == "episode"]
+    steps = [r for r in records if r["type"] == "step"]
+    summary = next(r for r in records if r["type"] == "summary")
+    print(f"{task.name} {mode}: {len(episodes)} episodes", file=sys.stderr, flush=True)
+    return {
+        "returns": [e["discounted_return"] for e in episodes],
+        "steps": statistics.fmean(e["steps"] for e in episodes),
+        "statuses": {s: sum(e["status"] == s for e in episodes) for s in {e["status"] for e in episodes}},
+        "lower": statistics.fmean(s["lower"] for s in steps if s["step"] == 0),
+        "upper": statistics.fmean(s["upper"] for s in steps if s["step"] == 0),
+        "summary": summary,
+    }
+
+
+def interval(values: list[float]) -> tuple[float, float]:
+    """Return the mean and the half-width of its 95 % interval."""
+    half = 1.96 * statistics.stdev(values) / math.sqrt(len(values)) if len(values) > 1 else math.nan
+    return statistics.fmean(values), half
+
+
+def row(task: Task, mode: str, result: dict, baseline: dict) -> str:
+    """Return one line of the table."""
+    mean, half = interval(result["returns"])
+    gain, gain_half = interval([a - b for a, b in zip(result["returns"], baseline["returns"], strict=True)])
+    summary = result["summary"]
+    bounds = "-" if mode == "default" else f"{result['lower']:.2f}, {result['upper']:.2f}"
+    paired = "-" if mode == "default" else f"{gain:+.2f} +- {gain_half:.2f}"
+    return (
+        f"| {task.name} | {mode} | {len(result['returns'])} | {mean:.3f} +- {half:.3f} | {paired} | {bounds} "
+        f"| {result['steps']:.1f} | {summary['expansions_per_second']:.0f} | {summary['simulations_per_second']:.3g} "
+        f"| {summary['scenarios_per_leaf']:.1f} | {task.published} |"
+    )
+
+
+def machine() -> str:
+    """Return a line about this machine."""
+    model = platform.processor() or platform.machine()
+    for line in Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else ():
+        if line.startswith("model name"):
+            model = line.split(":", 1)[1].strip()
+            break
+    return f"{model}, {os.cpu_count()} cores, {platform.system()}"
+
+
+def main() -> None:
+    """Run the chosen tasks and write docs/results/quality.md and .json."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("tasks", nargs="*", help=f"of {', '.join(t.name for t in TASKS)}; all by default")
+    parser.add_argument("--runs", type=int, help="episodes of each task instead of the table's")
+    parser.add_argument("--scenarios", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--output", type=Path, default=ROOT / "docs" / "results")
+    options = parser.parse_args()
+    tasks = [t for t in TASKS if not options.tasks or t.name in options.tasks]
+    jobs = [(t, m) for t in tasks for m in MODES]
+    with ThreadPoolExecutor(options.jobs) as pool:
+        outcomes = pool.map(
+            lambda j: run(j[0], j[1], options.runs or j[0].runs, options.scenarios, options.seed), jobs
+        )
+        results = {(t.name, m): outcome for (t, m), outcome in zip(jobs, outcomes, strict=True)}
+    for task in tasks:
+        write(task, {m: results[task.name, m] for m in MODES}, options)
+
+
+def write(task: Task, results: dict[str, dict], options: argparse.Namespace) -> None:
+    """Write one task's table and its raw returns."""
+    runs = options.runs or task.runs
+    lines = [
+        f"# Return on {task.name}, by mode",
+        "",
+        f"Machine: {machine()}; {options.jobs} solver process(es) at a time, each single-threaded. "
+        f"K = {options.scenarios}, seed {options.seed}.",
+        "",
+        *(f"    {' '.join(command(task, m, runs, options.scenarios, options.seed))}" for m in MODES),
+        "",
+        "Returns are discounted from gamma^0, with 95 % intervals; the gain over the default policy is paired by episode; "
+        "bounds are the means of the first search's root bounds.",
+        "",
+        "| task | mode | runs | return | gain over default | root lower, upper | steps | expansions/s | simulations/s "
+        "| scenarios a leaf | published |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
+        *(row(task, m, results[m], results["default"]) for m in MODES),
+        "",
+        *(f"Episode statuses, {m}: {results[m]['statuses']}" + "  " for m in MODES),
+    ]
+    options.output.mkdir(parents=True, exist_ok=True)
+    (options.output / f"quality_{task.name}.md").write_text("\n".join(lines) + "\n")
+    (options.output / f"quality_{task.name}.json").write_text(
+        json.dumps({m: [round(v, 4) for v in results[m]["returns"]] for m in MODES}) + "\n"
+    )
+
+
+if __name__ == "__main__":
+    main()
