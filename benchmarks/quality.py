@@ -3,9 +3,9 @@
     python benchmarks/quality.py                 # all tasks, the settings of the published figures
     python benchmarks/quality.py tag --runs 20   # a quick look
 
-Episode i has the same start and the same world in every mode (the world's random stream depends on the seed and
-i alone), so modes are compared by paired differences. Each task's modes run as separate processes,
-``--jobs`` at a time; more jobs than idle cores would take planning time away from the search.
+Episode i has the same start and the same world in every mode (the world's random stream depends on the
+seed and i alone), so modes are compared by paired differences. Each task's modes run as separate
+processes, ``--jobs`` at a time; more jobs than idle cores would take planning time from the search.
 """
 
 from __future__ import annotations
@@ -94,12 +94,12 @@ def row(task: Task, mode: str, result: dict, baseline: dict) -> str:
     mean, half = interval(result["returns"])
     gain, gain_half = interval([a - b for a, b in zip(result["returns"], baseline["returns"], strict=True)])
     summary = result["summary"]
+    rates = f"{summary['expansions_per_second']:.0f} | {summary['simulations_per_second']:.3g}"
     bounds = "-" if mode == "default" else f"{result['lower']:.2f}, {result['upper']:.2f}"
     paired = "-" if mode == "default" else f"{gain:+.2f} +- {gain_half:.2f}"
     return (
         f"| {task.name} | {mode} | {len(result['returns'])} | {mean:.3f} +- {half:.3f} | {paired} | {bounds} "
-        f"| {result['steps']:.1f} | {summary['expansions_per_second']:.0f} | {summary['simulations_per_second']:.3g} "
-        f"| {summary['scenarios_per_leaf']:.1f} | {task.published} |"
+        f"| {result['steps']:.1f} | {rates} | {summary['scenarios_per_leaf']:.1f} | {task.published} |"
     )
 
 
@@ -145,11 +145,11 @@ def write(task: Task, results: dict[str, dict], options: argparse.Namespace) -> 
         "",
         *(f"    {' '.join(command(task, m, runs, options.scenarios, options.seed))}" for m in MODES),
         "",
-        "Returns are discounted from gamma^0, with 95 % intervals; the gain over the default policy is paired by episode; "
-        "bounds are the means of the first search's root bounds.",
+        "Returns are discounted from gamma^0, with 95 % intervals; the gain over the default policy is paired "
+        "by episode; bounds are the means of the first search's root bounds.",
         "",
-        "| task | mode | runs | return | gain over default | root lower, upper | steps | expansions/s | simulations/s "
-        "| scenarios a leaf | published |",
+        "| task | mode | runs | return | gain over default | root lower, upper | steps "
+        "| expansions/s | simulations/s | scenarios a leaf | published |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
         *(row(task, m, results[m], results["default"]) for m in MODES),
         "",

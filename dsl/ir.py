@@ -293,8 +293,8 @@ class Model:
     then visible variables that are not determined; arrays row-major. ``legal`` and ``terminal`` are True or
     False constants where the author wrote none; ``upper`` and ``tail`` are derived where the author wrote
     none; ``lower`` is None unless declared, and then replaces the rollout. ``policy`` None means uniform over
-    the legal actions, drawn at the site ``policy:default``. ``source_hash`` is the SHA-256 of the text with all
-    settings applied.
+    the legal actions, drawn at the site ``policy:default``. ``source_hash`` is the SHA-256 of the text with
+    all settings applied.
     """
 
     name: str
