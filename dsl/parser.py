@@ -86,9 +86,9 @@ def _cache_file() -> str | None:
 
     Lark compares the file with the grammar and its own version, and rebuilds what does not match.
     """
+    own, user = os.environ.get("HYPGEN_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     try:
-        root = os.environ.get("XDG_CACHE_HOME")
-        directory = (Path(root) if root else Path.home() / ".cache") / "hypgen"
+        directory = Path(own).expanduser() if own else Path(user).expanduser() / "hypgen"
         directory.mkdir(parents=True, exist_ok=True)
     except (OSError, RuntimeError):
         return None

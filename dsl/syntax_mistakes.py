@@ -138,6 +138,9 @@ def _number_form(s: Situation) -> Diagnostic | None:
 
 
 def _reserved_word(s: Situation) -> Diagnostic | None:
+    word = s.previous()
+    if s.token.type == "QUOTE" and s.accepts == {"NAME"} and word is not None:
+        return _reserved(word, s.span(word))
     if s.token.type == "NAME" or not s.token.isidentifier() or "NAME" not in s.accepts:
         return None
     previous = s.previous()
@@ -152,10 +155,12 @@ def _reserved_word(s: Situation) -> Diagnostic | None:
         meant = not s.on_new_line or (previous is not None and previous.type in ("COMMA", "LBRACE"))
     if not meant:
         return None
-    remedy = f"choose another name, such as `{s.token}_`"
-    return Diagnostic(
-        "E0113", f"'{s.token}' is a word of the language and cannot be a name", s.span(), remedy
-    )
+    return _reserved(s.token, s.span())
+
+
+def _reserved(word: Token, span: Span) -> Diagnostic:
+    remedy = f"choose another name, such as `{word}_`"
+    return Diagnostic("E0113", f"'{word}' is a word of the language and cannot be a name", span, remedy)
 
 
 def _missing_when(s: Situation) -> Diagnostic | None:
@@ -343,11 +348,11 @@ def _file_start(s: Situation) -> Diagnostic | None:
 
 Mistake = Callable[[Situation], Diagnostic | None]
 MISTAKES: tuple[Mistake, ...] = (
+    _foreign_comment,
     _file_start,
     _logic_sign,
     _semicolon,
     _assignment_sign,
-    _foreign_comment,
     _elif,
     _unterminated_text,
     _conditional_sign,

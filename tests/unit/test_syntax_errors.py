@@ -1,0 +1,160 @@
+"""Every known syntax mistake: its code and the exact place."""
+
+import pytest
+
+from hypgen.dsl.diagnostics import Diagnostic, ModelError
+from hypgen.dsl.parser import parse, parse_expression
+from hypgen.dsl.source import Source
+
+
+def mistakes(text: str) -> tuple[Diagnostic, ...]:
+    with pytest.raises(ModelError) as caught:
+        parse(Source("m.pomdp", text))
+    return caught.value.diagnostics
+
+
+def model(line: str) -> str:
+    """Put ``line`` on the second line of a model."""
+    return f"model M\n{line}\n"
+
+
+def member(line: str) -> str:
+    """Put ``line`` on the second line of a model, in an element that line 3 closes."""
+    return f"model M element e {{\n{line}\n}}\n"
+
+
+CASES = {
+    # name: text, code, line, column, end column, part of the remedy
+    "compare with one sign": (model("legal when act = sample"), "E0103", 2, 16, 17, "`==`"),
+    "compare in a condition": (model("reward r = if x = 3 then 1 else 2"), "E0103", 2, 17, 18, "`==`"),
+    "define with two signs": (model("const n: int == 3"), "E0134", 2, 14, 16, "one `=`"),
+    "else missing at the end": (model("reward r = if x then 1"), "E0104", 2, 23, 24, "then a else b"),
+    "else missing in a call": (model("reward r = f(if x then 1)"), "E0104", 2, 25, 26, "then a else b"),
+    "else missing in an element": (member("x' = if x then 1\n init x = 0"), "E0104", 3, 2, 6, "else b"),
+    "then missing": (model("reward r = if x { 1 } else { 2 }"), "E0105", 2, 17, 18, "if condition then"),
+    "and of C": (model("legal when a && b"), "E0106", 2, 14, 16, "`and`"),
+    "or of C": (model("legal when a || b"), "E0106", 2, 14, 16, "`or`"),
+    "or of one bar": (model("legal when a | b"), "E0106", 2, 14, 15, "`or`"),
+    "not of C": (model("legal when !b"), "E0106", 2, 12, 13, "`not`"),
+    "semicolon": (model("discount 0.95;"), "E0107", 2, 14, 15, "leave it out"),
+    "update outside": (model("x' = 3"), "E0108", 2, 1, 2, "inside the braces"),
+    "variable outside": (model("hidden x: bool"), "E0108", 2, 1, 7, "inside the braces"),
+    "let outside": (model("let x = 3"), "E0108", 2, 1, 4, "inside the braces"),
+    "brace missing": ("model M\nelement e {\n\nterminal when a", "E0109", 4, 1, 9, "missing `}`"),
+    "brace missing at the end": ("model M\nelement e {\nx' = x", "E0109", 3, 7, 8, "missing `}`"),
+    "parenthesis missing": (model("reward r = (1 + 2\nreward q = 3"), "E0109", 3, 1, 7, "missing `)`"),
+    "parenthesis missing in an element": (member("x' = f(x\ny' = 3"), "E0109", 3, 1, 2, "missing `)`"),
+    "wrong closing bracket": (model("reward r = (1 + 2]"), "E0109", 2, 18, 19, "missing `)`"),
+    "too many parentheses": (model("reward r = 1 + 2)"), "E0110", 2, 17, 18, "leave it out"),
+    "too many braces": (model("action a: A }"), "E0110", 2, 13, 14, "leave it out"),
+    "assignment of Pascal": (model("const n := 3"), "E0111", 2, 9, 11, "`=`"),
+    "assignment of Pascal in an element": (member("x := 3"), "E0111", 2, 3, 5, "`=`"),
+    "assignment of R": (member("x' <- 3"), "E0111", 2, 4, 6, "`~`"),
+    "increment": (member("x' += 3"), "E0111", 2, 4, 6, "x' = x + 1"),
+    "elif": (model("reward r = if a then 1 elif b then 2 else 3"), "E0112", 2, 24, 28, "else if"),
+    "reserved constant": (model("const type: int = 3"), "E0113", 2, 7, 11, "type_"),
+    "reserved variant": (model("enum Door { left,\n terminal }"), "E0113", 3, 2, 10, "terminal_"),
+    "reserved operand": (model("reward r = memory + 1"), "E0113", 2, 12, 18, "memory_"),
+    "reserved variable": (member("reward' = 3"), "E0113", 2, 1, 7, "reward_"),
+    "reserved variable of the model": (member("type' = 3"), "E0113", 2, 1, 5, "type_"),
+    "when missing": (model("terminal x == 3"), "E0114", 2, 10, 11, "terminal when"),
+    "when missing before if": (model("legal if x then y else z"), "E0114", 2, 7, 9, "legal when"),
+    "type of a constant": (model("const n = 3"), "E0115", 2, 9, 10, "n: type"),
+    "type of a variable": (member("visible y"), "E0115", 3, 1, 2, "y: type"),
+    "type of a formal": (model("fn f(x): int = 3"), "E0115", 2, 7, 8, "x: type"),
+    "type of a result": (model("fn f(x: int) = 3"), "E0115", 2, 14, 15, "): type"),
+    "drawn reward": (model("reward r ~ bernoulli(0.5)"), "E0116", 2, 10, 11, "let x ~"),
+    "drawn bound": (model("bound upper ~ 3"), "E0116", 2, 13, 14, "write `=`"),
+    "chained comparison": (model("legal when 0 <= x <= 3"), "E0117", 2, 19, 21, "and"),
+    "bare if": (model("reward r = 1 + if x then 1 else 2"), "E0118", 2, 16, 18, "+ (if"),
+    "conditional of C": (model("reward r = a ? b : c"), "E0119", 2, 14, 15, "if condition"),
+    "text without an end": (model('const s: G = ["ab, 3]'), "E0120", 2, 15, 22, "close it"),
+    "comment of C": (model("// the map"), "E0121", 2, 1, 3, "`#`"),
+    "comment of C at the start": ("/* a */ model M", "E0121", 1, 1, 3, "`#`"),
+    "number without a first digit": (model("discount .95"), "E0122", 2, 10, 13, "0.95"),
+    "number without a last digit": (model("discount 1.\nhorizon 3"), "E0122", 2, 10, 12, "1.0"),
+    "number with a separator": (model("horizon 1_000"), "E0122", 2, 9, 14, "digits only"),
+    "update without a prime": (member("x = 3"), "E0123", 2, 1, 2, "`x' =`"),
+    "variable without visibility": (member("y: bool"), "E0123", 2, 1, 2, "hidden y"),
+    "declaration without a keyword": (model("n = 3"), "E0123", 2, 1, 2, "const"),
+    "comma missing in an array": (model("const a: int[T] = [1 2]"), "E0124", 2, 22, 23, "`,`"),
+    "comma missing in an enum": (model("enum A { x y }"), "E0124", 2, 12, 13, "`,`"),
+    "arm with a colon": (model("reward r = match a { x: 3 }"), "E0125", 2, 23, 24, "=>"),
+    "arm with an arrow": (model("reward r = match a { x -> 3 }"), "E0125", 2, 24, 26, "=>"),
+    "no model line": ("const n: int = 3", "E0126", 1, 1, 6, "model Name"),
+    "only a comment": ("# nothing\n", "E0100", 1, 1, 2, "model Name"),
+    "indexed update": (member("x[r]' = 3"), "E0128", 2, 2, 3, "x' = [i in"),
+    "indexed init": (member("init x[r] = 3"), "E0128", 2, 7, 8, "init x = [i in"),
+    "result arrow": (model("fn f(x: int) -> int = 3"), "E0129", 2, 14, 16, ": U"),
+    "Cassandra's format": ("# Tiger\ndiscount: 0.95\nvalues: reward\n", "E0130", 2, 1, 10, "model Name"),
+    "Cassandra's transitions": ("T: listen\nidentity\n", "E0130", 1, 1, 3, "model Name"),
+    "POMDPX": ("<?xml version='1.0'?>\n<pomdpx>", "E0131", 1, 1, 6, "model Name"),
+    "negative pattern": (model("reward r = match a { 0 => 3 -1 => 4 }"), "E0132", 2, 29, 31, "`,`"),
+    "large integer": (model(f"horizon {'9' * 5000}"), "E0136", 2, 9, 5009, "32 bits"),
+    "large number": (model("discount 1e999"), "E0136", 2, 10, 15, "float32"),
+    "misspelt quantifier": (model("reward r = summ(r in Rock: 3)"), "E0137", 2, 12, 16, "'sum'"),
+    "quantifier without a body": (model("reward r = sum(r in Rock)"), "E0138", 2, 12, 26, "sum(r in Rock:"),
+    "lookalike character": (model("legal when a ≤ b"), "E0102", 2, 14, 15, "`<=`"),
+    "unknown character": (model("legal when a @ b"), "E0102", 2, 14, 15, "letters"),
+    "missing name": (model("reward = 3"), "E0101", 2, 8, 9, "reward name = expression"),
+    "missing expression": (model("reward r =\nhorizon 3"), "E0101", 3, 1, 8, "reward name = expression"),
+    "instance with a colon": ('instance i of "a" { n: 3 }', "E0101", 1, 22, 23, "instance name of"),
+    "library": ("library L\nconst n: int = 3", "E0901", 1, 9, 10, "declare"),
+    "import": (model('import "lib.pomdp"'), "E0901", 2, 1, 19, "this file"),
+    "policy block": (model("policy default { choose = a }"), "E0901", 2, 1, 30, "policy default = ..."),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_mistake_has_its_code_place_and_remedy(name: str) -> None:
+    text, code, line, column, end_column, remedy = CASES[name]
+    (found,) = mistakes(text)
+    assert found.span is not None
+    at = (found.code, found.span.line, found.span.column, found.span.end_column)
+    assert at == (code, line, column, end_column)
+    assert remedy in found.remedy
+
+
+def test_expected_is_in_the_authors_words() -> None:
+    (found,) = mistakes(model("reward r ="))
+    assert found.message == "the file ends too early: expected an expression"
+    (found,) = mistakes('instance i "a" {}')
+    assert found.message == "unexpected the text \"a\": expected 'of'"
+
+
+def test_unclosed_bracket_notes_where_it_was_opened() -> None:
+    (found,) = mistakes("model M\nelement e {\nterminal when a")
+    ((span, text),) = found.notes
+    assert (span.line, span.column, text) == (2, 11, "opened here")
+
+
+def test_several_constructs_of_a_later_version_are_reported_at_once() -> None:
+    found = mistakes('model M import "a" invariant a < b invariant b < c')
+    assert [d.code for d in found] == ["E0901"] * 3
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "+".join("x" * 300),
+        "-" * 300 + "x",
+        "if a then b else " * 300 + "x",
+        "x" + "'" * 300,
+        "f(" * 300 + "x" + ")" * 300,
+    ],
+    ids=["sum", "unary", "if", "prime", "call"],
+)
+def test_deep_nesting_is_a_diagnostic(text: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        parse_expression(Source("e", text))
+    assert [d.code for d in caught.value.diagnostics] == ["E0135"]
+
+
+def test_parentheses_alone_are_no_depth() -> None:
+    parse_expression(Source("e", "(" * 5000 + "x" + ")" * 5000))
+
+
+@pytest.mark.parametrize("text", ["(" * 5000, ")" * 5000, "[" * 5000 + "x", "\x00", "é", "\\"])
+def test_garbage_is_a_diagnostic(text: str) -> None:
+    with pytest.raises(ModelError):
+        parse_expression(Source("e", text))
