@@ -8,6 +8,7 @@ from pathlib import Path
 
 import ir_samples
 import pytest
+import random_models
 import traces
 
 from hypgen.codegen.driver import generate
@@ -20,6 +21,7 @@ from hypgen.runtime.toolchain import find_tools
 
 EXAMPLES = sorted((Path(__file__).parent.parent.parent / "examples").glob("*.pomdp"))
 SEED, SCENARIOS, STEPS = 20261122, 1000, 60
+RANDOM_MODELS = 6
 
 
 @pytest.fixture(scope="module")
@@ -61,3 +63,9 @@ def test_example(example: Path, tmp_path: Path) -> None:
 )
 def test_hand_built_model(model: ir.Model, tmp_path: Path) -> None:
     assert_same_trace(model, tmp_path)
+
+
+@pytest.mark.usefixtures("_compiler")
+@pytest.mark.parametrize("seed", range(RANDOM_MODELS))
+def test_random_model(seed: int, tmp_path: Path) -> None:
+    assert_same_trace(random_models.model(seed), tmp_path)
