@@ -187,7 +187,7 @@ def _unexpected(situation: Situation) -> Diagnostic:
     elif situation.token.type == UNKNOWN:
         message = f"'{situation.token}' has no meaning here: expected {expected}"
     else:
-        message = f"unexpected {shown(situation.token)}: expected {expected}"
+        message = f"expected {expected}; found {shown(situation.token)}"
     code = "E0102" if situation.token.type == UNKNOWN else "E0101"
     return Diagnostic(code, message, situation.span(), _remedy(situation))
 
@@ -204,7 +204,7 @@ def _expected(situation: Situation) -> str:
     elif {"BOOL", "PROB"} <= accepts:
         words.append("a type")
         accepts = set()
-    if {"PLUS", "STAR"} <= accepts:
+    if {"PLUS", "STAR"} <= accepts or _after_operand(situation):
         words.append("an operator")
         accepts -= {"DOT", "QUOTE", "LSQB", "_DOTDOT"}
     if situation.expects_item:
@@ -220,6 +220,20 @@ def _expected(situation: Situation) -> str:
     words += sorted(f"'{k.lower()}'" for k in keywords if k in accepts)
     words += sorted(word for name, word in _WORDS.items() if name in accepts)
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}"
+
+
+def _after_operand(situation: Situation) -> bool:
+    """Return whether an expression may have been meant to go on.
+
+    What it accepts does not say so once a name, which may start an update, has ended the expression.
+    """
+    previous = situation.previous()
+    return (
+        (situation.expects_item or situation.expects_member)
+        and previous is not None
+        and previous.type in ("NAME", "INT", "FLOAT", "RPAR", "RSQB", "QUOTE")
+        and any(t.type in ("EQUAL", "TILDE", "WHEN", "DISCOUNT", "HORIZON") for t in situation.before)
+    )
 
 
 def _remedy(situation: Situation) -> str:

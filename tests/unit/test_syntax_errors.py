@@ -119,7 +119,9 @@ def test_expected_is_in_the_authors_words() -> None:
     (found,) = mistakes(model("reward r ="))
     assert found.message == "the file ends too early: expected an expression"
     (found,) = mistakes('instance i "a" {}')
-    assert found.message == "unexpected the text \"a\": expected 'of'"
+    assert found.message == "expected 'of'; found the text \"a\""
+    (found,) = mistakes(model("reward r = (a)b"))
+    assert found.message == "expected an operator or a declaration; found the name 'b'"
 
 
 def test_unclosed_bracket_notes_where_it_was_opened() -> None:
