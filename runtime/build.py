@@ -121,6 +121,7 @@ def _build_runtime(tools: Tools, to: Path) -> None:
         "CMAKE_CXX_COMPILER": tools.compiler.path,
         "CMAKE_EXPORT_COMPILE_COMMANDS": "ON",
         "HYPGEN_JSON_INCLUDE_DIR": tools.json_include,
+        "HYPGEN_WERROR": "OFF",  # another compiler may warn about more
     }
     definitions = [f"-D{name}={value}" for name, value in settings.items()]
     configure = [str(tools.cmake.path), "-S", str(RUNTIME_FOLDER), "-B", str(build), *generator, *definitions]

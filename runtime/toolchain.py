@@ -20,7 +20,7 @@ from pathlib import Path
 
 from hypgen.runtime.errors import ToolchainError
 
-MINIMUM_CMAKE = (3, 20)
+MINIMUM_CMAKE = (3, 21)
 COMPILERS = ("c++", "g++", "clang++")
 
 

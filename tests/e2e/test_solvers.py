@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -54,7 +55,19 @@ def test_run_hands_its_options_to_the_solver(tmp_path: Path) -> None:
     rows = [json.loads(line) for line in lines.read_text().splitlines()]
     assert [row["type"] for row in rows].count("episode") == 2
     assert rows[-1]["type"] == "summary"
-    assert all(row["version"] == 1 for row in rows)
+    assert (rows[0]["type"], rows[0]["version"], rows[0]["seed"]) == ("run", 1, 7)
+
+
+def test_the_documentation_has_every_option_and_field_of_the_solver(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "solver.md").read_text()
+    listed = set(re.findall(r"^  (--[a-z-]+)", hypgen("run", TIGER, "--", "--help").stdout, re.MULTILINE))
+    assert listed == set(re.findall(r"`(--[a-z-]+)[^`]*`", page.split("## JSON lines")[0]))
+    lines = tmp_path / "lines.jsonl"
+    hypgen("run", TIGER, *QUICK, "--json", str(lines))
+    for line in lines.read_text().splitlines():
+        assert not [
+            field for field in json.loads(line) if f"`{field}`" not in page and f'`"{field}"`' not in page
+        ]
 
 
 def test_run_gives_the_solvers_exit_code_and_help() -> None:
