@@ -90,9 +90,9 @@ def test_instance_finds_its_model_beside_itself(
     path = write_instance(tmp_path / "sub", 'instance i of "../tiger.pomdp" { hearing = 0.75 }')
     loaded = load(path)
     assert loaded.ast.name == "Tiger"
-    assert loaded.model == load(tiger, instance=path).model
     assert len(loaded.sources) == 2
-    assert [p.default for p in loaded.model.params] == [(0.75,)]
+    for model in (loaded.model, load(tiger, instance=path).model):
+        assert [p.default for p in model.params] == [(0.75,)]
 
 
 def test_instance_without_its_model(tmp_path: Path) -> None:
@@ -141,3 +141,9 @@ def test_setting_that_does_not_parse_is_shown(tiger: Path) -> None:
     assert diagnostic.span is not None
     assert diagnostic.span.file == "--set hearing"
     assert error.sources["--set hearing"].text == "1 +"
+
+
+def test_nesting_up_to_the_limit_loads(tmp_path: Path) -> None:
+    for deep in (" + ".join(["1"] * 190), "-" * 190 + "1", "if room.tiger == left then 0 else " * 180 + "1"):
+        text = (EXAMPLES / "tiger.pomdp").read_text() + f"reward deep = {deep}\n"
+        load(write_instance(tmp_path, text))
