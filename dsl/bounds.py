@@ -1,0 +1,75 @@
+"""Bounds that follow from the rewards, where the author declares none."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from hypgen.dsl import ast, intervals, ir, operators
+from hypgen.dsl.declarations import element_scope
+from hypgen.dsl.mistakes import mistake
+from hypgen.dsl.types import size_of
+
+if TYPE_CHECKING:
+    from hypgen.dsl.program import Program
+
+_SLACK = 2.0**-20
+
+
+def derived(name: str, model: ir.Model, program: Program) -> ir.Expr:
+    """Return ``bound upper`` or ``bound tail`` from the least or largest reward of a step.
+
+    The tail is what the default policy earns, so that its rewards alone count if it always takes one action.
+    """
+    upper = name == "upper"
+    action = None if upper else _constant_action(model, program)
+    step = sum(_term(r, upper, action, name, program) for r in model.rewards)
+    if not operators.is_false(model.terminal) or model.horizon is not None:
+        step = max(step, 0.0) if upper else min(step, 0.0)  # an episode may end at once
+    total = step * model.horizon if model.discount == 1 and model.horizon else step / (1 - model.discount)
+    return operators.real(_outward(total, upper))
+
+
+def _outward(value: float, upper: bool) -> float:
+    """Return ``value`` as a float32 that is not on its inner side."""
+    found = intervals.float32(value)
+    if (found < value) if upper else (found > value):
+        found = intervals.float32(value + abs(value) * (_SLACK if upper else -_SLACK))
+    return found
+
+
+def _term(reward: ir.Reward, upper: bool, action: ir.Const | None, name: str, program: Program) -> float:
+    value = reward.value
+    if action is not None:
+        scope = element_scope(program, reward.element, None)
+        value = replace(scope, evaluate=True, action=action).check(_source(reward, program))
+    end = operators.ends(value.type)[1 if upper else 0]
+    if math.isinf(end):
+        raise mistake(
+            "E0607",
+            f"bound {name} cannot be derived: nothing limits the reward '{reward.name}'",
+            reward.span,
+            f"declare it: bound {name} = .., or limit the reward with clamp(.., low, high)",
+        )
+    return end * (1 if reward.binder is None else size_of(reward.binder.type))
+
+
+def _source(reward: ir.Reward, program: Program) -> ast.Expr:
+    items: list[ast.Item] = list(program.file.items)
+    for item in program.file.items:
+        items += item.members if isinstance(item, ast.Element) else ()
+    return next(i.value for i in items if isinstance(i, ast.Reward) and i.span == reward.span)
+
+
+def _constant_action(model: ir.Model, program: Program) -> ir.Const | None:
+    """Return the action (or component of a product action) that the default policy always takes, if legal."""
+    if model.policy is None or not isinstance(model.policy.dist, ir.Certain):
+        return None
+    action = model.policy.dist.value
+    if not isinstance(action, ir.Const):
+        return None
+    scope = replace(element_scope(program, None, None), evaluate=True, action=action)
+    conditions = [i for i in program.file.items if isinstance(i, ast.Condition) and i.kind == "legal"]
+    always = all(operators.is_true(scope.check(c.condition)) for c in conditions)
+    return action if always else None

@@ -1,0 +1,211 @@
+"""Calls: built-in functions, model functions, records and variants."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from hypgen.dsl import ast, builtins, ir, operators
+from hypgen.dsl.diagnostics import did_you_mean
+from hypgen.dsl.draws import misplaced_draw
+from hypgen.dsl.mistakes import gather, later, mistake
+from hypgen.dsl.references import owner_of
+from hypgen.dsl.scope import Scope
+from hypgen.dsl.source import Span
+from hypgen.dsl.symbols import kind_of
+from hypgen.dsl.typecheck import check_as, described
+from hypgen.dsl.types import INT, PROB, Enum, Float, Int, Record, Type, size_of
+from hypgen.dsl.uses import Use
+
+_COUNTS = {"hypot": (2, 2), "clamp": (1, 3), "min": (2, None), "max": (2, None)}
+_ONE_NUMBER: dict[str, Callable[[ir.Expr], ir.Expr]] = {
+    "abs": operators.absolute,
+    "sign": operators.sign,
+    **{op: partial(operators.to_int, op) for op in builtins.ROUNDING},
+    **{op: partial(operators.rising, op) for op in builtins.RISING},
+}
+
+
+def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
+    """Return the value of a call."""
+    name = node.name
+    if name in builtins.DRAWS:
+        raise misplaced_draw(f"{name}(..)", node.span)
+    if name in builtins.LATER_DRAWS | builtins.LATER_FUNCTIONS:
+        raise later(f"'{name}'", node.span)
+    if name in builtins.FUNCTIONS:
+        return _builtin(node, scope, expected)
+    if name in builtins.QUANTIFIERS:
+        raise mistake(
+            "E0302",
+            f"'{name}' runs over the values of a type",
+            node.span,
+            f"write {name}(i in T: ..)" if name != "count" else "write count(i in T where ..)",
+        )
+    item = scope.program.symbols.globals.get(name)
+    if isinstance(item, ast.Function):
+        return _function(item, node, scope)
+    if isinstance(item, ast.RecordDecl):
+        return _record(item, node, scope)
+    if name in scope.program.symbols.variants:
+        return _variant(node, scope, expected)
+    if item is not None or name in scope.locals:
+        kind = "a local" if item is None else kind_of(item)
+        raise mistake("E0204", f"'{name}' is {kind}, not a function", node.span, f"index arrays: {name}[..]")
+    functions = [n for n, i in scope.program.symbols.globals.items() if isinstance(i, ast.Function)]
+    known = [*functions, *builtins.FUNCTIONS, *builtins.DRAWS, *scope.program.symbols.variants]
+    raise mistake(
+        "E0204",
+        f"there is no function '{name}'",
+        node.span,
+        did_you_mean(name, known) or f"declare it: fn {name}(..): type = ..",
+    )
+
+
+def _arguments(node: ast.Call, count: int, signature: str) -> None:
+    if len(node.arguments) != count:
+        raise mistake(
+            "E0302",
+            f"'{node.name}' takes {count} argument{'' if count == 1 else 's'}, but {len(node.arguments)} "
+            f"{'is' if len(node.arguments) == 1 else 'are'} given",
+            node.span,
+            f"its form is {signature}",
+        )
+
+
+def _function(item: ast.Function, node: ast.Call, scope: Scope) -> ir.Expr:
+    program = scope.program
+    formals = program.formals(item)
+    _arguments(node, len(formals), f"{item.name}({', '.join(f'{f.name}: {f.type}' for f in formals)})")
+    arguments = gather(
+        [
+            partial(check_as, n, scope, f.type, f"argument '{f.name}'")
+            for n, f in zip(node.arguments, formals, strict=True)
+        ]
+    )
+    if scope.owner is not None:
+        program.uses.add(scope.owner, Use("fn", item.name, scope.primed, node.span))
+    if scope.evaluate:
+        return program.follow_call(item, arguments, scope)
+    return ir.Call(program.function(item).type, item.name, tuple(arguments), scope.primed)
+
+
+def _record(item: ast.RecordDecl, node: ast.Call, scope: Scope) -> ir.Expr:
+    record = scope.program.named_type(item)
+    assert isinstance(record, Record)
+    _arguments(node, len(record.fields), f"{item.name}({', '.join(f'{n}: {t}' for n, t in record.fields)})")
+    values = gather(
+        [
+            partial(check_as, n, scope, t, f"field '{name}'")
+            for n, (name, t) in zip(node.arguments, record.fields, strict=True)
+        ]
+    )
+    return operators.make_record(record, tuple(values))
+
+
+def _variant(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
+    enum = owner_of(node.name, node.span, scope, expected)
+    variant = enum.variant(node.name)
+    assert variant is not None
+    if variant.argument is None:
+        raise mistake(
+            "E0302", f"variant '{node.name}' takes no argument", node.span, f"write {node.name} alone"
+        )
+    _arguments(node, 1, f"{node.name}({variant.argument})")
+    argument = check_as(node.arguments[0], scope, variant.argument, f"the argument of '{node.name}'")
+    return operators.make_variant(enum, node.name, argument)
+
+
+def _builtin(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
+    least, most = _COUNTS.get(node.name, (1, 1))
+    given = len(node.arguments)
+    if given < least or (most is not None and given > most) or (node.name == "clamp" and given == 2):
+        form = {"clamp": "clamp(x) or clamp(x, low, high)", "hypot": "hypot(a, b)"}.get(
+            node.name, f"{node.name}(a, b)" if most is None else f"{node.name}(x)"
+        )
+        raise mistake("E0302", f"'{node.name}' is given {given} arguments", node.span, f"its form is {form}")
+    if node.name == "index":
+        return _code(node, scope)
+    if node.name == "clamp" and given == 1:
+        return _clamp_to_target(node, scope, expected)
+    values = gather([partial(_number, n, scope, node.name) for n in node.arguments])
+    match node.name:
+        case "min" | "max":
+            result = values[0]
+            for value in values[1:]:
+                result = operators.arithmetic(node.name, result, value)
+            return result
+        case "hypot":
+            return operators.hypotenuse(values[0], values[1])
+        case "clamp":
+            return _clamp(node, values)
+    return _ONE_NUMBER[node.name](values[0])
+
+
+def _number(node: ast.Expr, scope: Scope, name: str) -> ir.Expr:
+    e = scope.check(node)
+    if not operators.is_numeric(e.type):
+        raise mistake(
+            "E0308",
+            f"'{name}' takes numbers, but this is {described(e.type)}",
+            node.span,
+            "use ints or floats",
+        )
+    return e
+
+
+def _code(node: ast.Call, scope: Scope) -> ir.Expr:
+    e = scope.check(node.arguments[0])
+    if not isinstance(e.type, Enum | Record):
+        raise mistake(
+            "E0308",
+            f"'index' gives an enum's place, but this is {described(e.type)}",
+            node.arguments[0].span,
+            "use it for values of enums and records",
+        )
+    if isinstance(e, ir.Const):
+        return operators.integer(int(e.value))
+    return operators.retyped(e, Int(0, size_of(e.type) - 1))
+
+
+def _clamp_to_target(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
+    finite = isinstance(expected, Int) and expected != INT
+    if not isinstance(expected, Int | Float) or not (finite or expected == PROB):
+        raise mistake(
+            "E0310",
+            "clamp(..) takes its ends from the range that is asked for, and here none is",
+            node.span,
+            "give the ends: clamp(x, low, high)",
+        )
+    e = _number(node.arguments[0], scope, "clamp")
+    if isinstance(expected, Float):
+        return operators.clamp(operators.to_float(e), expected.low, expected.high)
+    _refuse_float(e, node.arguments[0].span)
+    return operators.clamp(e, expected.low, expected.high)
+
+
+def _refuse_float(e: ir.Expr, span: Span) -> None:
+    if isinstance(e.type, Float):
+        raise mistake(
+            "E0301",
+            "an int is needed, but this is a float",
+            span,
+            "round it first: clamp(floor(..)), clamp(ceil(..)) or clamp(round(..))",
+        )
+
+
+def _clamp(node: ast.Call, values: list[ir.Expr]) -> ir.Expr:
+    operand, low, high = values
+    if not isinstance(low, ir.Const) or not isinstance(high, ir.Const):
+        raise mistake(
+            "E0810",
+            "the ends of clamp must be constants",
+            node.span,
+            "use min(max(x, low), high) for ends that vary",
+        )
+    if any(isinstance(v.type, Float) for v in values):
+        operand, low, high = (operators.to_float(v) for v in values)
+    assert isinstance(low, ir.Const) and isinstance(high, ir.Const)
+    if low.value > high.value:
+        raise mistake("E0605", "the lower end of clamp lies above the upper", node.span, "swap the ends")
+    return operators.clamp(operand, low.value, high.value)

@@ -1,0 +1,209 @@
+"""From the syntax tree to a checked model: the order in which declarations are taken up."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
+from pathlib import PurePath
+
+from hypgen.dsl import analysis, ast, bounds, ir, members, operators, settings
+from hypgen.dsl.mistakes import Report, mistake
+from hypgen.dsl.program import Program
+from hypgen.dsl.source import Source, Span
+from hypgen.dsl.symbols import collect
+from hypgen.dsl.types import Enum, Record
+from hypgen.dsl.visibility import check_reads
+
+# The parser limits nesting; each level takes some ten frames here.
+_RECURSION_LIMIT = 20_000
+_ZERO = operators.real(0.0)
+
+
+def lower(file: ast.ModelFile, overrides: Mapping[str, ast.Expr], source: Source) -> ir.Model:
+    """Return the checked model; raises ``ModelError`` with every independent mistake."""
+    with _deep_recursion():
+        report = Report()
+        program = Program(file, overrides, collect(file, report), report)
+        settings.refuse_unknown(program)
+        model = _model(program, source)
+        report.raise_if_any()
+        assert model is not None
+        return model
+
+
+@contextmanager
+def _deep_recursion() -> Iterator[None]:
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, _RECURSION_LIMIT))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(before)
+
+
+def _model(program: Program, source: Source) -> ir.Model | None:
+    report = program.report
+    declared = _Declared(program)
+    action = report.attempt(partial(_action, program))
+    discount = report.attempt(partial(program.discount, program.file.span))
+    horizon = report.attempt(partial(settings.horizon, program))
+    inits, updates = members.assignments(program)
+    observations = members.observations(program)
+    rewards = members.rewards(program)
+    conditions = {
+        kind: report.attempt(partial(members.condition, program, kind))
+        for kind in ("terminal", "legal", "success")
+    }
+    policy = None if action is None else report.attempt(partial(members.policy, program, action))
+    found_bounds = members.bounds(program)
+
+    variables = {v.name: v for v in declared.variables}
+    check_reads(program, variables, _readers(inits, found_bounds))
+    updates = analysis.stage_updates(updates, program.uses, report)
+    inits = analysis.order_inits(inits, variables, program.uses, report)
+    sites = [(a.site, a.span) for a in (*inits, *updates)]
+    sites += [(o.site, o.span) for o in observations]
+    sites += [(x.site, x.span) for x in declared.lets if x.draws]
+    analysis.check_sites(sites + [(ir.Site("policy:default"), program.file.span)], report)
+    watched = [f"observe {o.name}" for o in observations] + ["terminal when"]
+    marked = analysis.mark_variables(declared.variables, updates, program.uses, watched)
+    key = analysis.key_fields(observations, marked)
+    analysis.check_key(key, program.file.span, report)
+    if report.found or action is None or discount is None:
+        return None
+
+    model = ir.Model(
+        name=program.file.name,
+        file=PurePath(source.name).name,
+        source_hash=_hash(source, program),
+        discount=discount,
+        horizon=horizon,
+        enums=tuple(declared.enums),
+        records=tuple(declared.records),
+        params=tuple(declared.params),
+        tables=tuple(declared.tables),
+        elements=tuple(declared.elements),
+        variables=tuple(marked),
+        lets=tuple(declared.lets),
+        functions=tuple(declared.functions),
+        action=action,
+        inits=tuple(inits),
+        updates=tuple(updates),
+        observations=tuple(observations),
+        rewards=tuple(rewards),
+        terminal=conditions["terminal"] or operators.FALSE,
+        legal=conditions["legal"] or operators.TRUE,
+        policy=policy,
+        upper=found_bounds.get("upper", _ZERO),
+        tail=found_bounds.get("tail", _ZERO),
+        lower=found_bounds.get("lower"),
+        success=conditions["success"],
+        key=key,
+        spans=_spans(program.file),
+    )
+    for name in ("upper", "tail"):
+        if name not in found_bounds:
+            bound = report.attempt(partial(bounds.derived, name, model, program))
+            model = replace(model, **{name: bound or _ZERO})  # type: ignore[arg-type]  # both are expressions
+    return model
+
+
+class _Declared:
+    """All declarations, checked; those with mistakes are reported and left out."""
+
+    def __init__(self, program: Program) -> None:
+        self.enums: list[Enum] = []
+        self.records: list[Record] = []
+        self.params: list[ir.Param] = []
+        self.tables: list[ir.ConstantArray] = []
+        self.elements: list[ir.Element] = []
+        self.variables: list[ir.Variable] = []
+        self.lets: list[ir.Let] = []
+        self.functions: list[ir.Function] = []
+        for item in program.symbols.globals.values():
+            program.report.attempt(partial(self._add, item, program))
+
+    def _add(self, item: ast.Item, program: Program) -> None:
+        match item:
+            case ast.TypeAlias() | ast.EnumDecl() | ast.RecordDecl():
+                found = program.named_type(item)
+                if isinstance(found, Enum) and found not in self.enums:
+                    self.enums.append(found)
+                if isinstance(found, Record) and found not in self.records:
+                    self.records.append(found)
+            case ast.Const():
+                value = program.const(item)
+                if isinstance(value, ir.ConstantArray):
+                    self.tables.append(value)
+            case ast.Param():
+                self.params.append(program.param(item))
+            case ast.Function():
+                self.functions.append(program.function(item))
+            case ast.Element(_, name):
+                self.elements.append(program.element(name))
+                for member in program.symbols.members[name].values():
+                    program.report.attempt(partial(self._add_member, name, member, program))
+
+    def _add_member(self, element: str, member: ast.Variable | ast.Let, program: Program) -> None:
+        if isinstance(member, ast.Variable):
+            self.variables.append(program.variable(element, member))
+        else:
+            self.lets.append(program.let(element, member))
+
+
+def _action(program: Program) -> ir.Action:
+    items = [i for i in program.file.items if isinstance(i, ast.Action)]
+    if not items:
+        raise mistake("E0801", "the model has no action", program.file.span, "add a line: action act: Act")
+    if len(items) > 1:
+        raise mistake(
+            "E0802",
+            "the model has a second action",
+            items[1].span,
+            "there is one: join the two in a record, or in an array if they are alike",
+            [(items[0].span, "the first action is here")],
+        )
+    return program.action(items[0])
+
+
+def _readers(inits: list[ir.Assign], found_bounds: Mapping[str, ir.Expr]) -> list[str]:
+    """Return the declarations that may not read everything."""
+    return [
+        *(f"init {i.variable}" for i in inits),
+        "legal when",
+        "policy default",
+        *(f"bound {name}" for name in found_bounds),
+    ]
+
+
+def _hash(source: Source, program: Program) -> str:
+    """Return the SHA-256 of the text and, in order of names, the values that settings replace."""
+    digest = hashlib.sha256(source.text.encode())
+    for name in sorted(program.overrides):
+        item = program.symbols.globals[name]
+        value: object = None
+        if isinstance(item, ast.Param):
+            value = program.param(item).default
+        elif isinstance(item, ast.Const):
+            found = program.const(item)
+            value = found.values if isinstance(found, ir.ConstantArray) else found.value
+        digest.update(f"\n{name} = {value!r}".encode())
+    return digest.hexdigest()
+
+
+def _spans(file: ast.ModelFile) -> dict[str, Span]:
+    """Return where the model's nameless parts are declared: ``terminal``, ``policy``, ``upper`` ..."""
+    spans: dict[str, Span] = {}
+    for item in file.items:
+        match item:
+            case ast.Condition(span, kind) | ast.Setting(span, kind):
+                spans.setdefault(kind, span)
+            case ast.Bound(span, name):
+                spans.setdefault(name, span)
+            case ast.Policy(span):
+                spans.setdefault("policy", span)
+    return spans

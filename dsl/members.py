@@ -1,0 +1,266 @@
+"""What elements and the model do: inits, updates, observations, rewards, conditions, policy and bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING
+
+from hypgen.dsl import ast, ir, operators
+from hypgen.dsl.constants import require_indices, shape
+from hypgen.dsl.declarations import element_scope
+from hypgen.dsl.diagnostics import did_you_mean
+from hypgen.dsl.distributions import right_side
+from hypgen.dsl.mistakes import Mistake, gather, mistake
+from hypgen.dsl.quantifiers import bind_all, bind_types
+from hypgen.dsl.scope import Scope
+from hypgen.dsl.symbols import duplicate
+from hypgen.dsl.type_expressions import require_finite
+from hypgen.dsl.typecheck import check_as, described
+from hypgen.dsl.types import BOOL, FLOAT, Type
+
+if TYPE_CHECKING:
+    from hypgen.dsl.program import Program
+
+BOUNDS = ("upper", "lower", "tail")
+
+
+def elements(program: Program) -> list[ast.Element]:
+    """Return the model's elements, repeated names left out."""
+    return [
+        i
+        for i in program.file.items
+        if isinstance(i, ast.Element) and program.symbols.globals.get(i.name) is i
+    ]
+
+
+def assignments(program: Program) -> tuple[list[ir.Assign], list[ir.Assign]]:
+    """Return all inits and all updates; reports variables that lack one or have two."""
+    inits: list[ir.Assign] = []
+    updates: list[ir.Assign] = []
+    for owner in elements(program):
+        seen: dict[tuple[type, str], ast.Item] = {}
+        for member in owner.members:
+            if isinstance(member, ast.Init | ast.Update):
+                key = (type(member), member.name)
+                if key in seen:
+                    program.report.add(_second(owner, member, seen[key]))
+                    continue
+                seen[key] = member
+                found = program.report.attempt(partial(_assign, owner, member, program))
+                if found is not None:
+                    (inits if isinstance(member, ast.Init) else updates).append(found)
+        for item in program.symbols.members[owner.name].values():
+            if isinstance(item, ast.Variable):
+                _require_assignments(owner, item, seen, program)
+    return inits, updates
+
+
+def _second(owner: ast.Element, member: ast.Init | ast.Update, first: ast.Item) -> Mistake:
+    kind = "init" if isinstance(member, ast.Init) else "update"
+    return mistake(
+        "E0403",
+        f"'{owner.name}.{member.name}' has a second {kind}",
+        member.span,
+        "a variable has one: join the two with if .. then .. else",
+        [(first.span, f"the first {kind} is here")],
+    )
+
+
+def _require_assignments(
+    owner: ast.Element, item: ast.Variable, seen: dict[tuple[type, str], ast.Item], program: Program
+) -> None:
+    path = f"{owner.name}.{item.name}"
+    if (ast.Init, item.name) not in seen:
+        program.report.add(
+            mistake("E0404", f"'{path}' has no init", item.span, f"add: init {item.name} = .., or ~ a draw")
+        )
+    update = seen.get((ast.Update, item.name))
+    if update is None and not item.fixed:
+        program.report.add(
+            mistake(
+                "E0401",
+                f"'{path}' has no update",
+                item.span,
+                f"add: {item.name}' = .., or declare it fixed if it never changes",
+            )
+        )
+    if update is not None and item.fixed:
+        program.report.add(
+            mistake(
+                "E0402",
+                f"'{path}' is fixed but has an update",
+                update.span,
+                "remove 'fixed' or the update",
+                [(item.span, "it is declared fixed here")],
+            )
+        )
+
+
+def _assign(owner: ast.Element, member: ast.Init | ast.Update, program: Program) -> ir.Assign:
+    own = program.symbols.members[owner.name]
+    item = own.get(member.name)
+    is_init = isinstance(member, ast.Init)
+    if not isinstance(item, ast.Variable):
+        known = [n for n, i in own.items() if isinstance(i, ast.Variable)]
+        raise mistake(
+            "E0410",
+            f"element '{owner.name}' has no variable '{member.name}'",
+            member.span,
+            did_you_mean(member.name, known) or "an element assigns its own variables only",
+        )
+    variable = program.variable(owner.name, item)
+    path = variable.name
+    scope = element_scope(program, owner.name, f"{'init' if is_init else 'update'} {path}")
+    binder = program.element(owner.name).binder
+    family = () if binder is None else (binder,)
+    indices = variable.indices[len(family) :]
+    binders, dist = array_of(member.rhs, indices, scope, variable.type, member.name)
+    site = ir.Site(f"init:{path}" if is_init else path)
+    return ir.Assign(path, family + binders, dist, site, member.span)
+
+
+def array_of(
+    rhs: ast.Rhs, indices: tuple[Type, ...], scope: Scope, target: Type, name: str
+) -> tuple[tuple[ir.Binder, ...], ir.Dist]:
+    """Return what ``rhs`` says of an array's entry, and the binders of its indexes; a scalar has none."""
+    if not indices:
+        return (), right_side(rhs, scope, target, f"'{name}'")
+    node = rhs.expr
+    if not isinstance(node, ast.Comprehension):
+        wanted = ", ".join(f"{b} in {t}" for b, t in zip("ijklmnpqrstuvw", indices, strict=False))
+        raise mistake(
+            "E0706",
+            f"'{name}' is an array: say what each entry is",
+            rhs.span,
+            f"write [{wanted}: ..]",
+        )
+    binders = bind_types(node.binders, scope)
+    require_indices(node, binders, indices[: len(binders)] if len(binders) < len(indices) else indices, name)
+    inner = bind_all(node.binders, binders, scope)
+    rest, dist = array_of(
+        ast.Rhs(node.body.span, rhs.draw, node.body), indices[len(binders) :], inner, target, name
+    )
+    return binders + rest, dist
+
+
+def _owned(program: Program, kind: type[ast.Item]) -> Iterator[tuple[ast.Element | None, ast.Item]]:
+    for item in program.file.items:
+        if isinstance(item, kind):
+            yield None, item
+        if isinstance(item, ast.Element) and program.symbols.globals.get(item.name) is item:
+            for member in item.members:
+                if isinstance(member, kind):
+                    yield item, member
+
+
+def observations(program: Program) -> list[ir.Observation]:
+    """Return all observations, in order."""
+    found = []
+    for owner, item in _owned(program, ast.Observe):
+        assert isinstance(item, ast.Observe)
+        name = item.name if owner is None else f"{owner.name}.{item.name}"
+        if program.symbols.observations.get(name) is item:
+            found.append(program.report.attempt(partial(_observation, owner, item, name, program)))
+    return [o for o in found if o is not None]
+
+
+def _observation(owner: ast.Element | None, item: ast.Observe, name: str, program: Program) -> ir.Observation:
+    element = None if owner is None else owner.name
+    scope = element_scope(program, element, f"observe {name}")
+    t, indices = shape(program.type_of(item.type))
+    require_finite(t, item.type.span, "an observation")
+    own, dist = array_of(item.rhs, indices, scope, t, item.name)
+    binder = None if element is None else program.element(element).binder
+    binders = (() if binder is None else (binder,)) + own
+    return ir.Observation(name, element, t, binders, dist, ir.Site(f"observe:{name}"), item.span)
+
+
+def rewards(program: Program) -> list[ir.Reward]:
+    """Return all reward terms, in order."""
+    seen: dict[str, ast.Item] = {}
+    found = []
+    for owner, item in _owned(program, ast.Reward):
+        assert isinstance(item, ast.Reward)
+        name = item.name if owner is None else f"{owner.name}.{item.name}"
+        if name in seen:
+            program.report.add(duplicate(name, item.span, seen[name].span))
+            continue
+        seen[name] = item
+        found.append(program.report.attempt(partial(_reward, owner, item, name, program)))
+    return [r for r in found if r is not None]
+
+
+def _reward(owner: ast.Element | None, item: ast.Reward, name: str, program: Program) -> ir.Reward:
+    element = None if owner is None else owner.name
+    value = element_scope(program, element, f"reward {name}").check(item.value)
+    if not operators.is_numeric(value.type):
+        raise mistake(
+            "E0301",
+            f"a reward must be a number, but this is {described(value.type)}",
+            item.value.span,
+            "write: if .. then .. else 0",
+        )
+    binder = None if element is None else program.element(element).binder
+    return ir.Reward(name, element, binder, value, item.span)
+
+
+def condition(program: Program, kind: str) -> ir.Expr | None:
+    """Return what the ``kind when`` lines say together: for ``legal`` all, for others any; None without."""
+    items = [i for i in program.file.items if isinstance(i, ast.Condition) and i.kind == kind]
+    scope = Scope(program, owner=f"{kind} when")
+    what = f"the condition of '{kind} when'"
+    parts = gather([partial(check_as, i.condition, scope, BOOL, what) for i in items])
+    if not parts:
+        return None
+    result = parts[0]
+    for part in parts[1:]:
+        result = operators.both(result, part) if kind == "legal" else operators.either(result, part)
+    return result
+
+
+def policy(program: Program, action: ir.Action) -> ir.Policy | None:
+    """Return the default policy, None if there is none."""
+    items = [i for i in program.file.items if isinstance(i, ast.Policy)]
+    for item in items:
+        if item.name != "default":
+            raise mistake(
+                "E0805",
+                f"there is no policy '{item.name}'",
+                item.span,
+                did_you_mean(item.name, ["default"]) or "the one policy is called default",
+            )
+    if len(items) > 1:
+        raise duplicate("policy default", items[1].span, items[0].span)
+    if not items:
+        return None
+    scope = Scope(program, owner="policy default")
+    binders, dist = array_of(items[0].rhs, action.indices, scope, action.type, action.name)
+    return ir.Policy(binders, dist, ir.Site("policy:default"), items[0].span)
+
+
+def bounds(program: Program) -> dict[str, ir.Expr]:
+    """Return the declared bounds as floats, by name."""
+    found: dict[str, ir.Expr] = {}
+    seen: dict[str, ast.Bound] = {}
+    for item in program.file.items:
+        if not isinstance(item, ast.Bound):
+            continue
+        if item.name not in BOUNDS:
+            program.report.add(
+                mistake(
+                    "E0805",
+                    f"there is no bound '{item.name}'",
+                    item.span,
+                    did_you_mean(item.name, BOUNDS) or "bounds are upper, lower and tail",
+                )
+            )
+        elif item.name in seen:
+            program.report.add(duplicate(f"bound {item.name}", item.span, seen[item.name].span))
+        else:
+            seen[item.name] = item
+            scope = Scope(program, owner=f"bound {item.name}")
+            value = program.report.attempt(partial(check_as, item.value, scope, FLOAT, f"bound {item.name}"))
+            if value is not None:
+                found[item.name] = value
+    return found

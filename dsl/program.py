@@ -1,0 +1,128 @@
+"""The model's declarations, each checked when first needed and once.
+
+A const may size a type that a function's formal has, which a const calls; so there is no fixed order.
+``Program`` computes what is asked for, reports a declaration's mistakes at the declaration, and tells every
+user of a wrong one by a ``Mistake`` without diagnostics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TypeVar
+
+from hypgen.dsl import ast, constants, declarations, expressions, ir, settings, type_expressions
+from hypgen.dsl.mistakes import Mistake, Report, mistake
+from hypgen.dsl.scope import Scope
+from hypgen.dsl.source import Span
+from hypgen.dsl.symbols import Symbols
+from hypgen.dsl.types import Type
+from hypgen.dsl.uses import Uses
+
+T = TypeVar("T")
+
+
+class Program:
+    """A model file under its settings, with everything that has been checked so far."""
+
+    def __init__(
+        self, file: ast.ModelFile, overrides: Mapping[str, ast.Expr], symbols: Symbols, report: Report
+    ) -> None:
+        self.file = file
+        self.overrides = overrides
+        self.symbols = symbols
+        self.report = report
+        self.uses = Uses()
+        self._done: dict[str, object] = {}
+        self._failed: set[str] = set()
+        self._active: dict[str, Span] = {}
+
+    def _demand(self, key: str, span: Span, compute: Callable[[], T]) -> T:
+        """Return what ``compute`` gives for the declaration ``key`` at ``span``, computing it once."""
+        if key in self._done:
+            return self._done[key]  # type: ignore[return-value]  # a key has one kind of value
+        if key in self._failed:
+            raise Mistake()
+        if key in self._active:
+            cycle = list(self._active)[list(self._active).index(key) :]
+            self._failed.update(cycle)
+            path = " -> ".join([*cycle, key])
+            raise mistake(
+                "E0208",
+                f"{key} is defined by itself: {path}",
+                self._active[key],
+                "break the circle: recursion is not part of this version of the language",
+                [(self._active[k], f"{k} is declared here") for k in cycle[1:]],
+            )
+        self._active[key] = span
+        try:
+            value = compute()
+        except Mistake as error:
+            self.report.add(error)
+            self._failed.add(key)
+            raise Mistake() from None
+        finally:
+            del self._active[key]
+        if key in self._failed:
+            raise Mistake()
+        self._done[key] = value
+        return value
+
+    def check(self, node: ast.Expr, scope: Scope, expected: Type | None = None) -> ir.Expr:
+        """Return ``node`` as a typed expression."""
+        return expressions.check(node, scope, expected)
+
+    def type_of(self, node: ast.TypeExpr) -> Type:
+        """Return the type that ``node`` writes."""
+        return type_expressions.resolve(node, self)
+
+    def named_type(self, item: ast.TypeAlias | ast.EnumDecl | ast.RecordDecl) -> Type:
+        """Return a declared type."""
+        return self._demand(f"type {item.name}", item.span, lambda: type_expressions.declared(item, self))
+
+    def const(self, item: ast.Const) -> ir.Const | ir.ConstantArray:
+        """Return a const's value under the settings."""
+        return self._demand(f"const {item.name}", item.span, lambda: constants.const(item, self))
+
+    def param(self, item: ast.Param) -> ir.Param:
+        """Return a param with its default under the settings."""
+        return self._demand(f"param {item.name}", item.span, lambda: constants.param(item, self))
+
+    def discount(self, span: Span) -> float:
+        """Return the discount, which ``span`` asks for."""
+        return self._demand("discount", span, lambda: settings.discount(self))
+
+    def action(self, item: ast.Action) -> ir.Action:
+        """Return the action."""
+        return self._demand(f"action {item.name}", item.span, lambda: declarations.action(item, self))
+
+    def element(self, name: str) -> ir.Element:
+        """Return an element."""
+        item = self.symbols.globals[name]
+        assert isinstance(item, ast.Element)
+        return self._demand(f"element {name}", item.span, lambda: declarations.element(item, self))
+
+    def variable(self, element: str, item: ast.Variable) -> ir.Variable:
+        """Return a variable of ``element``."""
+        key = f"variable {element}.{item.name}"
+        return self._demand(key, item.span, lambda: declarations.variable(element, item, self))
+
+    def let(self, element: str, item: ast.Let) -> ir.Let:
+        """Return a let of ``element``."""
+        key = f"let {element}.{item.name}"
+        return self._demand(key, item.span, lambda: declarations.let(element, item, self))
+
+    def formals(self, item: ast.Function) -> tuple[ir.Binder, ...]:
+        """Return a function's formals."""
+        return self._demand(f"formals of {item.name}", item.span, lambda: declarations.formals(item, self))
+
+    def function(self, item: ast.Function) -> ir.Function:
+        """Return a function."""
+        return self._demand(f"fn {item.name}", item.span, lambda: declarations.function(item, self))
+
+    def follow_let(self, element: str, item: ast.Let, member: tuple[ir.Expr, ...], scope: Scope) -> ir.Expr:
+        """Return the value of a let where ``scope`` evaluates."""
+        return declarations.follow_let(element, item, member, scope)
+
+    def follow_call(self, item: ast.Function, arguments: list[ir.Expr], scope: Scope) -> ir.Expr:
+        """Return the value of a call where ``scope`` evaluates."""
+        return declarations.follow_call(item, arguments, scope)

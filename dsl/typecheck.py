@@ -1,0 +1,112 @@
+"""Fitting a value to the type that its place asks for."""
+
+from __future__ import annotations
+
+from hypgen.dsl import ast, ir
+from hypgen.dsl.mistakes import Mistake, mistake
+from hypgen.dsl.operators import ends, join, to_float
+from hypgen.dsl.scope import Scope
+from hypgen.dsl.source import Span
+from hypgen.dsl.types import INT32_MAX, INT32_MIN, Bool, Float, Int, Type
+
+
+def check_as(
+    node: ast.Expr, scope: Scope, target: Type, what: str = "the value", code: str = "E0601"
+) -> ir.Expr:
+    """Return ``node`` as a value of ``target``; ``code`` is that of a value that may lie outside."""
+    return fit(scope.check(node, target), target, node.span, what, code)
+
+
+def fit(e: ir.Expr, target: Type, span: Span, what: str = "the value", code: str = "E0601") -> ir.Expr:
+    """Return ``e`` as a value of ``target``: widened to a float, or proven to lie in the range."""
+    found = e.type
+    match target, found:
+        case Int(low, high), Int(least, most):
+            if low <= least and most <= high:
+                return e
+            raise mistake(
+                code,
+                f"{what} ranges over {_interval(least, most)}, which does not fit {low} .. {high}",
+                span,
+                _range_remedy(e, code, low, high),
+            )
+        case Int(), Float():
+            raise mistake(
+                "E0301",
+                f"{what} must be an int, but this is a float",
+                span,
+                "round it: floor(..), ceil(..) or round(..)",
+            )
+        case Float(_, _, prob), (Int() | Float()):
+            least_float, most_float = ends(found)
+            if prob and (most_float < 0 or least_float > 1):
+                raise mistake(
+                    "E0606",
+                    f"{what} is {_interval(least_float, most_float)}, which is no probability",
+                    span,
+                    "a probability lies in 0 .. 1",
+                )
+            return to_float(e)
+    if target == found:
+        return e
+    raise mismatch(target, found, span, what)
+
+
+def mismatch(target: Type, found: Type, span: Span, what: str) -> Mistake:
+    """Return the mistake of giving a ``found`` where a ``target`` is needed."""
+    if isinstance(target, Bool) and isinstance(found, Int | Float):
+        remedy = "compare it, as in x > 0"
+    elif isinstance(found, Bool) and isinstance(target, Int | Float):
+        remedy = "write: if .. then 1 else 0"
+    else:
+        remedy = f"give a value of type {target}"
+    return mistake("E0301", f"{what} must be of type {target}, but this is {described(found)}", span, remedy)
+
+
+def described(t: Type) -> str:
+    """Return a type in words, an int's interval left out."""
+    return "an int" if isinstance(t, Int) else "a float" if isinstance(t, Float) else f"of type {t}"
+
+
+def unify(branches: list[tuple[ir.Expr, Span]], expected: Type | None) -> list[ir.Expr]:
+    """Return branches as one kind: floats if any is, the expected type where that is a float."""
+    wide = isinstance(expected, Float) or any(isinstance(e.type, Float) for e, _ in branches)
+    result: list[ir.Expr] = []
+    for e, span in branches:
+        e = to_float(e) if wide and isinstance(e.type, Int) else e
+        if result and join(result[0].type, e.type) is None:
+            raise mistake(
+                "E0301",
+                f"the branches differ: one is {described(result[0].type)}, this is {described(e.type)}",
+                span,
+                "give all branches the same type",
+                [(branches[0][1], f"this is {described(result[0].type)}")],
+            )
+        result.append(e)
+    return result
+
+
+def require_int32(e: ir.Expr, span: Span) -> ir.Expr:
+    """Return ``e``, or raise if its interval leaves int32."""
+    if isinstance(e.type, Int) and (e.type.low < INT32_MIN or e.type.high > INT32_MAX):
+        raise mistake(
+            "E0604",
+            f"this ranges over {_interval(e.type.low, e.type.high)}, beyond 32-bit integers",
+            span,
+            "give the operands smaller types, clamp them, or compute with floats",
+        )
+    return e
+
+
+def _interval(low: float, high: float) -> str:
+    if low == high:
+        return f"{low:g}" if isinstance(low, float) else str(low)
+    return f"{low:g} .. {high:g}" if isinstance(low, float) else f"{low} .. {high}"
+
+
+def _range_remedy(e: ir.Expr, code: str, low: int, high: int) -> str:
+    if isinstance(e, ir.Const):
+        return f"use a value from {low} to {high}"
+    if code == "E0602":
+        return f"clamp the index, clamp(.., {low}, {high}), or guard it with a condition"
+    return f"write clamp(..), clamp(.., {low}, {high}), or guard it with a condition"
