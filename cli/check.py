@@ -67,8 +67,12 @@ def summary(model: ir.Model) -> dict[str, Any]:
 
 def describe(facts: dict[str, Any]) -> str:
     """Return ``summary``'s figures in words."""
-    plural = "" if facts["stages"] == 1 else "s"
+
+    def some(number: int, noun: str) -> str:
+        return f"{number} {noun}{'' if number == 1 else 's'}"
+
     return (
-        f"{facts['model']}: {facts['state_bits']} bits of state ({facts['hidden_bits']} hidden), "
-        f"{facts['actions']} actions, {facts['observations']} observations, {facts['stages']} stage{plural}"
+        f"{facts['model']}: {some(facts['state_bits'], 'bit')} of state ({facts['hidden_bits']} hidden), "
+        f"{some(facts['actions'], 'action')}, {some(facts['observations'], 'observation')}, "
+        f"{some(facts['stages'], 'stage')} of updates"
     )

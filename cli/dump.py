@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 
+from hypgen.dsl import ast
 from hypgen.dsl.ir import Site
 from hypgen.dsl.source import Span
-from hypgen.dsl.types import Type
+from hypgen.dsl.types import Enum, Record, Type
 
 WIDTH = 110
 
@@ -34,8 +35,7 @@ def _lines(value: object, indent: str, label: str) -> Iterator[str]:
         return
     yield f"{indent}{label}{_head(value)}{_place(value)}"
     for name, item in _fields(value):
-        if item not in ((), None):
-            yield from _lines(item, indent + "  ", f"{name}: ")
+        yield from _lines(item, indent + "  ", f"{name}: ")
 
 
 def _flat(value: object) -> str:
@@ -43,10 +43,22 @@ def _flat(value: object) -> str:
     if isinstance(value, tuple | frozenset):
         items = sorted(value) if isinstance(value, frozenset) else value
         return f"[{', '.join(map(_flat, items))}]"
+    if isinstance(value, ast.Name):
+        return value.name
+    if isinstance(value, ast.Literal):
+        return repr(value.value)
     if not _is_node(value):
-        return value if isinstance(value, str) else str(value)
-    inner = ", ".join(_flat(item) for _, item in _fields(value) if item not in ((), None))
+        return str(value)
+    inner = ", ".join(_flat(item) for _, item in _fields(value))
     return f"{_head(value)}({inner})" if inner else _head(value)
+
+
+def _declaration(declared: Enum | Record) -> str:
+    """Return an enum or record as it would be declared; everywhere else its name stands for it."""
+    if isinstance(declared, Enum):
+        variants = (v.name if v.argument is None else f"{v.name}({v.argument})" for v in declared.variants)
+        return f"enum {declared.name} {{ {', '.join(variants)} }}"
+    return f"record {declared.name} {{ {', '.join(f'{name}: {of}' for name, of in declared.fields)} }}"
 
 
 def _is_node(value: object) -> bool:
@@ -67,9 +79,13 @@ def _place(value: object) -> str:
 
 
 def _fields(value: object) -> Iterator[tuple[str, object]]:
-    """Yield the fields to show, in order of declaration."""
+    """Yield the fields to show, in order of declaration; a flag is shown as its name where it is set."""
     for field in dataclasses.fields(value):  # type: ignore[arg-type]  # _is_node has checked it
         item = getattr(value, field.name)
-        if isinstance(item, Span | dict) or (field.name == "type" and isinstance(item, Type)):
+        hidden = isinstance(item, Span | dict) or (field.name == "type" and isinstance(item, Type))
+        if hidden or item is None or item == () or (field.type == "bool" and not item):
             continue
-        yield field.name, item.path if isinstance(item, Site) else item
+        shown = field.name if field.type == "bool" else item
+        if field.name in ("enums", "records"):
+            shown = tuple(map(_declaration, item))
+        yield field.name, shown.path if isinstance(shown, Site) else shown

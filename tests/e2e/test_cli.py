@@ -71,7 +71,7 @@ def test_mistakes_of_a_model_are_shown_with_their_place(tmp_path: Path) -> None:
 def test_check_says_how_large_a_model_is() -> None:
     done = hypgen("check", TIGER)
     assert (done.returncode, done.stderr) == (0, "")
-    expected = "Tiger: 1 bits of state (1 hidden), 3 actions, 2 observations, 1 stage"
+    expected = "Tiger: 1 bit of state (1 hidden), 3 actions, 2 observations, 1 stage of updates"
     assert done.stdout == f"{TIGER}: OK: {expected}\n"
     assert json.loads(hypgen("check", TIGER, "--json").stdout) == {
         "ok": True,
