@@ -1,0 +1,13 @@
+"""The way from a checked model to the files of a C++ project."""
+
+from __future__ import annotations
+
+from hypgen.codegen.lowering import lower
+from hypgen.codegen.render import render
+from hypgen.dsl import ir
+
+
+def generate(model: ir.Model) -> dict[str, str]:
+    """Return the project's files, keyed by their paths; the same model gives the same bytes."""
+    header, main, project = lower(model)
+    return render(header, main, project)

@@ -1,0 +1,360 @@
+"""The functions that the runtime calls: the Model concept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+
+from hypgen.codegen import views
+from hypgen.codegen.cpp import code_of, scalar, shifted, value_of
+from hypgen.codegen.expr_printer import Context
+from hypgen.codegen.function_builder import Builder, origin
+from hypgen.codegen.functions import (
+    PartNames,
+    arguments,
+    assigned,
+    density_needs,
+    key_of,
+    position,
+    update_needs,
+)
+from hypgen.codegen.partition import ElementUpdate, reward_guard
+from hypgen.dsl import ir
+from hypgen.dsl.types import Bool, Float, length_of, low_of, size_of
+
+_PLACE = [("const Params&", "params"), ("const Fixed&", "fixed"), ("const State&", "state")]
+Digit = Callable[[Sequence[ir.Binder]], str]
+Stages = Sequence[Sequence[ElementUpdate]]
+
+
+class Interface:
+    """Builds the Model concept's functions of one model."""
+
+    def __init__(self, context: Context, parts: PartNames, stages: Stages) -> None:
+        self.context = context
+        self.model = context.model
+        self.parts = parts
+        self.stages = stages
+        self.action = context.names.action
+
+    def _builder(self, arguments: Sequence[tuple[str, str]]) -> Builder:
+        builder = Builder(self.context)
+        for kind, name in arguments:
+            builder.take(kind, name)
+        return builder
+
+    def _acting(self, arguments: Sequence[tuple[str, str]]) -> Builder:
+        """Return a builder that is given the action's code and reads it as the model does."""
+        action = self.model.action
+        if action.indices:
+            return self._builder(arguments).prelude(
+                self.action, f"const Joint {self.action} = joint(action);"
+            )
+        if isinstance(action.type, Bool) or low_of(action.type):
+            value = value_of("action", action.type)
+            line = f"const {scalar(action.type)} {self.action} = {value};"
+            return self._builder(arguments).prelude(self.action, line)
+        return self._builder([(kind, self.action if name == "action" else name) for kind, name in arguments])
+
+    @contextmanager
+    def _for_each(self, builder: Builder, binders: Sequence[ir.Binder], guard: str | None) -> Iterator[None]:
+        with (
+            builder.printer.block(f"if ({guard})") if guard else nullcontext(),
+            builder.printer.loops(binders),
+        ):
+            yield
+
+    # The start -----------------------------------------------------------------------------------
+
+    def init(self, visible: bool) -> views.Function:
+        """Return ``init_visible``, which starts from zeroes, or ``init_hidden``."""
+        builder = self._builder(
+            [("const Params&", "params"), ("D&", "draws"), ("Fixed&", "fixed"), ("State&", "state")]
+        )
+        if visible:
+            builder.code.add("fixed = Fixed{};")
+            builder.code.add("state = State{};")
+        for assign in self.model.inits:
+            variable = self.model.variable(assign.variable)
+            if variable.visible == visible:
+                builder.code.add(f"// {origin(assign.span)}: {assign.variable}")
+                with builder.printer.loops(assign.binders):
+                    assigned(assign, "fixed" if variable.fixed else "state", builder)
+        return builder.done("void", "init_visible" if visible else "init_hidden")
+
+    def export(self, visible_only: bool) -> views.Function:
+        """Return ``export_visible`` or ``export_state``."""
+        builder = self._builder([*_PLACE[1:], ("std::int32_t*", "out")])
+        for variable, binders in self._flattened(visible_only):
+            with builder.printer.loops(binders):
+                read = ir.StateRead(variable.type, variable.name, _locals(binders))
+                builder.code.add(f"*out++ = {builder.printer.text(read)};")
+        return builder.done("void", "export_visible" if visible_only else "export_state")
+
+    def import_visible(self) -> views.Function:
+        """Return ``import_visible``."""
+        builder = self._builder([("const std::int32_t*", "in"), ("Fixed&", "fixed"), ("State&", "state")])
+        builder.code.add("fixed = Fixed{};")
+        builder.code.add("state = State{};")
+        for variable, binders in self._flattened(True):
+            with builder.printer.loops(binders):
+                value = "*in++ != 0" if isinstance(variable.type, Bool) else "*in++"
+                owner = "fixed" if variable.fixed else "state"
+                indices = [builder.printer.text(i) for i in _locals(binders)]
+                setter = self.context.names.setters[variable.name]
+                builder.code.add(f"{owner}.{setter}({', '.join([*indices, value])});")
+        return builder.done("void", "import_visible")
+
+    def _flattened(self, visible_only: bool) -> list[tuple[ir.Variable, list[ir.Binder]]]:
+        """Return the variables with binders over their entries."""
+        return [
+            (v, [ir.Binder("ijkl"[n : n + 1] or f"i{n}", t) for n, t in enumerate(v.indices)])
+            for v in self.model.variables
+            if v.visible or not visible_only
+        ]
+
+    # A step --------------------------------------------------------------------------------------
+
+    def _update(self, builder: Builder, update: ElementUpdate) -> None:
+        guard = builder.printer.text(update.guard) if update.guard is not None else None
+        member = [update.element.binder] if update.element.binder else []
+        with self._for_each(builder, member, guard):
+            more = [builder.printer.locals[b.name] for b in member]
+            call = arguments(update_needs(update, self.context), self.context, *more)
+            builder.code.add(f"{self.parts.updates[key_of(update)]}({call});")
+
+    def step(self) -> views.Function:
+        """Return ``step``: the stages, then rewards, then whether the episode has ended."""
+        builder = self._acting([*_PLACE, ("int", "action"), ("D&", "draws"), ("State&", "next")])
+        code = builder.code
+        code.add("next = state;")
+        for stage in self.stages:
+            for update in stage:
+                self._update(builder, update)
+        code.add("StepResult result{};")
+        for term in self.model.rewards:
+            guard = reward_guard(term, self.context.needs)
+            member = [term.binder] if term.binder else []
+            with self._for_each(builder, member, builder.printer.text(guard) if guard else None):
+                more = [builder.printer.locals[b.name] for b in member]
+                given = arguments(self.context.needs.of(term.value), self.context, *more)
+                call = f"{self.parts.rewards[term.name]}({given})"
+                if isinstance(term.value.type, Float):
+                    code.add(f"const float {(earned := builder.printer.scope.unique('earned'))} = {call};")
+                    code.add(f"result.error |= math::is_nan({earned});")
+                    call = earned
+                code.add(f"result.reward += math::to_fixed({call});")
+        code.add("result.reward = math::saturate_fixed(result.reward);")
+        code.add(f"result.terminal = {self._test('is_terminal', self.model.terminal)};")
+        if self.model.success is not None:
+            code.add(f"result.success = {self._test('is_success', self.model.success)};")
+        code.add("return result;")
+        return builder.done("StepResult", "step")
+
+    def _test(self, name: str, expr: ir.Expr) -> str:
+        return f"{name}({arguments(self.context.needs.of(expr), self.context)})"
+
+    def tests(self) -> list[views.Function]:
+        """Return ``is_terminal`` and, if the model says what success is, ``is_success``."""
+        found = []
+        for name, expr in (("is_terminal", self.model.terminal), ("is_success", self.model.success)):
+            if expr is not None:
+                builder = Builder(self.context).given(self.context.needs.of(expr))
+                found.append(builder.value(expr).done("bool", name, self._origin(name.removeprefix("is_"))))
+        return found
+
+    def _origin(self, declaration: str) -> list[str]:
+        span = self.model.spans.get(declaration)
+        return [] if span is None else [f"// {origin(span)}"]
+
+    # What the agent sees -------------------------------------------------------------------------
+
+    def observe(self) -> views.Function:
+        """Return ``observe``: the digits of the key, the first the most significant."""
+        builder = self._acting([*_PLACE, ("int", "action"), ("D&", "draws"), ("const State&", "next")])
+        code = builder.code
+        code.add("Key key = 0;")
+        for field in self.model.key:
+            binders = self._key_binders(field)
+            with builder.printer.loops(binders):
+                digit = self._digit(field, binders, builder)
+                code.add(f"key = key * {size_of(field.type)} + static_cast<Key>({digit});")
+        code.add("return key;")
+        return builder.done("Key", "observe")
+
+    def _key_binders(self, field: ir.KeyField) -> list[ir.Binder]:
+        if field.observed:
+            return list(self._observation(field.name).binders)
+        return [ir.Binder(f"i{n}", t) for n, t in enumerate(field.indices)]
+
+    def _observation(self, name: str) -> ir.Observation:
+        return next(o for o in self.model.observations if o.name == name)
+
+    def _digit(self, field: ir.KeyField, binders: list[ir.Binder], builder: Builder) -> str:
+        if field.observed:
+            needs = self.context.needs.of(self._observation(field.name).dist)
+            more = [builder.printer.text(i) for i in _locals(binders)]
+            text = f"{self.parts.observations[field.name]}({arguments(needs, self.context, *more)})"
+        else:
+            text = builder.printer.text(ir.StateRead(field.type, field.name, _locals(binders), True))
+        return shifted(text, -low_of(field.type))
+
+    def filter(self) -> views.Function:
+        """Return ``filter``: ``step`` with what the key tells instead of draws, and how likely that was."""
+        builder = self._acting(
+            [*_PLACE, ("int", "action"), ("Key", "key"), ("D&", "draws"), ("State&", "next")]
+        )
+        code = builder.code
+        digits = self._digits(builder)
+        code.add("next = state;")
+        code.add("double weight = 1.0;")
+        for stage, assigns in zip(self.stages, self.model.stages(), strict=True):
+            for update in stage:
+                if not update.observed:
+                    self._update(builder, update)
+            seen = {a.variable for u in stage if u.observed for a in u.assigns}
+            for assign in assigns:
+                if assign.variable in seen:
+                    self._condition(builder, assign, digits[assign.variable])
+        code.add(f"if ({self._test('is_terminal', self.model.terminal)}) return 0.0;")
+        for observation in self.model.observations:
+            with builder.printer.loops(observation.binders):
+                self._weigh(
+                    builder,
+                    self.parts.observation_densities[observation.name],
+                    observation,
+                    digits[observation.name](observation.binders),
+                )
+        code.add("return weight;")
+        return builder.done("double", "filter")
+
+    def _condition(self, builder: Builder, assign: ir.Assign, digit: Digit) -> None:
+        """Append what takes a visible variable from the key."""
+        with builder.printer.loops(assign.binders):
+            value = digit(assign.binders)
+            if not self.model.variable(assign.variable).copied:
+                self._weigh(builder, self.parts.densities[assign.variable], assign, value)
+            indices = [builder.printer.text(i) for i in _locals(assign.binders)]
+            setter = self.context.names.setters[assign.variable]
+            builder.code.add(f"next.{setter}({', '.join([*indices, value])});")
+
+    def _weigh(self, builder: Builder, name: str, part: ir.Assign | ir.Observation, value: str) -> None:
+        more = [builder.printer.text(i) for i in _locals(part.binders)]
+        given = arguments(density_needs(part.dist, self.context), self.context, *more, value)
+        builder.code.add(f"weight *= {name}({given});")
+
+    def _digits(self, builder: Builder) -> dict[str, Digit]:
+        """Append the key's digits as locals; return the text of a field's entry, given its binders."""
+        result: dict[str, Digit] = {}
+        if self.model.key:
+            builder.code.add("Key rest = key;")
+        for field in reversed(self.model.key):
+            name = builder.printer.scope.unique(f"{field.name.replace('.', '_')}_seen")
+            size = size_of(field.type)
+            digit = shifted(f"static_cast<std::int32_t>(rest % {size})", low_of(field.type))
+            is_bool = isinstance(field.type, Bool)
+            if field.indices:
+                builder.code.add(f"std::int32_t {name}[{length_of(field.indices)}];")
+                with builder.printer.block(f"for (int i = {length_of(field.indices) - 1}; i >= 0; --i)"):
+                    builder.code.add(f"{name}[i] = {digit};")
+                    builder.code.add(f"rest /= {size};")
+            else:
+                builder.code.add(f"const std::int32_t {name} = {digit};")
+                builder.code.add(f"rest /= {size};")
+
+            def entry(binders: Sequence[ir.Binder], name: str = name, is_bool: bool = is_bool) -> str:
+                text = f"{name}[{position(binders, builder.printer)}]" if binders else name
+                return f"{text} != 0" if is_bool else text
+
+            result[field.name] = entry
+        return result
+
+    # What the agent does -------------------------------------------------------------------------
+
+    def is_legal(self) -> views.Function:
+        """Return ``is_legal``."""
+        builder = self._acting([*_PLACE, ("int", "action")])
+        return builder.value(self.model.legal).done("bool", "is_legal", self._origin("legal"))
+
+    def policy(self) -> list[views.Function]:
+        """Return ``default_policy`` and what it takes."""
+        policy = self.model.policy
+        if policy is None:
+            return [self._uniform_policy()]
+        needs = self.context.needs.of(policy.dist)
+        chosen = Builder(self.context).given(needs)
+        for binder in policy.binders:
+            chosen.local(binder.name, binder.type)
+        site = self.context.names.sites.get(policy.site.path, "")
+        chosen.sampled(policy.dist, site, position(policy.binders, chosen.printer))
+        choose = chosen.done(
+            scalar(self.model.action.type), "choose", [f"// {origin(policy.span)}: policy default"]
+        )
+        builder = self._builder([*_PLACE, ("D&", "draws")])
+        code, type_ = builder.code, self.model.action.type
+        if policy.binders:
+            code.add("int chosen = 0;")
+            with builder.printer.loops(policy.binders):
+                more = [builder.printer.text(i) for i in _locals(policy.binders)]
+                component = code_of(f"choose({arguments(needs, self.context, *more)})", type_)
+                code.add(f"chosen = chosen * {size_of(type_)} + {component};")
+        else:
+            chosen_code = code_of(f"choose({arguments(needs, self.context)})", type_)
+            code.add(f"const int chosen = {chosen_code};")
+        if isinstance(self.model.legal, ir.Const) and self.model.legal.value is True:
+            code.add("return chosen;")
+            return [choose, builder.done("int", "default_policy")]
+        code.add("if (is_legal(params, fixed, state, chosen)) return chosen;")
+        code.add("return first_legal(params, fixed, state);")
+        return [choose, self._first_legal(), builder.done("int", "default_policy")]
+
+    def _first_legal(self) -> views.Function:
+        builder = self._builder(_PLACE)
+        with builder.printer.block("for (int action = 0; action < kActionCount; ++action)"):
+            builder.code.add("if (is_legal(params, fixed, state, action)) return action;")
+        builder.code.add("return -1;")
+        return builder.done("int", "first_legal")
+
+    def _uniform_policy(self) -> views.Function:
+        builder = self._builder([*_PLACE, ("D&", "draws")])
+        code, head = builder.code, "for (int action = 0; action < kActionCount; ++action)"
+        code.add("std::int32_t count = 0;")
+        with builder.printer.block(head):
+            code.add("count += is_legal(params, fixed, state, action) ? 1 : 0;")
+        code.join()
+        code.add("if (count == 0) return -1;")
+        code.add("std::int32_t left = dist::uniform(draws.word(Site::policy_default, 0), count);")
+        with builder.printer.block(head):
+            code.add("if (is_legal(params, fixed, state, action) && left-- == 0) return action;")
+        code.add("return -1;")
+        comment = ["// No `policy default` in the model: any legal action."]
+        return builder.done("int", "default_policy", comment)
+
+    def bounds(self) -> list[views.Function]:
+        """Return ``upper``, ``tail`` and ``lower``."""
+        result = []
+        for name in ("upper", "tail", "lower"):
+            builder = self._builder(_PLACE)
+            value = getattr(self.model, name)
+            if value is None:
+                builder.code.add("return 0.0f;")
+            else:
+                builder.value(value if isinstance(value.type, Float) else ir.ToFloat(Float(), value))
+            result.append(builder.done("float", name, self._origin(name)))
+        return result
+
+    def joint(self) -> views.Function:
+        """Return ``joint``, which takes a product action's code apart."""
+        builder = self._builder([("int", "action")])
+        action, code = self.model.action, builder.code
+        code.add("Joint result{};")
+        with builder.printer.block(f"for (int i = {length_of(action.indices) - 1}; i >= 0; --i)"):
+            size = size_of(action.type)
+            code.add(f"result.components[i] = {value_of(f'action % {size}', action.type)};")
+            code.add(f"action /= {size};")
+        code.add("return result;")
+        return builder.done("Joint", "joint")
+
+
+def _locals(binders: Sequence[ir.Binder]) -> tuple[ir.Local, ...]:
+    return tuple(ir.Local(b.type, b.name) for b in binders)

@@ -1,0 +1,99 @@
+"""Where each variable lies: bit fields in 32-bit words, ``fixed`` variables apart from the rest.
+
+An element starts on a word of its own, so that no two elements ever write the same word; a field never
+crosses a word (array fields are a power of two wide); what is left over stays zero, so that equal states
+have equal bytes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hypgen.dsl import ir
+from hypgen.dsl.types import Type, length_of, low_of, size_of
+
+WORD = 32
+
+
+@dataclass(frozen=True)
+class Field:
+    """A variable's bits: entry i starts at bit ``shift + i * width`` counted from the start of ``word``."""
+
+    variable: str
+    element: str
+    type: Type
+    indices: tuple[Type, ...]
+    word: int
+    shift: int
+    width: int
+
+    @property
+    def length(self) -> int:
+        """Return the number of entries."""
+        return length_of(self.indices)
+
+    @property
+    def low(self) -> int:
+        """Return the value that is stored as 0."""
+        return low_of(self.type)
+
+    @property
+    def one_word(self) -> bool:
+        """Return whether all entries lie in one word."""
+        return self.shift + self.length * self.width <= WORD
+
+
+@dataclass(frozen=True)
+class Block:
+    """``Fixed`` or ``State``: its fields and how many words they take."""
+
+    fields: tuple[Field, ...]
+    words: int
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The packing of a model's variables."""
+
+    fixed: Block
+    state: Block
+
+
+def pack(model: ir.Model) -> Layout:
+    """Assign every variable its bits."""
+    return Layout(
+        _pack([v for v in model.variables if v.fixed]), _pack([v for v in model.variables if not v.fixed])
+    )
+
+
+def _pack(variables: list[ir.Variable]) -> Block:
+    fields: list[Field] = []
+    owners = list(dict.fromkeys(v.element for v in variables))
+    bit = 0
+    for owner in owners:
+        bit = _round_up(bit, WORD)
+        for variable in variables:
+            if variable.element != owner:
+                continue
+            width = _width(variable)
+            total = width * length_of(variable.indices)
+            if variable.indices and width:
+                bit = _round_up(bit, width)
+            if bit % WORD + total > WORD:
+                bit = _round_up(bit, WORD)
+            word, shift = divmod(bit, WORD)
+            fields.append(Field(variable.name, owner, variable.type, variable.indices, word, shift, width))
+            bit += total
+    # A struct needs a word; a field of width 0 at the very end still names one.
+    return Block(tuple(fields), max(1, _round_up(bit, WORD) // WORD, *(f.word + 1 for f in fields), 1))
+
+
+def _width(variable: ir.Variable) -> int:
+    bits = (size_of(variable.type) - 1).bit_length()
+    if not variable.indices:
+        return bits
+    return 1 << (bits - 1).bit_length() if bits else 0
+
+
+def _round_up(bit: int, unit: int) -> int:
+    return -(-bit // unit) * unit

@@ -1,0 +1,39 @@
+"""Views -> text, by the templates."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from hypgen.codegen import views
+
+_TEMPLATES = Path(__file__).parent / "templates"
+
+
+def render(header: views.Header, main: views.Main, project: views.Project) -> dict[str, str]:
+    """Return the project's files, keyed by their paths."""
+    environment = Environment(
+        loader=FileSystemLoader(_TEMPLATES),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    environment.filters["function_text"] = _function_text
+    values = {"model": header, "main": main, "project": project}
+    return {
+        path: environment.get_template(template).render(values)
+        for path, template in {
+            f"src/{project.stem}.hpp": "model.hpp.j2",
+            "src/main.cpp": "main.cpp.j2",
+            "CMakeLists.txt": "CMakeLists.txt.j2",
+            "README.md": "README.md.j2",
+        }.items()
+    }
+
+
+def _function_text(function: views.Function, indent: str) -> str:
+    body = [f"  {line}" for line in function.body]
+    return "\n".join(indent + line for line in (*function.comment, *function.head, *body, "}"))

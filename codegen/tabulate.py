@@ -1,0 +1,236 @@
+"""Float formulas of finite inputs become tables that are filled once, when params are loaded.
+
+A step of a rollout then reads ``accuracy_table[x][y][r]`` where it would have computed a power. The entries
+come from the formula itself, so results are the same bit for bit.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+from hypgen.codegen import options
+from hypgen.codegen.naming import Names, Scope
+from hypgen.codegen.walk import (
+    bound_names,
+    children,
+    map_children,
+    prime,
+    rename_bound,
+    shape,
+    substitute,
+    walk,
+)
+from hypgen.dsl import ir
+from hypgen.dsl.source import Span
+from hypgen.dsl.types import INT32_MAX, INT32_MIN, Int, Type, is_finite, size_of
+
+_SLOW = frozenset({"pow", "hypot", "exp", "log", "log2", "sqrt"})
+
+
+@dataclass(frozen=True)
+class DerivedTable:
+    """A table of ``body`` over all values of ``inputs``; ``name`` is its C++ name in ``Params``."""
+
+    name: str
+    inputs: tuple[ir.Binder, ...]
+    type: Type
+    body: ir.Expr
+    span: Span
+
+
+@dataclass(frozen=True)
+class _Input:
+    """A finite value that a formula reads, and the name it goes by inside the table's formula."""
+
+    read: ir.Expr
+    binder: ir.Binder
+
+
+def tabulate(model: ir.Model, names: Names) -> tuple[ir.Model, tuple[DerivedTable, ...]]:
+    """Return ``model`` with reads of derived tables (``ParamRead``) for slow formulas, and the tables."""
+    return _Tabulator(model, names).run()
+
+
+class _Tabulator:
+    def __init__(self, model: ir.Model, names: Names) -> None:
+        self.model = model
+        self.names = names
+        self.tables: list[DerivedTable] = []
+        self.functions = {f.name: f for f in model.functions}
+        self.lets = {let.name: let for let in model.lets}
+        self.inlined = 0
+
+    def run(self) -> tuple[ir.Model, tuple[DerivedTable, ...]]:
+        # Functions and lets first: once a body is a table, its callers have nothing slow left.
+        for function in self._callees_first():
+            self.functions[function.name] = replace(
+                function, body=self.rewrite(function.body, function.name, function.span)
+            )
+        for let in self.model.lets:
+            self.lets[let.name] = replace(let, dist=self.rewrite(let.dist, let.name, let.span))
+        model = replace(
+            self.model,
+            functions=tuple(self.functions[f.name] for f in self.model.functions),
+            lets=tuple(self.lets[let.name] for let in self.model.lets),
+        )
+        for group, attribute in (
+            ("inits", "dist"),
+            ("updates", "dist"),
+            ("observations", "dist"),
+            ("rewards", "value"),
+        ):
+            model = replace(model, **{group: tuple(self._part(p, attribute) for p in getattr(model, group))})
+        if model.policy is not None:
+            policy = model.policy
+            model = replace(
+                model, policy=replace(policy, dist=self.rewrite(policy.dist, "policy", policy.span))
+            )
+        for group in ("terminal", "legal", "upper", "tail", "lower", "success"):
+            value = getattr(model, group)
+            if value is not None:
+                span = model.spans.get(group, model.action.span)
+                model = replace(model, **{group: self.rewrite(value, group, span)})
+        return model, tuple(self.tables)
+
+    def _part(self, part: Any, attribute: str) -> Any:
+        name = part.variable if isinstance(part, ir.Assign) else part.name
+        return replace(part, **{attribute: self.rewrite(getattr(part, attribute), name, part.span)})
+
+    def _callees_first(self) -> list[ir.Function]:
+        order: dict[str, ir.Function] = {}
+
+        def visit(function: ir.Function) -> None:
+            for node in walk(function.body):
+                if isinstance(node, ir.Call) and node.function not in order:
+                    visit(self.functions[node.function])
+            order[function.name] = function
+
+        for function in self.model.functions:
+            visit(function)
+        return list(order.values())
+
+    # Choosing what to tabulate -------------------------------------------------------------------
+
+    def rewrite(self, node: Any, name: str, span: Span) -> Any:
+        """Replace the largest slow expressions inside ``node`` that depend on few enough finite inputs."""
+        if not self._slow(node):
+            return node
+        if isinstance(node, ir.Expr) and not isinstance(node, ir.Local):
+            table = self._table(node, name, span)
+            if table is not None:
+                return table
+        return map_children(node, lambda child: self.rewrite(child, name, span))
+
+    def _slow(self, node: Any) -> bool:
+        for inner in walk(node):
+            if isinstance(inner, ir.Unary | ir.Binary) and inner.op in _SLOW:
+                return True
+            if isinstance(inner, ir.Call) and self._slow(self.functions[inner.function].body):
+                return True
+            if isinstance(inner, ir.LetRead) and self._slow(self.lets[inner.let].dist):
+                return True
+        return False
+
+    def _table(self, node: ir.Expr, name: str, span: Span) -> ir.ParamRead | None:
+        body, inputs = self._formula(node)
+        if inputs is None or self._domain(inputs) > max(
+            options.ALWAYS_JOIN_ENTRIES, options.JOIN_FACTOR * self._parts_domain(node)
+        ):
+            return None
+        table = DerivedTable(
+            self.names.derived_table(f"{name}_table"), tuple(i.binder for i in inputs), node.type, body, span
+        )
+        self.tables.append(table)
+        return ir.ParamRead(node.type, table.name, tuple(i.read for i in inputs))
+
+    def _parts_domain(self, node: ir.Expr) -> int:
+        """Return how many entries the tables of ``node``'s slow parts would have."""
+        total = 0
+        for child in children(node):
+            if isinstance(child, ir.Expr) and self._slow(child):
+                inputs = self._formula(child)[1]
+                total += options.MAX_TABLE_ENTRIES if inputs is None else self._domain(inputs)
+        return total or options.MAX_TABLE_ENTRIES
+
+    @staticmethod
+    def _domain(inputs: tuple[_Input, ...]) -> int:
+        return math.prod(size_of(i.binder.type) for i in inputs)
+
+    # From an expression to a formula of its inputs -----------------------------------------------
+
+    def _formula(self, node: ir.Expr) -> tuple[ir.Expr, tuple[_Input, ...] | None]:
+        """Return ``node`` over named inputs; None for the inputs where they are not few and finite."""
+        formula = self._inline(node)
+        inputs: dict[Any, _Input] = {}
+        scope = Scope({name for inner in walk(formula) for name in bound_names(inner)})
+        if not self._collect(formula, frozenset(), inputs, scope):
+            return formula, None
+        found = tuple(inputs.values())
+        if self._domain(found) > options.MAX_TABLE_ENTRIES:
+            return formula, None
+        return self._replace_reads(formula, inputs), found
+
+    def _inline(self, node: Any) -> Any:
+        match node:
+            case ir.Call(function=name, arguments=arguments, primed=primed):
+                function = self.functions[name]
+                self.inlined += 1
+                body = rename_bound(function.body, f"_{self.inlined}")
+                values = dict(zip((f.name for f in function.formals), arguments, strict=True))
+                body = substitute(prime(body) if primed else body, values)
+                return self._inline(body)
+            case ir.LetRead(let=name, indices=indices, primed=primed) if not self.lets[name].draws:
+                let = self.lets[name]
+                assert isinstance(let.dist, ir.Certain)
+                self.inlined += 1
+                body = rename_bound(let.dist.value, f"_{self.inlined}")
+                values = {let.binder.name: indices[0]} if let.binder else {}
+                return self._inline(substitute(prime(body) if primed else body, values))
+        return map_children(node, self._inline)
+
+    def _collect(self, node: Any, bound: frozenset[str], inputs: dict[Any, _Input], scope: Scope) -> bool:
+        """Enter the values that ``node`` reads into ``inputs``; say whether all of them are finite inputs."""
+        bound |= set(bound_names(node))
+        match node:
+            case ir.Local(name=name) if name in bound:
+                return True
+            case ir.Local(name=name):
+                return self._enter(node, name, inputs, scope)
+            case ir.StateRead(variable=name) | ir.LetRead(let=name):
+                # A read whose index is bound inside the formula stands for many values, not one.
+                if any(
+                    isinstance(i, ir.Local) and i.name in bound for part in node.indices for i in walk(part)
+                ):
+                    return False
+                return self._enter(node, f"{name}_next" if node.primed else name, inputs, scope)
+            case ir.ActionRead():
+                return False  # an action is a constant of a step: its tests cost nothing
+        return all(self._collect(child, bound, inputs, scope) for child in children(node))
+
+    @staticmethod
+    def _enter(node: ir.Expr, name: str, inputs: dict[Any, _Input], scope: Scope) -> bool:
+        if not is_finite(node.type):
+            return False
+        key = shape(node)
+        known = inputs.get(key)
+        if known is None:
+            inputs[key] = _Input(node, ir.Binder(scope.unique(name), node.type))
+        else:
+            # Conditions may narrow a read's interval in one branch: the table needs all of them.
+            inputs[key] = replace(
+                known, binder=ir.Binder(known.binder.name, _join(known.binder.type, node.type))
+            )
+        return True
+
+    def _replace_reads(self, node: Any, inputs: dict[Any, _Input]) -> Any:
+        if isinstance(node, ir.Expr) and (found := inputs.get(shape(node))) is not None:
+            return ir.Local(node.type, found.binder.name)
+        return map_children(node, lambda child: self._replace_reads(child, inputs))
+
+
+def _join(a: Type, b: Type) -> Type:
+    if isinstance(a, Int) and isinstance(b, Int):
+        return Int(max(INT32_MIN, min(a.low, b.low)), min(INT32_MAX, max(a.high, b.high)))
+    return a

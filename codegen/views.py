@@ -1,0 +1,80 @@
+"""All that templates may see: text that is ready to be laid out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Function:
+    """A C++ function: comment lines, the head up to its ``{``, and the body."""
+
+    comment: tuple[str, ...]
+    head: tuple[str, ...]
+    body: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Section:
+    """Functions that belong together."""
+
+    title: str
+    functions: tuple[Function, ...]
+
+
+@dataclass(frozen=True)
+class ValueType:
+    """An enum or a record: constants and constructors of its codes."""
+
+    name: str
+    members: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Words:
+    """``Fixed`` or ``State``: how many words, and its accessors."""
+
+    name: str
+    purpose: str
+    count: int
+    members: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Header:
+    """The model's header."""
+
+    banner: str
+    name: str
+    constants: tuple[str, ...]
+    types: tuple[ValueType, ...]
+    sites: tuple[str, ...]
+    tables: tuple[str, ...]
+    params: tuple[str, ...]
+    words: tuple[Words, ...]
+    sections: tuple[Section, ...]
+
+
+@dataclass(frozen=True)
+class Main:
+    """The descriptor's source file."""
+
+    banner: str
+    header: str
+    name: str
+    functions: tuple[Function, ...]
+    settings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Project:
+    """The build files and the page for people."""
+
+    banner: str
+    model: str
+    stem: str
+    target: str
+    file: str
+    hash: str
+    version: str
+    runtime_options: tuple[str, ...] = ()

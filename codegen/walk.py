@@ -1,0 +1,116 @@
+"""Walks over IR: children, rewriting, and when two expressions are the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import fields, replace
+from typing import Any, TypeAlias
+
+from hypgen.dsl import ir
+
+Node: TypeAlias = ir.Expr | ir.Dist
+
+
+def children(node: Node) -> Iterator[Node]:
+    """Yield the expressions and distributions directly inside ``node``."""
+    for item in fields(node):
+        yield from _nodes(getattr(node, item.name))
+
+
+def _nodes(value: Any) -> Iterator[Node]:
+    if isinstance(value, ir.Expr | ir.Dist):
+        yield value
+    elif isinstance(value, tuple):
+        for entry in value:
+            yield from _nodes(entry)
+
+
+def walk(node: Node) -> Iterator[Node]:
+    """Yield ``node`` and everything inside it."""
+    yield node
+    for child in children(node):
+        yield from walk(child)
+
+
+def map_children(node: Any, change: Callable[[Any], Any]) -> Any:
+    """Return ``node`` with each direct child replaced by ``change(child)``."""
+    changes = {}
+    for item in fields(node):
+        old = getattr(node, item.name)
+        new = _map(old, change)
+        if new is not old:
+            changes[item.name] = new
+    return replace(node, **changes) if changes else node
+
+
+def _map(value: Any, change: Callable[[Any], Any]) -> Any:
+    if isinstance(value, ir.Expr | ir.Dist):
+        return change(value)
+    if isinstance(value, tuple):
+        new = tuple(_map(entry, change) for entry in value)
+        return value if all(a is b for a, b in zip(new, value, strict=True)) else new
+    return value
+
+
+def bound_names(node: Node) -> tuple[str, ...]:
+    """Return the locals that ``node`` introduces for its children."""
+    match node:
+        case ir.LetIn(name=name) | ir.LetDist(name=name):
+            return (name,)
+        case ir.Quantified(binders=binders) | ir.UniformSet(binders=binders):
+            return tuple(b.name for b in binders)
+    return ()
+
+
+def free_locals(node: Node) -> set[str]:
+    """Return the names of the locals that ``node`` reads and does not introduce."""
+    if isinstance(node, ir.Local):
+        return {node.name}
+    inside: set[str] = set()
+    for child in children(node):
+        inside |= free_locals(child)
+    return inside - set(bound_names(node))
+
+
+def shape(value: Any) -> Any:
+    """Return a key that is equal for expressions that differ at most in the intervals of their types."""
+    if isinstance(value, ir.Expr):
+        parts = [shape(getattr(value, f.name)) for f in fields(value) if f.name != "type"]
+        return (type(value).__name__, *parts)
+    if isinstance(value, tuple):
+        return tuple(shape(entry) for entry in value)
+    # 0, 0.0 and False are equal in Python and not in the model.
+    return (type(value).__name__, value) if isinstance(value, bool | int | float) else value
+
+
+def prime(expr: Any) -> Any:
+    """Return ``expr`` reading the next state wherever it reads the state before the step."""
+    changed = map_children(expr, prime)
+    if isinstance(changed, ir.StateRead | ir.LetRead | ir.Call) and not changed.primed:
+        return replace(changed, primed=True)
+    return changed
+
+
+def substitute(expr: Any, values: dict[str, ir.Expr]) -> Any:
+    """Return ``expr`` with locals replaced by expressions whose own locals it does not bind."""
+    if isinstance(expr, ir.Local):
+        return values.get(expr.name, expr)
+    return map_children(expr, lambda child: substitute(child, values))
+
+
+def rename_bound(expr: Any, suffix: str) -> Any:
+    """Return ``expr`` with ``suffix`` on every local that it introduces, so that none captures another's."""
+    bound = {name for node in walk(expr) for name in bound_names(node)}
+
+    def rename(node: Any) -> Any:
+        node = map_children(node, rename)
+        match node:
+            case ir.Local(name=name) if name in bound:
+                return replace(node, name=name + suffix)
+            case ir.LetIn(name=name) | ir.LetDist(name=name):
+                return replace(node, name=name + suffix)
+            case ir.Quantified(binders=binders) | ir.UniformSet(binders=binders):
+                return replace(node, binders=tuple(ir.Binder(b.name + suffix, b.type) for b in binders))
+        return node
+
+    return rename(expr)
