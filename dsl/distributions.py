@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from hypgen.dsl import ast, builtins, ir, matching, operators
+from hypgen.dsl.bindings import let_dist
 from hypgen.dsl.draws import bind_value, is_draw
 from hypgen.dsl.mistakes import gather, later, mistake, unreachable
 from hypgen.dsl.quantifiers import bind_all, bind_types
@@ -43,7 +44,7 @@ def check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.Di
             return _conditional(node, scope, target, what)
         case ast.LetIn():
             value, inner = bind_value(node, scope)
-            return let(node.name, value, check(node.body, inner, target, what))
+            return let_dist(node.name, value, check(node.body, inner, target, what))
         case ast.Match():
             return _match(node, scope, target, what)
         case ast.TableLiteral():
@@ -72,15 +73,6 @@ def choose(condition: ir.Expr, then: ir.Dist, otherwise: ir.Dist) -> ir.Dist:
     if isinstance(then, ir.Certain) and isinstance(otherwise, ir.Certain):
         return ir.Certain(then.type, operators.choose(condition, then.value, otherwise.value))
     return ir.IfDist(then.type, condition, then, otherwise)
-
-
-def let(name: str, value: ir.Expr, body: ir.Dist) -> ir.Dist:
-    """Return ``body`` with ``name`` standing for ``value``."""
-    if isinstance(body, ir.Certain):
-        if isinstance(body.value, ir.Const):
-            return body
-        return ir.Certain(body.type, ir.LetIn(body.value.type, name, value, body.value))
-    return ir.LetDist(body.type, name, value, body)
 
 
 def _joined(branches: list[tuple[ir.Dist, Span]], what: str) -> list[ir.Dist]:
@@ -138,7 +130,7 @@ def _match(node: ast.Match, scope: Scope, target: Type | None, what: str) -> ir.
     bodies = gather([partial(check, c.body, c.scope, target, what) for c in cases])
     if target is None:
         bodies = _joined([(b, c.body.span) for b, c in zip(bodies, cases, strict=True)], what)
-    return matching.fold(scrutinee, cases, bodies, choose, let)
+    return matching.fold(scrutinee, cases, bodies, choose, let_dist)
 
 
 def _arguments(node: ast.Call, count: int, form: str) -> None:

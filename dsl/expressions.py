@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import partial
 
 from hypgen.dsl import ast, calls, intervals, ir, matching, operators, quantifiers, references
+from hypgen.dsl.bindings import let_in
 from hypgen.dsl.draws import bind_value, is_draw, misplaced_draw
 from hypgen.dsl.mistakes import gather, later, mistake, unreachable
 from hypgen.dsl.scope import Scope
@@ -28,6 +30,8 @@ def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:
         case ast.Literal(span, value):
             if isinstance(value, str):
                 raise later("a grid of glyphs", span, "write nested lists of variants")
+            if math.isinf(intervals.float32(value)):
+                raise mistake("E0604", f"{value:g} is beyond 32-bit floats", span, "use a larger unit")
             return operators.literal(value)
         case ast.Name() | ast.Member() | ast.Index():
             return references.check(node, scope, expected)
@@ -68,7 +72,10 @@ def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:
 def _unary(node: ast.Unary, scope: Scope) -> ir.Expr:
     if node.op == "not":
         return operators.invert(check_as(node.operand, scope, BOOL, "the operand of 'not'"))
-    operand = check(node.operand, scope)
+    if isinstance(node.operand, ast.Literal):  # so that -2147483648 is an int
+        operand = _dispatch(node.operand, scope, None)
+    else:
+        operand = check(node.operand, scope)
     require_number(operand, node.operand.span, "the operand of '-'")
     return operators.negate(operand)
 
@@ -176,7 +183,7 @@ def _int_power(base: ir.Expr, exponent: int, scope: Scope) -> ir.Expr:
     for _ in range(exponent - 1):
         product = operators.arithmetic("mul", product, factor)
     product = replace(product, type=Int(low, high)) if exponent > 1 else product
-    return product if factor is base else ir.LetIn(product.type, name, base, product)
+    return let_in(name, base, product)
 
 
 def _prime(node: ast.Prime, scope: Scope, expected: Type | None) -> ir.Expr:
@@ -221,4 +228,4 @@ def _conditional(node: ast.If, scope: Scope, expected: Type | None) -> ir.Expr:
 def _let_in(node: ast.LetIn, scope: Scope, expected: Type | None) -> ir.Expr:
     value, inner = bind_value(node, scope)
     body = check(node.body, inner, expected)
-    return body if isinstance(body, ir.Const) else ir.LetIn(body.type, node.name, value, body)
+    return let_in(node.name, value, body)

@@ -8,6 +8,7 @@ from functools import partial
 from typing import TypeVar
 
 from hypgen.dsl import ast, ir, operators
+from hypgen.dsl.bindings import let_in
 from hypgen.dsl.mistakes import gather, mistake, unreachable
 from hypgen.dsl.references import is_atomic, unknown_variant
 from hypgen.dsl.scope import Scope
@@ -38,15 +39,11 @@ def check(node: ast.Match, scope: Scope, expected: Type | None) -> ir.Expr:
         target = seen if isinstance(seen, Enum) else None
     bodies = gather([partial(c.scope.check, c.body, target) for c in found])
     bodies = unify([(b, c.body.span) for b, c in zip(bodies, found, strict=True)], expected)
-    return fold(scrutinee, found, bodies, operators.choose, _let)
+    return fold(scrutinee, found, bodies, operators.choose, let_in)
 
 
 def _is_bare(case: Case) -> bool:
     return isinstance(case.body, ast.Name) and case.body.name in case.scope.program.symbols.variants
-
-
-def _let(name: str, value: ir.Expr, body: ir.Expr) -> ir.Expr:
-    return body if isinstance(body, ir.Const) else ir.LetIn(body.type, name, value, body)
 
 
 def fold(

@@ -14,6 +14,7 @@ from hypgen.dsl.diagnostics import Diagnostic, ModelError
 from hypgen.dsl.source import Span
 
 T = TypeVar("T")
+_NOWHERE = Span("", 0, 0, 0, 0)
 
 
 class Mistake(Exception):
@@ -88,4 +89,4 @@ class Report:
     def raise_if_any(self) -> None:
         """Raise a ``ModelError`` with everything found, by position, if anything was."""
         if self.found:
-            raise ModelError(sorted(self.found, key=lambda d: (d.span is not None, d.span, d.code)))
+            raise ModelError(sorted(self.found, key=lambda d: (d.span or _NOWHERE, d.code)))

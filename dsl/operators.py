@@ -145,6 +145,28 @@ def either(a: ir.Expr, b: ir.Expr) -> ir.Expr:
     return ir.Binary(BOOL, "or", a, b)
 
 
+def _folded(function: Callable[..., float], *operands: ir.Expr) -> ir.Const | None:
+    """Return a function of constants as a float, None where an operand varies or the result is not finite."""
+    values = [e.value for e in operands if isinstance(e, ir.Const)]
+    if len(values) < len(operands):
+        return None
+    try:
+        result = intervals.float32(function(*values))
+    except (ArithmeticError, ValueError):
+        return None
+    return real(result) if math.isfinite(result) else None
+
+
+_FOLD: dict[str, Callable[[float, float], float]] = {
+    "add": operator.add,
+    "sub": operator.sub,
+    "mul": operator.mul,
+    "div": operator.truediv,
+    "min": lambda a, b: b if b < a else a,
+    "max": lambda a, b: b if a < b else a,
+}
+
+
 def arithmetic(op: str, a: ir.Expr, b: ir.Expr) -> ir.Expr:
     """Return ``add sub mul div min max floordiv mod`` of two numbers, promoted."""
     a, b = (to_float(a), to_float(b)) if op == "div" else promote(a, b)
@@ -153,10 +175,8 @@ def arithmetic(op: str, a: ir.Expr, b: ir.Expr) -> ir.Expr:
         if isinstance(a, ir.Const) and isinstance(b, ir.Const):
             return integer(int(found[0]))
         return ir.Binary(_int(found), op, a, b)
-    found_float = _plain_interval(op, ends(a.type), ends(b.type))
-    if isinstance(a, ir.Const) and isinstance(b, ir.Const) and all(map(math.isfinite, found_float)):
-        return real(found_float[0])
-    return ir.Binary(_float(found_float), op, a, b)
+    folded = _folded(_FOLD[op], a, b)
+    return folded or ir.Binary(_float(_plain_interval(op, ends(a.type), ends(b.type))), op, a, b)
 
 
 def _plain_interval(op: str, a: intervals.Ends, b: intervals.Ends) -> intervals.Ends:
@@ -206,20 +226,14 @@ def power(a: ir.Expr, b: ir.Expr) -> ir.Expr:
     """Return a ** b of floats."""
     a, b = to_float(a), to_float(b)
     found = intervals.power(ends(a.type), ends(b.type))
-    if isinstance(a, ir.Const) and isinstance(b, ir.Const):
-        try:
-            return real(math.pow(a.value, b.value))
-        except (ValueError, OverflowError):
-            pass
-    return ir.Binary(_float(found), "pow", a, b)
+    return _folded(math.pow, a, b) or ir.Binary(_float(found), "pow", a, b)
 
 
 def hypotenuse(a: ir.Expr, b: ir.Expr) -> ir.Expr:
     """Return hypot(a, b) of floats."""
     a, b = to_float(a), to_float(b)
-    if isinstance(a, ir.Const) and isinstance(b, ir.Const):
-        return real(math.hypot(a.value, b.value))
-    return ir.Binary(_float(intervals.hypotenuse(ends(a.type), ends(b.type))), "hypot", a, b)
+    found = intervals.hypotenuse(ends(a.type), ends(b.type))
+    return _folded(math.hypot, a, b) or ir.Binary(_float(found), "hypot", a, b)
 
 
 def absolute(e: ir.Expr) -> ir.Expr:
@@ -248,12 +262,8 @@ _RISING: dict[str, Callable[[float], float]] = {
 def rising(op: str, e: ir.Expr) -> ir.Expr:
     """Return ``sqrt exp log log2`` of a number as a float."""
     e = to_float(e)
-    if isinstance(e, ir.Const):
-        try:
-            return real(_RISING[op](e.value))
-        except (ValueError, OverflowError):
-            pass
-    return ir.Unary(_float(intervals.monotone(_RISING[op], ends(e.type))), op, e)
+    found = intervals.monotone(_RISING[op], ends(e.type))
+    return _folded(_RISING[op], e) or ir.Unary(_float(found), op, e)
 
 
 _ROUNDING: dict[str, Callable[[float], int]] = {"floor": math.floor, "ceil": math.ceil, "round": round}
@@ -293,7 +303,7 @@ def choose(condition: ir.Expr, then: ir.Expr, otherwise: ir.Expr) -> ir.Expr:
         return then if condition.value else otherwise
     joined = join(then.type, otherwise.type)
     assert joined is not None
-    if isinstance(then, ir.Const) and isinstance(otherwise, ir.Const) and then.value == otherwise.value:
+    if isinstance(then, ir.Const) and then == otherwise and not isinstance(joined, Float):
         return then
     return ir.If(joined, condition, then, otherwise)
 

@@ -14,7 +14,7 @@ from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
 from hypgen.dsl.symbols import StateMember, kind_of
 from hypgen.dsl.typecheck import check_as, described
-from hypgen.dsl.types import Enum, Record, Type, size_of
+from hypgen.dsl.types import PROB, Enum, Record, Type, size_of
 from hypgen.dsl.uses import Use
 
 Entry = Callable[[tuple[ir.Expr, ...]], ir.Expr]
@@ -47,13 +47,12 @@ def check(node: ast.Name | ast.Member | ast.Index, scope: Scope, expected: Type 
 
 def _entry(reference: Reference, nodes: tuple[ast.Expr, ...], span: Span, scope: Scope) -> ir.Expr:
     if len(nodes) != len(reference.indices):
-        needed = ", ".join(map(str, reference.indices))
+        wanted = ", ".join(map(str, reference.indices))
         raise mistake(
             "E0303",
-            f"'{reference.label}' takes {_count(len(reference.indices), 'index')}, but {len(nodes)} "
-            f"{'is' if len(nodes) == 1 else 'are'} given",
+            f"'{reference.label}' takes {_indexes(len(reference.indices))}, here given {len(nodes)}",
             span,
-            f"write {reference.label}[{needed}]" if needed else f"write {reference.label} alone",
+            f"it is indexed by [{wanted}]" if wanted else f"write {reference.label} alone",
         )
     indices = [
         partial(check_as, n, scope, t, f"the index of '{reference.label}'", "E0602")
@@ -62,9 +61,8 @@ def _entry(reference: Reference, nodes: tuple[ast.Expr, ...], span: Span, scope:
     return scope.narrow(reference.entry(tuple(gather(indices))))
 
 
-def _count(number: int, noun: str) -> str:
-    plural = {"index": "indexes"}.get(noun, noun + "s")
-    return f"no {plural}" if number == 0 else f"one {noun}" if number == 1 else f"{number} {plural}"
+def _indexes(number: int) -> str:
+    return "no index" if number == 0 else "one index" if number == 1 else f"{number} indexes"
 
 
 def _reference(node: ast.Expr, scope: Scope) -> Reference | None:
@@ -108,10 +106,17 @@ def _table_entry(table: ir.ConstantArray, indices: tuple[ir.Expr, ...]) -> ir.Ex
     position = 0
     for index, t in zip(indices, table.indices, strict=True):
         if not isinstance(index, ir.Const):
-            return ir.TableRead(table.type, table.name, indices)
+            return ir.TableRead(_reached(table), table.name, indices)
         position = position * size_of(t) + to_index(t, index.value)
     value = table.values[position]
     return operators.literal(value) if operators.is_numeric(table.type) else ir.Const(table.type, value)
+
+
+def _reached(table: ir.ConstantArray) -> Type:
+    """Return the type of a table's entries, as narrow as they are."""
+    if not operators.is_numeric(table.type) or table.type == PROB:
+        return table.type
+    return operators.numeric(table.type, (min(table.values), max(table.values)))
 
 
 def _action_entry(action: ir.Action, span: Span, scope: Scope, indices: tuple[ir.Expr, ...]) -> ir.Expr:

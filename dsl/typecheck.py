@@ -26,7 +26,7 @@ def fit(e: ir.Expr, target: Type, span: Span, what: str = "the value", code: str
                 return e
             raise mistake(
                 code,
-                f"{what} ranges over {_interval(least, most)}, which does not fit {low} .. {high}",
+                f"{what} {_lies(least, most)}, which does not fit {low} .. {high}",
                 span,
                 _range_remedy(e, code, low, high),
             )
@@ -42,7 +42,7 @@ def fit(e: ir.Expr, target: Type, span: Span, what: str = "the value", code: str
             if prob and (most_float < 0 or least_float > 1):
                 raise mistake(
                     "E0606",
-                    f"{what} is {_interval(least_float, most_float)}, which is no probability",
+                    f"{what} {_lies(least_float, most_float)}, which is no probability",
                     span,
                     "a probability lies in 0 .. 1",
                 )
@@ -91,17 +91,17 @@ def require_int32(e: ir.Expr, span: Span) -> ir.Expr:
     if isinstance(e.type, Int) and (e.type.low < INT32_MIN or e.type.high > INT32_MAX):
         raise mistake(
             "E0604",
-            f"this ranges over {_interval(e.type.low, e.type.high)}, beyond 32-bit integers",
+            f"this {_lies(e.type.low, e.type.high)}, beyond 32-bit integers",
             span,
             "give the operands smaller types, clamp them, or compute with floats",
         )
     return e
 
 
-def _interval(low: float, high: float) -> str:
-    if low == high:
-        return f"{low:g}" if isinstance(low, float) else str(low)
-    return f"{low:g} .. {high:g}" if isinstance(low, float) else f"{low} .. {high}"
+def _lies(low: float, high: float) -> str:
+    """Return where a value lies, in words."""
+    ends = [f"{x:g}" if isinstance(x, float) else str(x) for x in (low, high)]
+    return f"is {ends[0]}" if low == high else f"ranges over {' .. '.join(ends)}"
 
 
 def _range_remedy(e: ir.Expr, code: str, low: int, high: int) -> str:
