@@ -36,7 +36,7 @@ def float32(value: float) -> str:
     below = struct.unpack("<f", struct.pack("<I", bits - 1))[0]
     for digits in range(1, 10):
         text = f"{value:.{digits}g}"
-        if abs(Fraction(text) - Fraction(value)) * 4 < abs(Fraction(value) - Fraction(below)):
+        if abs(Fraction(text) - Fraction(value)) * 20 < 9 * abs(Fraction(value) - Fraction(below)):
             return f"{text}f" if re.search(r"[.e]", text) else f"{text}.0f"
     return f"{value.hex()}f"
 
@@ -119,6 +119,8 @@ class Code:
         self._depth += 1
         yield
         self._depth -= 1
+        if head.startswith("} else") and self.lines[-1].endswith(f"{head} {{"):
+            self.lines.pop()  # nothing to do otherwise
         self.add("}")
         loose = head.startswith(("if", "for")) and len(self.lines) == start + 3
         self._loose_braces = (start, len(self.lines)) if loose else (0, 0)

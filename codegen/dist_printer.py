@@ -7,6 +7,7 @@ from contextlib import ExitStack
 
 from hypgen.codegen.cpp import code_of, scalar, shifted
 from hypgen.codegen.expr_printer import ADD, TERNARY, Append, ExprPrinter, Sink, needs_statements
+from hypgen.codegen.walk import negated
 from hypgen.dsl import ir
 from hypgen.dsl.types import Bool, Type, low_of, size_of
 
@@ -26,6 +27,11 @@ class DistPrinter:
         match dist:
             case ir.Certain(value=value):
                 printer.emit(value, sink)
+            case ir.IfDist(
+                condition=condition, then=ir.Certain(value=value) as kept, otherwise=otherwise
+            ) if sink.keeps(value):
+                changes = ir.IfDist(dist.type, negated(condition), otherwise, kept)
+                self.sample(changes, word, sink)
             case ir.IfDist(condition=condition, then=then, otherwise=otherwise):
                 printer.branch(
                     printer.text(condition),

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from hypgen.codegen.cpp import Code, code_of, float32, integer, literal, loop, scalar
 from hypgen.codegen.naming import Names
 from hypgen.codegen.needs import PARTS, Needs, NeedsAnalysis
-from hypgen.codegen.walk import free_locals, walk
+from hypgen.codegen.walk import free_locals, negated, shape, walk
 from hypgen.dsl import ir
 from hypgen.dsl.types import Bool, Enum, Float, Int, Type, low_of, size_of
 
@@ -49,6 +49,11 @@ class Sink:
 
     before: str
     after: str = ";"
+    kept: object = None  # the shape of the value that is there already, for which there is nothing to do
+
+    def keeps(self, expr: ir.Expr) -> bool:
+        """Return whether ``expr`` is the value that is there already."""
+        return self.kept is not None and shape(expr) == self.kept
 
     @property
     def returns(self) -> bool:
@@ -78,6 +83,14 @@ def needs_statements(*nodes: ir.Expr) -> bool:
     return any(isinstance(inner, ir.Quantified | ir.LetIn) for node in nodes for inner in walk(node))
 
 
+def branches(expr: ir.Expr) -> bool:
+    """Return whether ``expr`` is a choice that reads better as statements than as an expression."""
+    if not isinstance(expr, ir.If):
+        return False
+    nested = isinstance(expr.then, ir.If) or isinstance(expr.otherwise, ir.If)
+    return nested or needs_statements(expr.then, expr.otherwise)
+
+
 def _plain_variant(enum: Enum, variant: str) -> bool:
     found = enum.variant(variant)
     return found is not None and found.argument is None
@@ -98,12 +111,14 @@ class ExprPrinter:
     def emit(self, expr: ir.Expr, sink: Sink) -> None:
         """Append statements that give ``expr``'s value to ``sink``."""
         match expr:
+            case _ if sink.keeps(expr):
+                return
             case ir.LetIn(name=name, value=value, body=body):
                 self.declare(name, value, body)
                 self.emit(body, sink)
-            case ir.If(then=then, otherwise=otherwise) if (
-                needs_statements(then, otherwise) or isinstance(then, ir.If) or isinstance(otherwise, ir.If)
-            ):
+            case ir.If(condition=condition, then=then, otherwise=otherwise) if sink.keeps(then):
+                self.emit(ir.If(expr.type, negated(condition), otherwise, then), sink)
+            case ir.If() if branches(expr) or sink.keeps(expr.otherwise):
                 self._chain(expr, sink)
             case _:
                 self.code.add(sink(self.text(expr)))
@@ -149,9 +164,15 @@ class ExprPrinter:
         """Append the declaration of a let's local, if the body reads it."""
         if name not in free_locals(body):
             return
-        text = self.text(value)
-        self.locals[name] = self.scope.unique(name)
-        self.code.add(f"const {scalar(value.type)} {self.locals[name]} = {text};")
+        if branches(value):
+            local = self.scope.unique(name)
+            self.code.add(f"{scalar(value.type)} {local}{{}};")
+            self.emit(value, Sink(f"{local} = "))
+        else:
+            text = self.text(value)
+            local = self.scope.unique(name)
+            self.code.add(f"const {scalar(value.type)} {local} = {text};")
+        self.locals[name] = local
 
     def bind(self, name: str, text: str | None = None) -> str:
         """Let a local stand for ``text``, or for a new C++ local, whose name is given back."""

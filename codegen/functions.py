@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import ExitStack
 
 from hypgen.codegen import views
-from hypgen.codegen.cpp import code_of, loop, scalar
+from hypgen.codegen.cpp import scalar
 from hypgen.codegen.expr_printer import Context, ExprPrinter, Sink
 from hypgen.codegen.function_builder import Builder, origin
+from hypgen.codegen.guards import own_value
 from hypgen.codegen.needs import PARTS, Needs
 from hypgen.codegen.partition import ElementUpdate
 from hypgen.codegen.tabulate import DerivedTable
-from hypgen.codegen.walk import children
+from hypgen.codegen.walk import children, shape
 from hypgen.dsl import ir
-from hypgen.dsl.types import Type, size_of
+from hypgen.dsl.types import Type
 
 
 class PartNames:
@@ -105,7 +105,8 @@ def assigned(assign: ir.Assign, owner: str, builder: Builder) -> None:
     """Append the draw of one entry of a variable into ``owner``."""
     names, printer = builder.context.names, builder.printer
     indices = "".join(f"{printer.locals[b.name]}, " for b in assign.binders)
-    sink = Sink(f"{owner}.{names.setters[assign.variable]}({indices}", ");")
+    kept = shape(own_value(assign)) if owner == "next" else None
+    sink = Sink(f"{owner}.{names.setters[assign.variable]}({indices}", ");", kept)
     builder.sampled(
         assign.dist, names.sites.get(assign.site.path, ""), position(assign.binders, printer), sink
     )
@@ -171,15 +172,9 @@ def table_entry(table: DerivedTable, name: str, context: Context) -> views.Funct
 
 def table_fill(table: DerivedTable, name: str, context: Context, builder: Builder) -> None:
     """Append the loops that fill a derived table to ``load``."""
-    code, printer = builder.code, builder.printer
-    with ExitStack() as stack:
-        subscripts, values = "", []
-        for binder in table.inputs:
-            variable = printer.scope.unique(binder.name)
-            stack.enter_context(printer.block(loop(binder.type, variable)))
-            is_bool = size_of(binder.type) == 2 and scalar(binder.type) == "bool"
-            subscripts += f"[{variable if is_bool else code_of(variable, binder.type)}]"
-            values.append(f"{variable} != 0" if is_bool else variable)
+    printer = builder.printer
+    with printer.loops(table.inputs):
+        inputs = [ir.Local(b.type, b.name) for b in table.inputs]
+        values = [printer.text(i) for i in inputs]
         call = f"{name}({arguments(context.needs.of(table.body), context, *values)})"
-        code.add(f"params.{table.name}{subscripts} = {call};")
-    code.join()
+        builder.code.add(f"params.{table.name}{printer.subscript(table.name, inputs)} = {call};")

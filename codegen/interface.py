@@ -18,7 +18,8 @@ from hypgen.codegen.functions import (
     position,
     update_needs,
 )
-from hypgen.codegen.partition import ElementUpdate, reward_guard
+from hypgen.codegen.guards import Guards
+from hypgen.codegen.partition import ElementUpdate
 from hypgen.dsl import ir
 from hypgen.dsl.types import Bool, Float, length_of, low_of, size_of
 
@@ -132,8 +133,9 @@ class Interface:
             for update in stage:
                 self._update(builder, update)
         code.add("StepResult result{};")
+        guards = Guards(self.model, self.context.needs)
         for term in self.model.rewards:
-            guard = reward_guard(term, self.context.needs)
+            guard = guards.reward(term)
             member = [term.binder] if term.binder else []
             with self._for_each(builder, member, builder.printer.text(guard) if guard else None):
                 more = [builder.printer.locals[b.name] for b in member]
@@ -292,6 +294,7 @@ class Interface:
         )
         builder = self._builder([*_PLACE, ("D&", "draws")])
         code, type_ = builder.code, self.model.action.type
+        always_legal = isinstance(self.model.legal, ir.Const) and self.model.legal.value is True
         if policy.binders:
             code.add("int chosen = 0;")
             with builder.printer.loops(policy.binders):
@@ -300,8 +303,11 @@ class Interface:
                 code.add(f"chosen = chosen * {size_of(type_)} + {component};")
         else:
             chosen_code = code_of(f"choose({arguments(needs, self.context)})", type_)
+            if always_legal:
+                code.add(f"return {chosen_code};")
+                return [choose, builder.done("int", "default_policy")]
             code.add(f"const int chosen = {chosen_code};")
-        if isinstance(self.model.legal, ir.Const) and self.model.legal.value is True:
+        if always_legal:
             code.add("return chosen;")
             return [choose, builder.done("int", "default_policy")]
         code.add("if (is_legal(params, fixed, state, chosen)) return chosen;")

@@ -69,12 +69,15 @@ class Scope:
     taken: set[str] = field(default_factory=set)
 
     def unique(self, name: str) -> str:
-        """Return ``name``, or with underscores appended where it is taken, and take it."""
+        """Return ``name``, with an underscore if C++ has taken it or a number if the model has; take it."""
         name = name.replace(".", "_").replace(":", "_")
-        while name in self.taken or name in _KEYWORDS or name in _TAKEN:
+        if name in _KEYWORDS or name in _TAKEN or name in _CONCEPT:
             name += "_"
-        self.taken.add(name)
-        return name
+        found, number = name, 2
+        while found in self.taken:
+            found, number = f"{name}_{number}", number + 1
+        self.taken.add(found)
+        return found
 
 
 class Names:
@@ -82,7 +85,7 @@ class Names:
 
     def __init__(self, model: ir.Model) -> None:
         self.model = Scope().unique(model.name)
-        self.struct = Scope({*_CONCEPT, *PARAMETERS, self.model})
+        self.struct = Scope({*PARAMETERS, self.model})
         self.types = {t.name: self.struct.unique(t.name) for t in (*model.enums, *model.records)}
         self.members = {t.name: self._type_members(t) for t in (*model.enums, *model.records)}
         self.tables = {t.name: self.struct.unique(t.name) for t in model.tables}

@@ -15,6 +15,7 @@ from hypgen.codegen.naming import Names, Scope
 from hypgen.codegen.walk import (
     bound_names,
     children,
+    free_locals,
     map_children,
     prime,
     rename_bound,
@@ -161,16 +162,41 @@ class _Tabulator:
     # From an expression to a formula of its inputs -----------------------------------------------
 
     def _formula(self, node: ir.Expr) -> tuple[ir.Expr, tuple[_Input, ...] | None]:
-        """Return ``node`` over named inputs; None for the inputs where they are not few and finite."""
-        formula = self._inline(node)
+        """Return ``node`` over named inputs; None for the inputs where they are not few and finite.
+
+        The inputs are what ``node`` reads, or else its largest finite parts, such as a distance.
+        """
+        formula, found = self._over_inputs(self._inline(node), {})
+        if found is None:
+            parts: dict[str, ir.Expr] = {}
+            formula, found = self._over_inputs(self._inline(self._set_apart(node, parts)), parts)
+        return formula, found
+
+    def _over_inputs(
+        self, formula: ir.Expr, parts: dict[str, ir.Expr]
+    ) -> tuple[ir.Expr, tuple[_Input, ...] | None]:
         inputs: dict[Any, _Input] = {}
-        scope = Scope({name for inner in walk(formula) for name in bound_names(inner)})
-        if not self._collect(formula, frozenset(), inputs, scope):
+        bound = {name for inner in walk(formula) for name in bound_names(inner)}
+        if any(free_locals(part) & bound for part in parts.values()):
             return formula, None
-        found = tuple(inputs.values())
+        if not self._collect(formula, frozenset(), inputs, Scope(set(bound))):
+            return formula, None
+        # Locals last: loops run over them, and entries that lie together are read together.
+        found = tuple(sorted(inputs.values(), key=lambda i: isinstance(i.read, ir.Local)))
         if self._domain(found) > options.MAX_TABLE_ENTRIES:
             return formula, None
-        return self._replace_reads(formula, inputs), found
+        reads = tuple(_Input(substitute(i.read, parts), i.binder) for i in found)
+        return self._replace_reads(formula, inputs), reads
+
+    def _set_apart(self, node: Any, parts: dict[str, ir.Expr]) -> Any:
+        """Replace the largest finite parts of ``node`` that are not slow by locals, entered in ``parts``."""
+        finite = isinstance(node, ir.Expr) and not isinstance(node, ir.Const) and is_finite(node.type)
+        if finite and not self._slow(node):
+            name = node.function if isinstance(node, ir.Call) else "index"
+            name = f"{name}%{len(parts)}"  # no local of the model is called so
+            parts[name] = node
+            return ir.Local(node.type, name)
+        return map_children(node, lambda child: self._set_apart(child, parts))
 
     def _inline(self, node: Any) -> Any:
         match node:
@@ -197,7 +223,7 @@ class _Tabulator:
             case ir.Local(name=name) if name in bound:
                 return True
             case ir.Local(name=name):
-                return self._enter(node, name, inputs, scope)
+                return self._enter(node, name.partition("%")[0], inputs, scope)
             case ir.StateRead(variable=name) | ir.LetRead(let=name):
                 # A read whose index is bound inside the formula stands for many values, not one.
                 if any(

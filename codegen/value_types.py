@@ -43,7 +43,7 @@ def record_view(record: Record, names: Names) -> views.ValueType:
         formal = f"{members[field]}_"
         formals.append(f"{scalar(type_)} {formal}")
         part = code_of(formal, type_)
-        code = f"({code}) * {size_of(type_)} + {part}" if code else part
+        code = f"{_factor(code)} * {size_of(type_)} + {part}" if code else part
     lines = [f"{_CODE} {members['make']}({', '.join(formals)}) {{ return {code}; }}"]
     total = size_of(record)
     for field, type_ in record.fields:
@@ -112,8 +112,12 @@ def _position(indices: tuple[Type, ...]) -> str:
     text = ""
     for n, type_ in enumerate(indices):
         part = code_of(f"i{n}", type_)
-        text = f"({text}) * {size_of(type_)} + {part}" if text else part
+        text = f"{_factor(text)} * {size_of(type_)} + {part}" if text else part
     return text
+
+
+def _factor(text: str) -> str:
+    return f"({text})" if " " in text else text
 
 
 def _place(field: Field) -> tuple[str, str]:

@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 from typing import Any, TypeAlias
 
 from hypgen.dsl import ir
+from hypgen.dsl.types import BOOL
 
 Node: TypeAlias = ir.Expr | ir.Dist
 
@@ -114,3 +115,10 @@ def rename_bound(expr: Any, suffix: str) -> Any:
         return node
 
     return rename(expr)
+
+
+def negated(condition: ir.Expr) -> ir.Expr:
+    """Return ``not condition``."""
+    if isinstance(condition, ir.Unary) and condition.op == "not":
+        return condition.operand
+    return ir.Unary(BOOL, "not", condition)
