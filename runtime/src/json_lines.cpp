@@ -87,7 +87,8 @@ void JsonLines::write(const StepRecord& step) {
                {"search_seconds", decision.search_seconds},
                {"belief", status_name(step.belief_status)},
                {"effective_sample_size", step.effective_sample_size},
-               {"signature", hexadecimal(decision.signature)}};
+               {"signature", nullptr}};
+  if (decision.signature != 0) json["signature"] = hexadecimal(decision.signature);
   if (!step.terminal) {
     json["observation"] = model_.observation_name(step.observation);
     json["observation_key"] = step.observation;
@@ -129,7 +130,8 @@ void JsonLines::write_summary(const RunTotals& totals, const std::vector<std::ui
                {"scenarios_a_leaf_median", histogram_median(leaf_sizes)},
                {"searches", counts(totals.plan_statuses)},
                {"endings", counts(totals.episode_statuses)},
-               {"signature", hexadecimal(totals.signature)}};
+               {"signature", nullptr}};
+  if (totals.signature != 0) json["signature"] = hexadecimal(totals.signature);
   if (model_.has_success && totals.returns.size() > 0) {
     json["success_rate"] = static_cast<double>(totals.successes) / static_cast<double>(totals.returns.size());
   }

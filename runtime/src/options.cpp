@@ -102,7 +102,7 @@ std::vector<Option> option_table(SolverOptions& options) {
        [&](Text t) { return read_text(t, options.json_file); }},
       {"--quiet", nullptr, "no table, no progress", [&](Text) { return set(options.quiet); }},
       {"--signature", nullptr, "print a hash of all search trees",
-       [&](Text) { return set(options.signature); }},
+       [&](Text) { return set(planner.signature); }},
       {"--trace", "FILE", "write a binary trace of random walks instead of planning",
        [&](Text t) { return read_text(t, trace.file); }},
       {"--trace-scenarios", "N", "random walks of a trace (64)",

@@ -86,8 +86,15 @@ bool read_scalar(const Json& json, const ParamSpec& spec, double& value) {
   return spec.low <= value && value <= spec.high;
 }
 
-// Collects the entries of `json` row-major. Nested arrays must have the param's dimensions, flat ones its
-// length.
+// A short text of what was found.
+std::string excerpt(const Json& json) {
+  constexpr std::size_t kMost = 60;
+  const std::string text = json.dump();
+  return text.size() <= kMost ? text : text.substr(0, kMost) + "...";
+}
+
+// Collects the entries of `json` row-major; `error` stays empty if the shape is wrong. Nested arrays must
+// have the param's dimensions, flat ones its length.
 bool read_array(const Json& json, const ParamSpec& spec, std::size_t level, std::vector<double>& out,
                 std::string& error) {
   const bool flat = level == 0 && json.is_array() && json.size() == spec.length() &&
@@ -95,7 +102,7 @@ bool read_array(const Json& json, const ParamSpec& spec, std::size_t level, std:
   if (level == spec.dims.size() && !json.is_array()) {
     double value = 0.0;
     if (!read_scalar(json, spec, value)) {
-      error = "expected " + expected(spec) + ", found " + json.dump();
+      error = "expected " + expected(spec) + ", found " + excerpt(json);
       return false;
     }
     out.push_back(value);
@@ -103,11 +110,7 @@ bool read_array(const Json& json, const ParamSpec& spec, std::size_t level, std:
   }
   const bool fits = level < spec.dims.size() && json.is_array() &&
                     (flat || json.size() == static_cast<std::size_t>(spec.dims[level]));
-  if (!fits) {
-    error = "expected " + shape(spec) + " (" + expected(spec) + "), found " +
-            (json.is_array() ? "an array of " + std::to_string(json.size()) : json.dump());
-    return false;
-  }
+  if (!fits) return false;
   for (const Json& item : json) {
     if (!read_array(item, spec, flat ? spec.dims.size() : level + 1, out, error)) return false;
   }
@@ -145,6 +148,8 @@ bool read_params(const std::string& text, const std::vector<ParamSpec>& specs, P
     }
     std::vector<double> entries;
     if (!read_array(value, *spec, 0, entries, error)) {
+      if (error.empty())
+        error = "expected " + shape(*spec) + " (" + expected(*spec) + "), found " + excerpt(value);
       error = "param \"" + name + "\": " + error;
       return false;
     }

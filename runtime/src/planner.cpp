@@ -97,7 +97,7 @@ void Planner::plan_despot(Decision& decision, const RootResult& root) {
   decision.upper = tree_.bounds(0).upper;
   decision.nodes = tree_.size();
   decision.crossed = tree_.crossed();
-  decision.signature = tree_.signature(0);
+  if (options_.signature) decision.signature = tree_.signature(0);
   if (!failed(status)) decision.action = best_root_action(root.default_action);
 }
 

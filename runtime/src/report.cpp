@@ -41,10 +41,11 @@ void RunTotals::add(const StepRecord& step) {
   simulations += decision.simulations;
   leaf_scenarios += decision.leaf_scenarios;
   ++plan_statuses[decision.status];
-  Signature hash(signature);
-  hash.add(decision.signature);
-  hash.add(static_cast<std::uint64_t>(decision.action));
-  signature = hash.value();
+  if (decision.signature != 0) {
+    Signature hash(signature);
+    hash.add(decision.signature);
+    signature = hash.value();
+  }
 }
 
 void RunTotals::add(const EpisodeRecord& episode) {

@@ -69,7 +69,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
   }
   std::FILE* const out = options.json_file == "-" ? stderr : stdout;
   if (!options.quiet) std::fputs(table(totals, model.has_success, planner.leaf_sizes()).c_str(), out);
-  if (options.signature)
+  if (planning.signature)
     std::fprintf(out, "signature %016llx\n", static_cast<unsigned long long>(totals.signature));
   return kDone;
 }

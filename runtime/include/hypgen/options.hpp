@@ -19,7 +19,6 @@ struct SolverOptions {
   std::string param_file;
   std::string json_file;
   bool quiet = false;
-  bool signature = false;
   bool help = false;
   bool version = false;
   TraceOptions trace;  // with an empty file: no trace

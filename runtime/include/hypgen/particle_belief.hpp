@@ -166,6 +166,7 @@ class ParticleBelief final : public Belief {
   std::size_t count_distinct() const {
     std::set<std::string> distinct;
     for (const Particle& particle : now_) {
+      if (!(particle.weight > 0.0)) continue;
       std::string bytes(sizeof particle.fixed + sizeof particle.state, '\0');
       std::memcpy(bytes.data(), &particle.fixed, sizeof particle.fixed);
       std::memcpy(bytes.data() + sizeof particle.fixed, &particle.state, sizeof particle.state);

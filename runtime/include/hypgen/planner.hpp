@@ -33,6 +33,7 @@ struct PlannerOptions {
   double gain_errors =
       1.0;  // kRollout: standard errors of a gain that make another action than the default's
   std::size_t memory_bytes = std::size_t{1} << 30;
+  bool signature = false;  // hash every tree, after the deadline
 };
 
 // What to do, and what is known about it. `lower` and `upper` bound the value of the belief (regularised if
@@ -50,7 +51,7 @@ struct Decision {
   std::uint64_t crossed = 0;         // groups whose bounds crossed
   int max_depth = 0;
   double search_seconds = 0.0;
-  std::uint64_t signature = 0;
+  std::uint64_t signature = 0;  // of the tree, if asked for
 };
 
 // Allocates only when it is made; `plan` works within the memory of its options.

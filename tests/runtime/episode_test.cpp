@@ -1,0 +1,60 @@
+#include "hypgen/episode.hpp"
+
+#include <gtest/gtest.h>
+
+#include "test_solvers.hpp"
+
+namespace hypgen::testing {
+namespace {
+
+EpisodeRecord run(const ModelDescriptor& model, int steps, std::vector<StepRecord>* records = nullptr,
+                  Mode mode = Mode::kDespot, bool interrupted = false, std::uint64_t episode = 0) {
+  PlannerOptions options = trials(20);
+  options.mode = mode;
+  Solver solver(model, options);
+  const EpisodeLimits limits{steps, model.discount, [=] { return interrupted; }};
+  return run_episode(solver.planner, *solver.belief, *solver.world, model.visible_count, episode, limits,
+                     [&](const StepRecord& step) {
+                       if (records != nullptr) records->push_back(step);
+                     });
+}
+
+TEST(Episode, AddsUpDiscountedRewards) {
+  std::vector<StepRecord> records;
+  const EpisodeRecord episode = run(rock_sample_descriptor<4, 3>(), 50, &records);
+  EXPECT_EQ(episode.status, Status::kTerminal);
+  EXPECT_TRUE(episode.success);
+  ASSERT_EQ(static_cast<std::size_t>(episode.steps), records.size());
+  double total = 0.0, weight = 1.0;
+  for (const StepRecord& record : records) {
+    total += weight * record.reward;
+    weight *= 0.95;
+  }
+  EXPECT_NEAR(episode.discounted_return, total, 1e-9);
+  EXPECT_TRUE(records.back().terminal);
+}
+
+TEST(Episode, PairsWorldsAcrossModes) {
+  std::vector<StepRecord> search, policy;
+  run(tiger_descriptor(), 3, &search, Mode::kDespot, false, 5);
+  run(tiger_descriptor(), 3, &policy, Mode::kDefault, false, 5);
+  EXPECT_EQ(search[0].decision.action, policy[0].decision.action);
+  EXPECT_EQ(search[0].observation, policy[0].observation);
+}
+
+TEST(Episode, EndsWithANamedStatus) {
+  EXPECT_EQ(run(tiger_descriptor(), 4).status, Status::kStepLimit);
+  EXPECT_EQ(run(mishaps_descriptor(9.0, 9), 5).status, Status::kTerminal);
+  EXPECT_EQ(run(mishaps_descriptor(9.0, 2), 5).status, Status::kNoLegalAction);
+  EXPECT_EQ(run(tiger_descriptor(), 4, nullptr, Mode::kDespot, true).status, Status::kInterrupted);
+}
+
+TEST(Episode, StatusesHaveNames) {
+  EXPECT_STREQ(status_name(Status::kDepletedBelief), "depleted_belief");
+  for (int i = 0; i <= static_cast<int>(Status::kInterrupted); ++i) {
+    EXPECT_STRNE(status_name(static_cast<Status>(i)), "unknown");
+  }
+}
+
+}  // namespace
+}  // namespace hypgen::testing

@@ -1,0 +1,67 @@
+#include "hypgen/options.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "test_solvers.hpp"
+
+namespace hypgen {
+namespace {
+
+bool parse(std::vector<const char*> words, SolverOptions& options, std::string& error) {
+  words.insert(words.begin(), "solver");
+  return parse_options(static_cast<int>(words.size()), words.data(), options, error);
+}
+
+std::string error_of(const std::vector<const char*>& words) {
+  SolverOptions options;
+  std::string error;
+  EXPECT_FALSE(parse(words, options, error));
+  return error;
+}
+
+TEST(Options, ReadsValues) {
+  SolverOptions options;
+  std::string error;
+  ASSERT_TRUE(
+      parse({"--mode", "rollout", "--runs=3", "--time", "0.5", "--seed", "9", "--memory", "2", "--quiet"},
+            options, error))
+      << error;
+  EXPECT_EQ(options.planner.mode, Mode::kRollout);
+  EXPECT_EQ(options.runs, 3U);
+  EXPECT_EQ(options.planner.time_limit, 0.5);
+  EXPECT_EQ(options.trace.seed, 9U);
+  EXPECT_EQ(options.planner.memory_bytes, std::size_t{2} << 20);
+  EXPECT_TRUE(options.quiet);
+}
+
+TEST(Options, ATrialLimitReplacesTheTimeLimit) {
+  SolverOptions timed, counted;
+  std::string error;
+  ASSERT_TRUE(parse({}, timed, error));
+  EXPECT_EQ(timed.planner.time_limit, 0.1);
+  ASSERT_TRUE(parse({"--trials", "5"}, counted, error));
+  EXPECT_TRUE(std::isinf(counted.planner.time_limit));
+}
+
+TEST(Options, NamesWhatIsWrong) {
+  EXPECT_EQ(error_of({"--rusn", "3"}), "unknown option --rusn; --help lists the options");
+  EXPECT_EQ(error_of({"--runs", "many"}), "--runs: bad value \"many\"; expected N, episodes to run (10)");
+  EXPECT_EQ(error_of({"--runs"}), "--runs needs a value: N, episodes to run (10)");
+  EXPECT_EQ(error_of({"--quiet=1"}), "--quiet takes no value");
+  for (const char* bad : {"-1", "1x", "", "nan", "1e9"}) EXPECT_NE(error_of({"--time", bad}), "");
+  EXPECT_NE(error_of({"--xi", "1.5"}), "");
+  EXPECT_NE(error_of({"--mode", "fast"}), "");
+  EXPECT_NE(error_of({"--seed", "99999999999999999999999"}), "");
+}
+
+TEST(Options, HelpNamesEveryOptionAndTheParams) {
+  const std::string text = help_text(testing::tiger_descriptor(), "tiger");
+  for (const char* name : {"--mode", "--time", "--trials", "--trace-steps", "Examples:", "hearing"}) {
+    EXPECT_NE(text.find(name), std::string::npos) << name;
+  }
+}
+
+}  // namespace
+}  // namespace hypgen

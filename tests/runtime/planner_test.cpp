@@ -1,0 +1,174 @@
+#include "hypgen/planner.hpp"
+
+#include <gtest/gtest.h>
+
+#include "test_solvers.hpp"
+
+namespace hypgen::testing {
+namespace {
+
+TEST(Planner, TigerListensFirst) {
+  Solver solver(tiger_descriptor(), trials(2000));
+  const Decision decision = solver.plan();
+  EXPECT_EQ(decision.action, 0);
+  EXPECT_EQ(decision.status, Status::kTrialLimit);
+  EXPECT_EQ(decision.trials, 2000U);
+  // The initial belief is worth about 19.4. So few scenarios make the lower bound optimistic, as their
+  // futures can be told apart, but never less than always listening.
+  EXPECT_GT(decision.upper, 19.4);
+  EXPECT_GT(decision.lower, -20.0);
+  EXPECT_LE(decision.lower, decision.upper);
+}
+
+TEST(Planner, TigerOpensOnceItIsSure) {
+  Solver solver(tiger_descriptor(), trials(500));
+  for (int i = 0; i < 3; ++i) ASSERT_EQ(solver.belief->update(0, 0), Status::kOk);
+  EXPECT_EQ(solver.plan(3).action, 2);  // the tiger is on the left
+}
+
+TEST(Planner, BoundsAreOrderedAndTightenWithTrials) {
+  double gap = 1e9;
+  for (const std::uint64_t count : {1, 10, 100, 1000}) {
+    Solver solver(rock_sample_descriptor<4, 3>(), trials(count));
+    const Decision decision = solver.plan();
+    EXPECT_LE(decision.lower, decision.upper);
+    EXPECT_LE(decision.upper - decision.lower, gap + 1e-9);
+    gap = decision.upper - decision.lower;
+  }
+}
+
+TEST(Planner, TrialLimitsAreReproducible) {
+  PlannerOptions options = trials(200);
+  options.signature = true;
+  Solver first(rock_sample_descriptor<4, 3>(), options), second(rock_sample_descriptor<4, 3>(), options);
+  const Decision a = first.plan();
+  second.plan();
+  const Decision b = second.plan();  // the planner's past does not matter
+  EXPECT_EQ(a.signature, b.signature);
+  EXPECT_EQ(a.action, b.action);
+  EXPECT_NE(a.signature, 0U);
+  options.seed = 1;
+  Solver other(rock_sample_descriptor<4, 3>(), options);
+  EXPECT_NE(other.plan().signature, a.signature);
+}
+
+TEST(Planner, ConvergesOnASmallProblem) {
+  PlannerOptions options = trials(1000000);
+  options.depth = 4;
+  Solver solver(tiger_descriptor(), options);
+  const Decision decision = solver.plan();
+  EXPECT_EQ(decision.status, Status::kConverged);
+  EXPECT_LT(decision.upper - decision.lower, 1e-3);
+}
+
+TEST(Planner, KeepsTheDeadline) {
+  PlannerOptions options;
+  options.time_limit = 0.02;
+  options.memory_bytes = std::size_t{256} << 20;
+  for (const Mode mode : {Mode::kDespot, Mode::kRollout}) {
+    options.mode = mode;
+    Solver solver(rock_sample_descriptor<7, 8>(), options);
+    double best = 1e9;  // of some tries, as other processes may hold the processor
+    for (int i = 0; i < 5; ++i) {
+      const Decision decision = solver.plan(i);
+      EXPECT_EQ(decision.status, Status::kDeadline);
+      EXPECT_GE(decision.search_seconds, 0.02);
+      best = std::min(best, decision.search_seconds);
+    }
+    EXPECT_LT(best, 0.021);
+  }
+}
+
+TEST(Planner, ATinyDeadlineGivesTheDefaultAction) {
+  PlannerOptions options;
+  options.time_limit = 1e-9;
+  Solver solver(rock_sample_descriptor<7, 8>(), options);
+  const Decision decision = solver.plan();
+  EXPECT_EQ(decision.status, Status::kDeadline);
+  EXPECT_EQ(decision.action, SmallRockSample::kEast);
+}
+
+TEST(Planner, StopsGrowingWhenMemoryIsFull) {
+  PlannerOptions options = trials(100000);
+  options.memory_bytes = 40000;
+  Solver solver(rock_sample_descriptor<4, 3>(), options);
+  const Decision decision = solver.plan();
+  EXPECT_EQ(decision.status, Status::kMemoryFull);
+  EXPECT_GT(decision.expansions, 0U);
+  EXPECT_GE(decision.action, 0);
+}
+
+TEST(Planner, PruningGivesSmallerTrees) {
+  PlannerOptions options = trials(300);
+  Solver plain(rock_sample_descriptor<4, 3>(), options);
+  options.pruning = 1.0;
+  Solver pruned(rock_sample_descriptor<4, 3>(), options);
+  const Decision a = plain.plan(), b = pruned.plan();
+  EXPECT_LT(b.nodes, a.nodes);
+  EXPECT_LE(b.lower, b.upper);
+}
+
+TEST(Planner, DefaultModeFollowsThePolicy) {
+  PlannerOptions options = trials(10);
+  options.mode = Mode::kDefault;
+  Solver solver(rock_sample_descriptor<4, 3>(), options);
+  const Decision decision = solver.plan();
+  EXPECT_EQ(decision.status, Status::kOk);
+  EXPECT_EQ(decision.action, SmallRockSample::kEast);
+  EXPECT_EQ(decision.expansions, 0U);
+}
+
+TEST(Planner, RolloutModeLeavesThePolicyForASureGain) {
+  PlannerOptions options = trials(20);
+  options.mode = Mode::kRollout;
+  Solver solver(tiger_descriptor(), options);
+  EXPECT_EQ(solver.plan().action, 0);  // opening either door loses
+  for (int i = 0; i < 5; ++i) solver.belief->update(0, 1);
+  const Decision decision = solver.plan(5);
+  EXPECT_EQ(decision.action, 1);
+  EXPECT_EQ(decision.status, Status::kTrialLimit);
+  EXPECT_EQ(decision.trials, 20U);
+}
+
+TEST(Planner, ReportsWhatIsWrongWithAModel) {
+  Solver nan(mishaps_descriptor(std::numeric_limits<double>::quiet_NaN(), 9), trials(10));
+  EXPECT_EQ(nan.plan().status, Status::kModelNan);
+  EXPECT_EQ(nan.plan().action, 0);
+  Solver crossed(mishaps_descriptor(-1.0, 9), trials(10));
+  EXPECT_EQ(crossed.plan().status, Status::kCrossedBounds);
+  Solver stuck(mishaps_descriptor(9.0, 0), trials(10));
+  EXPECT_EQ(stuck.plan().status, Status::kNoLegalAction);
+  EXPECT_EQ(stuck.plan().action, -1);
+}
+
+TEST(Planner, FindsTheBestPathToTheEnd) {
+  Solver solver(mishaps_descriptor(9.0, 9), trials(100));
+  const Decision decision = solver.plan();
+  EXPECT_EQ(decision.action, 1);
+  EXPECT_EQ(decision.status, Status::kConverged);
+  EXPECT_DOUBLE_EQ(decision.lower, 3.0);
+  EXPECT_DOUBLE_EQ(decision.upper, 3.0);
+}
+
+// An evaluator that gives nothing back.
+class BrokenEvaluator final : public LeafEvaluator {
+ public:
+  RootResult begin_search(const ScenarioBuffer& root, const SearchSetup&) override {
+    return {Status::kOk, {static_cast<std::uint32_t>(root.size()), false, 1, 0}, 0};
+  }
+  std::size_t submit(Span<const LeafRequest>) override { return 1; }
+  bool poll(LeafResult&) override { return false; }
+  void release() override {}
+};
+
+TEST(Planner, SurvivesABrokenEvaluator) {
+  const Solver solver(tiger_descriptor(), trials(10));
+  Planner planner(std::make_unique<BrokenEvaluator>(), solver.model, trials(10));
+  planner.prepare(*solver.belief);
+  const Decision decision = planner.plan(*solver.belief, 0, 0);
+  EXPECT_EQ(decision.status, Status::kEvaluatorFailed);
+  EXPECT_EQ(decision.action, 0);
+}
+
+}  // namespace
+}  // namespace hypgen::testing

@@ -1,0 +1,87 @@
+#include "hypgen/report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "hypgen/json_lines.hpp"
+#include "hypgen/solver_main.hpp"
+#include "test_solvers.hpp"
+
+namespace hypgen {
+namespace {
+
+TEST(Statistics, MeansAndQuantiles) {
+  Samples samples;
+  EXPECT_EQ(samples.mean(), 0.0);
+  for (const double value : {4.0, 1.0, 3.0, 2.0}) samples.add(value);
+  EXPECT_DOUBLE_EQ(samples.mean(), 2.5);
+  EXPECT_NEAR(samples.interval95(), 1.96 * 1.2909944 / 2.0, 1e-6);
+  EXPECT_EQ(samples.quantile(0.5), 2.0);
+  EXPECT_EQ(samples.quantile(0.99), 4.0);
+  EXPECT_EQ(samples.largest(), 4.0);
+  EXPECT_EQ(histogram_median({0, 3, 0, 2}), 1.0);
+}
+
+int solve(const ModelDescriptor& model, std::vector<std::string> words) {
+  words.insert(words.begin(), "solver");
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  return solver_main(model, static_cast<int>(arguments.size()), arguments.data());
+}
+
+std::vector<nlohmann::json> json_lines(const std::string& file) {
+  std::vector<nlohmann::json> lines;
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) lines.push_back(nlohmann::json::parse(line));
+  return lines;
+}
+
+TEST(JsonLines, TellTheWholeRun) {
+  const std::string file = ::testing::TempDir() + "run.jsonl";
+  ASSERT_EQ(solve(testing::rock_sample_descriptor<4, 3>(),
+                  {"--runs", "2", "--trials", "20", "--particles", "100", "--quiet", "--json", file}),
+            0);
+  const std::vector<nlohmann::json> lines = json_lines(file);
+  EXPECT_EQ(lines.front()["type"], "run");
+  EXPECT_EQ(lines.front()["version"], 1);
+  EXPECT_EQ(lines.front()["trials"], 20);
+  EXPECT_EQ(lines.back()["type"], "summary");
+  double total = 0.0;
+  std::size_t steps = 0;
+  for (const nlohmann::json& line : lines) {
+    if (line["type"] == "step") {
+      ++steps;
+      EXPECT_LE(line["lower"].get<double>(), line["upper"].get<double>());
+      EXPECT_EQ(line["observation"].is_null(), line["terminal"].get<bool>());
+    }
+    if (line["type"] == "episode") {
+      EXPECT_EQ(line["status"], "terminal");
+      EXPECT_EQ(line["success"], true);
+      total += line["discounted_return"].get<double>();
+    }
+  }
+  EXPECT_EQ(lines.back()["steps"], steps);
+  EXPECT_NEAR(lines.back()["discounted_return"].get<double>(), total / 2, 1e-12);
+}
+
+TEST(SolverMain, ExitCodesTellMistakesApart) {
+  const ModelDescriptor model = testing::tiger_descriptor();
+  EXPECT_EQ(solve(model, {"--bogus"}), 2);
+  EXPECT_EQ(solve(model, {"--param", "/nonexistent.json"}), 2);
+  EXPECT_EQ(solve(model, {"--json", "/nonexistent/x.jsonl"}), 1);
+  EXPECT_EQ(solve(model, {"--version"}), 0);
+}
+
+TEST(Trace, HasARowForEachLaneAndStep) {
+  const std::string file = ::testing::TempDir() + "trace.bin";
+  ASSERT_EQ(
+      solve(testing::tiger_descriptor(), {"--trace", file, "--trace-scenarios", "3", "--trace-steps", "5"}),
+      0);
+  std::ifstream in(file, std::ios::binary | std::ios::ate);
+  EXPECT_EQ(in.tellg(), 3 * 5 * (1 + 10 + 1) * 8);
+}
+
+}  // namespace
+}  // namespace hypgen
