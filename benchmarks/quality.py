@@ -145,8 +145,8 @@ def write(task: Task, results: dict[str, dict], options: argparse.Namespace) -> 
         "",
         *(f"    {' '.join(command(task, m, runs, options.scenarios, options.seed))}" for m in MODES),
         "",
-        "Returns are discounted from gamma^0, with 95 % intervals; the gain over the default policy is paired "
-        "by episode; bounds are the means of the first search's root bounds.",
+        "Returns are discounted from gamma^0, with 95 % intervals; the gain over the default policy is "
+        "paired by episode; bounds are the means of the first search's root bounds.",
         "",
         "| task | mode | runs | return | gain over default | root lower, upper | steps "
         "| expansions/s | simulations/s | scenarios a leaf | published |",
