@@ -74,8 +74,8 @@ def main() -> None:
         "",
         f"    {' '.join(command('MODEL', 1, options.time, options.steps))}",
         "",
-        "Default policies and bounds are those of the example files. A simulation is one legal action tried on "
-        "one scenario of a leaf, its default-policy rollout included. The public figures are for another "
+        "Default policies and bounds are those of the example files. A simulation is one legal action tried "
+        "on one scenario of a leaf, its default-policy rollout included. The public figures are for another "
         "machine (one core of a 2.x GHz Xeon), so the ratio is indicative.",
         "",
         "| model | expansions/s | public DESPOT | ratio | nodes/s | simulations/s | scenarios a leaf |",
