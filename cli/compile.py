@@ -12,6 +12,7 @@ import click
 from hypgen.cli.common import EXIT_CODES, Exit, load, model_options, say
 
 if TYPE_CHECKING:
+    from hypgen.dsl.driver import Loaded
     from hypgen.runtime.build import Step
 
 
@@ -45,18 +46,20 @@ def command(
       hypgen compile examples/rock_sample.pomdp --set n=11 --set k=11 -o rock-solver
       hypgen compile examples/tag.pomdp -o tag --emit-only && cmake -S tag -B tag/build
     """
+    from hypgen.codegen import driver
     from hypgen.runtime.export import check_target, export
 
     if emit_only and output is None:
         raise click.UsageError("--emit-only needs a folder to write to: add -o DIR.")
     if output is not None:
         check_target(output)
-    files = generate(model, instance, settings)
+    loaded = load(model, instance, settings)
+    files = driver.generate(loaded.model)
     if emit_only and output is not None:
         export(files, output)
         click.echo(output)
         return Exit.OK
-    solver = build(files, model, instance, force)
+    solver = build(loaded, files, model, instance, force)
     if output is not None:
         export(files, output, solver)
         solver = output / "bin" / solver.name
@@ -64,20 +67,13 @@ def command(
     return Exit.OK
 
 
-def generate(model: Path, instance: Path | None, settings: tuple[str, ...]) -> dict[str, str]:
-    """Return the C++ project of a model."""
-    from hypgen.codegen import driver
-
-    return driver.generate(load(model, instance, settings).model)
-
-
-def build(files: dict[str, str], model: Path, instance: Path | None, force: bool) -> Path:
+def build(loaded: Loaded, files: dict[str, str], model: Path, instance: Path | None, force: bool) -> Path:
     """Return the project's executable, telling the user what is built and why."""
     from hypgen.runtime.build import build_solver
 
     origin = " ".join(str(path.absolute()) for path in (model, instance) if path is not None)
     with _spinner():
-        return build_solver(files, origin, _report, again=force)
+        return build_solver(files, loaded.model.source_hash, origin, _report, again=force)
 
 
 def _report(step: Step) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.common import EXIT_CODES, model_options
+from hypgen.cli.common import EXIT_CODES, load, model_options
 
 
 @click.command(epilog=EXIT_CODES, context_settings={"ignore_unknown_options": True})
@@ -34,11 +34,13 @@ def command(
       hypgen run examples/rs_11_11.pomdp --mode rollout --trials 100
       hypgen run examples/tiger.pomdp -- --help
     """
-    from hypgen.cli.compile import build, generate
+    from hypgen.cli.compile import build
+    from hypgen.codegen import driver
 
     if str(model).startswith("-"):
         raise click.UsageError(f"The model comes first, before the solver's options (found '{model}').")
-    solver = build(generate(model, instance, settings), model, instance, force)
+    loaded = load(model, instance, settings)
+    solver = build(loaded, driver.generate(loaded.model), model, instance, force)
     sys.stdout.flush()
     sys.stderr.flush()
     # The solver takes this process's place: signals and the exit code need no forwarding.

@@ -25,6 +25,7 @@ LIBRARY = "libhypgen_runtime.a"
 PROBE = "#include <thread>\n#include <variant>\nint main() { return (int)std::variant<int>{0}.index(); }\n"
 CHANGES = {
     "model": "the model or its settings changed",
+    "code": "hypgen generates other code for it",
     "runtime": "hypgen's runtime changed",
     "compiler": "another compiler",
     "flags": "CXXFLAGS or LDFLAGS changed",
@@ -43,17 +44,20 @@ class Step:
 Report = Callable[[Step], None]
 
 
-def build_solver(files: Mapping[str, str], origin: str, report: Report, *, again: bool = False) -> Path:
+def build_solver(
+    files: Mapping[str, str], model: str, origin: str, report: Report, *, again: bool = False
+) -> Path:
     """Return the executable of a generated project, built unless the cache has it.
 
-    ``origin`` names where the project comes from (the model's path): it decides nothing but what the
-    reason for building is measured against. ``again`` builds the model's part in any case.
+    ``model`` is a hash of the model's text; ``origin``, its path, decides nothing but what the reason for
+    building is measured against. ``again`` builds the model's part in any case.
     """
     tools = find_tools()
     name = solver_name(files)
     base = _components(tools)
     library = _runtime_library(tools, base, report)
-    components = {"model": cache.digest(*(part for item in sorted(files.items()) for part in item)), **base}
+    code = cache.digest(*(part for item in sorted(files.items()) for part in item))
+    components = {"model": model, "code": code, **base}
     key = cache.digest(*components.values())
     found = None if again else cache.entry("solvers", key)
     reason = (
@@ -98,6 +102,8 @@ def _reason(components: Mapping[str, str], before: Mapping[str, str]) -> str:
     if not before:
         return "new model" if "model" in components else "first use"
     changed = [name for name, value in components.items() if before.get(name) != value]
+    if "model" in changed:  # then its code is another one as a matter of course
+        changed = [name for name in changed if name != "code"]
     return ", ".join(CHANGES[name] for name in changed) or "no longer in the cache"
 
 

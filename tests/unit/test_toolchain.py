@@ -47,7 +47,10 @@ def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def make(files: dict[str, str] = FILES, **options: bool) -> tuple[Path, list[tuple[str, str]]]:
     steps: list[tuple[str, str]] = []
-    path = build.build_solver(files, "toy.pomdp", lambda s: steps.append((s.what, s.reason)), **options)
+    model = files["src/toy.hpp"]
+    path = build.build_solver(
+        files, model, "toy.pomdp", lambda s: steps.append((s.what, s.reason)), **options
+    )
     return path, steps
 
 
@@ -146,6 +149,8 @@ def test_a_solver_is_built_once_and_says_why_it_is_built_again(
     other, steps = make(changed)
     assert steps == [("toy", "the model or its settings changed")]
     assert subprocess.run([other]).returncode == 9
+    _, steps = make({**changed, "README.md": "\n"})
+    assert steps == [("toy", "hypgen generates other code for it")]
     assert make(again=True)[1] == [("toy", "as asked for")]
     assert subprocess.run([path]).returncode == 7
     monkeypatch.setenv("CXXFLAGS", "-DNOTHING")
