@@ -17,7 +17,7 @@ namespace hypgen {
 
 namespace {
 
-constexpr int kDone = 0, kFailed = 1, kWrongUse = 2;
+constexpr int kDone = 0, kFailed = 1, kWrongUse = 2, kInterrupted = 130;
 
 // The runtime's one variable outside objects: a signal handler reaches nothing else.
 std::atomic<bool> interrupted{false};
@@ -71,7 +71,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
   if (!options.quiet) std::fputs(table(totals, model.has_success, planner.leaf_sizes()).c_str(), out);
   if (planning.signature)
     std::fprintf(out, "signature %016llx\n", static_cast<unsigned long long>(totals.signature));
-  return kDone;
+  return interrupted ? kInterrupted : kDone;
 }
 
 int solve(const ModelDescriptor& model, int argc, char** argv) {
