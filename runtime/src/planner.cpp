@@ -47,8 +47,8 @@ Decision Planner::plan(const Belief& belief, std::uint64_t run, int step) {
   const Clock::time_point start = Clock::now();
   const StreamKey key =
       derive(options_.seed, StreamKind::kPlan, plan_number(run, static_cast<std::uint64_t>(step)));
-  const int left = horizon_ > 0 ? std::max(1, horizon_ - step) : options_.depth;
-  setup_ = {key, std::min(options_.depth, left), deadline_after(options_.time_limit)};
+  const int left = horizon_ > 0 ? std::max(1, horizon_ - step) : std::numeric_limits<int>::max();
+  setup_ = {key, std::min(options_.depth, left), left <= options_.depth, deadline_after(options_.time_limit)};
   Decision decision;
   decision.action = belief.default_action(key);
   if (decision.action < 0) {
@@ -73,7 +73,7 @@ Decision Planner::plan(const Belief& belief, std::uint64_t run, int step) {
 }
 
 void Planner::plan_despot(Decision& decision, const RootResult& root) {
-  if (!tree_.reset(root.row, setup_.depth_limit)) {
+  if (!tree_.reset(root.row)) {
     decision.status = Status::kMemoryFull;
     return;
   }
@@ -103,20 +103,19 @@ void Planner::plan_despot(Decision& decision, const RootResult& root) {
 
 // One trial (Algorithm 2, EXPLORE): down to where the excess uncertainty is gone, then back up.
 Status Planner::run_trial(Decision& decision) {
-  const Bounds before = tree_.bounds(0);
-  const std::uint64_t expansions_before = decision.expansions;
   std::uint32_t node = 0;
   Status status = Status::kOk;
+  bool progress = false;
   while (true) {
     if (!tree_.node(node).expanded()) {
       status = expand(node, decision);
       if (status != Status::kOk) break;
+      progress = true;
     }
     if (tree_.node(node).action_count == 0) break;
     const std::uint32_t entry = tree_.best_action(node);
     const std::uint32_t child = tree_.best_child(entry, options_.target_ratio);
-    if (tree_.child(child).terminal || tree_.node(node).depth + 1 >= tree_.depth_limit() ||
-        !(tree_.excess_uncertainty(child, options_.target_ratio) > 0.0)) {
+    if (tree_.child(child).terminal || !(tree_.excess_uncertainty(child, options_.target_ratio) > 0.0)) {
       break;
     }
     const std::uint32_t next = tree_.visit(node, entry, child);
@@ -124,17 +123,17 @@ Status Planner::run_trial(Decision& decision) {
       status = Status::kMemoryFull;
       break;
     }
-    if (options_.pruning > 0.0 && tree_.is_blocked(next)) {
+    const bool is_deepest = tree_.node(next).depth >= setup_.depth_limit;
+    if (is_deepest || (options_.pruning > 0.0 && tree_.is_blocked(next))) {
       tree_.make_default(next);
+      progress = true;
       break;
     }
     node = next;
   }
   tree_.backup(node);
-  const Bounds& after = tree_.bounds(0);
-  const bool moved = after.upper != before.upper || after.lower != before.lower;
-  if (status == Status::kOk && decision.expansions == expansions_before && !moved) return Status::kConverged;
-  return status;
+  // A trial without effect means that all uncertainty left is rounding.
+  return status == Status::kOk && !progress ? Status::kConverged : status;
 }
 
 Status Planner::expand(std::uint32_t node_index, Decision& decision) {

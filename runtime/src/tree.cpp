@@ -31,12 +31,11 @@ Tree::Tree(const TreeOptions& options)
 
 double Tree::weight(int depth) const { return discounts_[static_cast<std::size_t>(depth)] * scenario_share_; }
 
-bool Tree::reset(const ChildRow& root, int depth_limit) {
+bool Tree::reset(const ChildRow& root) {
   nodes_.reset();
   actions_.reset();
   children_.reset();
   crossed_ = 0;
-  depth_limit_ = depth_limit;
   scenario_share_ = 1.0 / root.count;
   const std::uint32_t child = children_.allocate(1);
   const std::uint32_t node = nodes_.allocate(1);
@@ -55,9 +54,7 @@ Child Tree::make_child(const ChildRow& row, int depth) {
   child.terminal = row.terminal;
   child.default_value = share * from_fixed_sum(row.lower_sum);
   double upper = share * from_fixed_sum(row.upper_sum);
-  if (depth == depth_limit_) {
-    upper = child.default_value;  // nothing can be added below
-  } else if (upper < child.default_value) {
+  if (upper < child.default_value) {
     upper = child.default_value;
     ++crossed_;
   }

@@ -25,7 +25,7 @@ class EvaluatorTest : public ::testing::Test {
   static constexpr std::size_t kScenarios = 40;
   Solver solver_;
   ScenarioBuffer scenarios_;
-  SearchSetup setup_{derive(0, StreamKind::kPlan, 0), 20, Clock::time_point::max()};
+  SearchSetup setup_{derive(0, StreamKind::kPlan, 0), 20, false, Clock::time_point::max()};
   std::unique_ptr<LeafEvaluator> evaluator_;
 };
 

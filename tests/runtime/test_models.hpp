@@ -20,6 +20,7 @@ struct Tiger {
   static constexpr int kActionCount = 3;  // listen, open_left, open_right
   static constexpr int kVisibleCount = 0;
   static constexpr int kVariableCount = 1;
+  using Key = std::uint64_t;
   static constexpr bool kHasLower = false;
   static constexpr std::uint32_t kInitSite = 1, kTigerSite = 2, kHeardSite = 3;
 
@@ -54,25 +55,25 @@ struct Tiger {
   template <class D>
   static StepResult step(const Params&, const Fixed&, const State& state, int action, D& draws, State& next) {
     next = state;
-    if (action == 0) return {math::to_fixed(-1), false, false};
+    if (action == 0) return {math::to_fixed(-1), false, false, false};
     next.words[0] = draws.word(kTigerSite, 0) >> 31;
     const bool opened_tiger = (action == 1) == (state.words[0] == 0);
-    return {math::to_fixed(opened_tiger ? -100 : 10), false, false};
+    return {math::to_fixed(opened_tiger ? -100 : 10), false, false, false};
   }
   template <class D>
-  static std::uint64_t observe(const Params& params, const Fixed&, const State&, int action, D& draws,
-                               const State& next) {
+  static Key observe(const Params& params, const Fixed&, const State&, int action, D& draws,
+                     const State& next) {
     const std::uint32_t word = draws.word(kHeardSite, 0);
     if (action != 0) return word >> 31;
     return below(word, params.hearing) ? next.words[0] : 1 - next.words[0];
   }
   template <class D>
-  static float filter(const Params& params, const Fixed& fixed, const State& state, int action,
-                      std::uint64_t key, D& draws, State& next) {
+  static double filter(const Params& params, const Fixed& fixed, const State& state, int action, Key key,
+                       D& draws, State& next) {
     step(params, fixed, state, action, draws, next);
-    if (key > 1) return 0.0F;
-    if (action != 0) return 0.5F;
-    return key == next.words[0] ? params.hearing : 1.0F - params.hearing;
+    if (key > 1) return 0.0;
+    if (action != 0) return 0.5;
+    return key == next.words[0] ? double{params.hearing} : 1.0 - double{params.hearing};
   }
   template <class D>
   static int default_policy(const Params&, const Fixed&, const State&, D&) {
@@ -93,6 +94,7 @@ struct RockSample {
   static constexpr int kActionCount = 5 + K;  // north, south, east, west, sample, check(rock)
   static constexpr int kVisibleCount = 2;
   static constexpr int kVariableCount = 2 + K;
+  using Key = std::uint64_t;
   static constexpr bool kHasLower = false;
   static constexpr std::uint32_t kGoodSite = 11, kReadingSite = 12;
   enum Action { kNorth, kSouth, kEast, kWest, kSample, kCheck };
@@ -152,33 +154,33 @@ struct RockSample {
                          State& next) {
     next = state;
     const int x = state.x(), y = state.y();
-    if (action == kEast && x == N - 1) return {math::to_fixed(10), true, true};
+    if (action == kEast && x == N - 1) return {math::to_fixed(10), true, true, false};
     if (action == kNorth) next.place(x, math::min(y + 1, N - 1));
     if (action == kSouth) next.place(x, math::max(y - 1, 0));
     if (action == kEast) next.place(x + 1, y);
     if (action == kWest) next.place(math::max(x - 1, 0), y);
-    if (action != kSample) return {0, false, false};
+    if (action != kSample) return {0, false, false, false};
     const int rock = params.rock_at[x][y];
     next.words[1] &= ~(1U << rock);
-    return {math::to_fixed(state.good(rock) ? 10 : -10), false, false};
+    return {math::to_fixed(state.good(rock) ? 10 : -10), false, false, false};
   }
   template <class D>
-  static std::uint64_t observe(const Params& params, const Fixed&, const State&, int action, D& draws,
-                               const State& next) {
+  static Key observe(const Params& params, const Fixed&, const State&, int action, D& draws,
+                     const State& next) {
     if (action < kCheck) return kNothing;
     const int rock = action - kCheck;
     const bool right = draws.word(kReadingSite, 0) < params.accuracy[next.x()][next.y()][rock];
     return right == next.good(rock) ? kGood : kBad;
   }
   template <class D>
-  static float filter(const Params& params, const Fixed& fixed, const State& state, int action,
-                      std::uint64_t key, D& draws, State& next) {
-    if (step(params, fixed, state, action, draws, next).terminal) return 0.0F;
-    if (action < kCheck) return key == kNothing ? 1.0F : 0.0F;
-    if (key != kGood && key != kBad) return 0.0F;
+  static double filter(const Params& params, const Fixed& fixed, const State& state, int action, Key key,
+                       D& draws, State& next) {
+    if (step(params, fixed, state, action, draws, next).terminal) return 0.0;
+    if (action < kCheck) return key == kNothing ? 1.0 : 0.0;
+    if (key != kGood && key != kBad) return 0.0;
     const int rock = action - kCheck;
-    const float accuracy = params.accuracy_value[next.x()][next.y()][rock];
-    return (key == kGood) == next.good(rock) ? accuracy : 1.0F - accuracy;
+    const double accuracy = params.accuracy_value[next.x()][next.y()][rock];
+    return (key == kGood) == next.good(rock) ? accuracy : 1.0 - accuracy;
   }
   template <class D>
   static int default_policy(const Params&, const Fixed&, const State&, D&) {
@@ -218,6 +220,7 @@ struct Mishaps {
   static constexpr int kActionCount = 2;
   static constexpr int kVisibleCount = 1;
   static constexpr int kVariableCount = 2;
+  using Key = std::uint64_t;
   static constexpr bool kHasLower = true;
   static constexpr std::uint32_t kHiddenSite = 21;
 
@@ -259,17 +262,17 @@ struct Mishaps {
   static StepResult step(const Params&, const Fixed&, const State& state, int action, D&, State& next) {
     next = state;
     ++next.words[0];
-    return {math::to_fixed(action), next.words[0] == 3, false};
+    return {math::to_fixed(action), next.words[0] == 3, false, false};
   }
   template <class D>
-  static std::uint64_t observe(const Params&, const Fixed&, const State&, int, D&, const State& next) {
+  static Key observe(const Params&, const Fixed&, const State&, int, D&, const State& next) {
     return next.words[1];
   }
   template <class D>
-  static float filter(const Params& params, const Fixed& fixed, const State& state, int action,
-                      std::uint64_t key, D& draws, State& next) {
-    if (step(params, fixed, state, action, draws, next).terminal) return 0.0F;
-    return key == next.words[1] ? 1.0F : 0.0F;
+  static double filter(const Params& params, const Fixed& fixed, const State& state, int action, Key key,
+                       D& draws, State& next) {
+    if (step(params, fixed, state, action, draws, next).terminal) return 0.0;
+    return key == next.words[1] ? 1.0 : 0.0;
   }
   template <class D>
   static int default_policy(const Params& params, const Fixed& fixed, const State& state, D&) {

@@ -24,7 +24,7 @@ class TreeTest : public ::testing::Test {
 
 TEST_F(TreeTest, WeighsAndDiscountsBounds) {
   Tree tree(small_tree());
-  ASSERT_TRUE(tree.reset(root_, 10));
+  ASSERT_TRUE(tree.reset(root_));
   EXPECT_DOUBLE_EQ(tree.bounds(0).upper, 20.0);
   ASSERT_TRUE(tree.expand(0, leaf()));
   tree.backup(0);
@@ -38,7 +38,7 @@ TEST_F(TreeTest, WeighsAndDiscountsBounds) {
 
 TEST_F(TreeTest, ChoosesTheChildOfLargestExcess) {
   Tree tree(small_tree());
-  tree.reset(root_, 10);
+  tree.reset(root_);
   tree.expand(0, leaf());
   tree.backup(0);
   EXPECT_EQ(tree.best_child(0, 0.95), 2U);  // gap 2 against 1
@@ -48,23 +48,15 @@ TEST_F(TreeTest, ChoosesTheChildOfLargestExcess) {
 TEST_F(TreeTest, RaisesCrossedUpperBounds) {
   children_[0].upper_sum = fixed(1);
   Tree tree(small_tree());
-  tree.reset(root_, 10);
+  tree.reset(root_);
   tree.expand(0, leaf());
   EXPECT_EQ(tree.crossed(), 1U);
   EXPECT_DOUBLE_EQ(tree.child(1).bounds.upper, tree.child(1).bounds.lower);
 }
 
-TEST_F(TreeTest, ClosesNodesAtTheDepthLimit) {
-  Tree tree(small_tree());
-  tree.reset(root_, 1);
-  tree.expand(0, leaf());
-  EXPECT_DOUBLE_EQ(tree.child(1).bounds.gap(), 0.0);
-  EXPECT_EQ(tree.crossed(), 0U);
-}
-
 TEST_F(TreeTest, PenalisesEachAction) {
   Tree tree(small_tree(0.25));
-  tree.reset(root_, 10);
+  tree.reset(root_);
   tree.expand(0, leaf());
   tree.backup(0);
   EXPECT_DOUBLE_EQ(tree.action(0).bounds.lower, 2.5 - 0.25);
@@ -74,7 +66,7 @@ TEST_F(TreeTest, PenalisesEachAction) {
 
 TEST_F(TreeTest, DefaultPolicyReplacesABlockedNode) {
   Tree tree(small_tree(6.0));
-  tree.reset(root_, 10);
+  tree.reset(root_);
   tree.expand(0, leaf());
   tree.backup(0);
   const std::uint32_t node = tree.visit(0, 0, 1);
@@ -86,14 +78,14 @@ TEST_F(TreeTest, DefaultPolicyReplacesABlockedNode) {
 
 TEST_F(TreeTest, SaysWhenItIsFull) {
   Tree tree({1, 10, 0.5, 0.0});
-  ASSERT_TRUE(tree.reset(root_, 10));
+  ASSERT_TRUE(tree.reset(root_));
   EXPECT_FALSE(tree.expand(0, leaf()));
   EXPECT_FALSE(tree.node(0).expanded());
 }
 
 TEST_F(TreeTest, SignatureSeesBounds) {
   Tree tree(small_tree());
-  tree.reset(root_, 10);
+  tree.reset(root_);
   const std::uint64_t before = tree.signature(0);
   tree.expand(0, leaf());
   tree.backup(0);

@@ -11,10 +11,15 @@
 
 namespace hypgen {
 
-// Draw sites of the runtime's own; no name path of a model hashes to them but by accident, and then draws
-// would only be correlated.
-constexpr std::uint32_t kResampleSite = 0x72E5A317;
-constexpr std::uint32_t kScenarioSite = 0x5CE7A210;
+// The id of a draw site of the runtime's own: FNV-1a of its path, as for a model's. The compiler keeps these
+// free.
+constexpr std::uint32_t site_id(const char* path) {
+  std::uint32_t id = 0x811C9DC5;
+  for (; *path != '\0'; ++path) id = (id ^ static_cast<unsigned char>(*path)) * 0x01000193;
+  return id;
+}
+constexpr std::uint32_t kResampleSite = site_id("belief:resample");
+constexpr std::uint32_t kSampleSite = site_id("belief:sample");
 
 class Belief {
  public:

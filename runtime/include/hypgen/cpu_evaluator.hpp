@@ -94,7 +94,7 @@ class CpuEvaluator final : public LeafEvaluator {
   };
   struct Outcome {
     std::int64_t reward;
-    std::uint64_t key;
+    typename M::Key key;
     ScenarioBounds bounds;
     bool terminal;
   };
@@ -155,7 +155,7 @@ class CpuEvaluator final : public LeafEvaluator {
       PhiloxDraws words = draws(from.scenario, request.depth - 1);
       typename M::State next;
       const StepResult step = M::step(params_, fixed, from.state, request.action, words, next);
-      const std::uint64_t key =
+      const typename M::Key key =
           step.terminal ? 0 : M::observe(params_, fixed, from.state, request.action, words, next);
       if (grouping_.number(step.terminal, key) == request.group) members_[count++] = {from.scenario, next};
     }
@@ -196,6 +196,7 @@ class CpuEvaluator final : public LeafEvaluator {
         Outcome& outcome = outcomes_[a * count + i];
         typename M::State next;
         const StepResult step = M::step(params_, fixed, member.state, actions[a], words, next);
+        rollout_.note_error(step.error);
         outcome = {step.reward, 0, {0, 0}, step.terminal};
         if (step.terminal) continue;
         outcome.key = M::observe(params_, fixed, member.state, actions[a], words, next);

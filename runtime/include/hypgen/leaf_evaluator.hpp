@@ -26,6 +26,7 @@ struct EvaluatorOptions {
 struct SearchSetup {
   StreamKey key;
   int depth_limit;  // at most the options' max_depth
+  bool at_horizon;  // the episode ends at that depth: nothing is earned from there on
   Clock::time_point deadline;
 };
 

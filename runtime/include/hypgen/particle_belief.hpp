@@ -52,7 +52,7 @@ class ParticleBelief final : public Belief {
   void sample(StreamKey key, std::uint32_t first, std::size_t count, ScenarioBuffer& out) const override {
     out.clear(first);
     PhiloxDraws draws(key, first, 0);
-    choose(draws.word(kScenarioSite, 0), count,
+    choose(draws.word(kSampleSite, 0), count,
            [&](const Particle& particle) { out.push(particle.fixed, particle.state); });
   }
 
@@ -121,8 +121,8 @@ class ParticleBelief final : public Belief {
       const Particle& from = now_[i];
       PhiloxDraws draws = draws_of(i, round);
       next_[i].fixed = from.fixed;
-      const float density = M::filter(params_, from.fixed, from.state, action, key, draws, next_[i].state);
-      next_[i].weight = from.weight * static_cast<double>(density);
+      const double density = M::filter(params_, from.fixed, from.state, action, key, draws, next_[i].state);
+      next_[i].weight = from.weight * density;
       total += next_[i].weight;
     }
     return total;

@@ -29,15 +29,17 @@ class Rollout {
   void begin_search(const SearchSetup& setup) {
     key_ = setup.key;
     depth_limit_ = setup.depth_limit;
+    at_horizon_ = setup.at_horizon;
     steps_ = 0;
     nan_ = false;
   }
 
   ScenarioBounds bounds(const typename M::Fixed& fixed, const typename M::State& state,
                         std::uint32_t scenario, int depth) {
+    if (at_horizon_ && depth >= depth_limit_) return {0, 0};
     const float upper = M::upper(params_, fixed, state);
     float lower = 0.0F;
-    if constexpr (M::kHasLower) {
+    if (M::kHasLower && depth < depth_limit_) {
       lower = M::lower(params_, fixed, state);
     } else {
       lower = default_return(fixed, state, scenario, depth);
@@ -48,9 +50,11 @@ class Rollout {
 
   std::uint64_t steps() const { return steps_; }
   bool met_nan() const { return nan_; }
+  void note_error(bool error) { nan_ |= error; }
 
  private:
-  // float32 terms in step order, then the tail bound of the state reached at the depth limit.
+  // float32 terms in step order, then the tail bound of the state reached at the depth limit, if the episode
+  // goes on there. A state without legal actions is worth nothing.
   float default_return(const typename M::Fixed& fixed, typename M::State state, std::uint32_t scenario,
                        int depth) {
     float total = 0.0F;
@@ -62,10 +66,12 @@ class Rollout {
       typename M::State next;
       const StepResult result = M::step(params_, fixed, state, action, draws, next);
       ++steps_;
+      nan_ |= result.error;
       total += *discount * math::from_fixed(result.reward);
       if (result.terminal) return total;
       state = next;
     }
+    if (at_horizon_) return total;
     return total + *discount * M::tail(params_, fixed, state);
   }
 
@@ -73,6 +79,7 @@ class Rollout {
   std::vector<float> discounts_;
   StreamKey key_{};
   int depth_limit_ = 0;
+  bool at_horizon_ = false;
   std::uint64_t steps_ = 0;
   bool nan_ = false;
 };

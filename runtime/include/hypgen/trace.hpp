@@ -49,6 +49,7 @@ class Tracer {
 
  private:
   static constexpr std::uint32_t kActionSite = 0xAC7;
+  static constexpr std::size_t kColumns = 2 * M::kVariableCount + 10;
 
   struct Lane {
     typename M::Fixed fixed;
@@ -69,11 +70,14 @@ class Tracer {
     put(M::default_policy(params_, lane.fixed, lane.state, draws));
     const int action = choose_action(lane, i, t);
     put(action);
+    if (action < 0) {
+      row_.resize(kColumns);
+      return false;
+    }
     typename M::State next{};
-    StepResult result{0, false, false};
-    std::uint64_t key = 0;
-    if (action >= 0) result = M::step(params_, lane.fixed, lane.state, action, draws, next);
-    const bool goes_on = action >= 0 && !result.terminal;
+    const StepResult result = M::step(params_, lane.fixed, lane.state, action, draws, next);
+    const bool goes_on = !result.terminal;
+    typename M::Key key = 0;
     if (goes_on) key = M::observe(params_, lane.fixed, lane.state, action, draws, next);
     put(result.reward);
     put(result.terminal);
@@ -85,16 +89,17 @@ class Tracer {
     if (goes_on) {
       put_filter(lane, i, t, action, key);
     } else {
-      row_.resize(row_.size() + 1 + M::kVariableCount);
+      row_.resize(kColumns);
     }
     lane.state = next;
     return goes_on;
   }
 
-  void put_filter(const Lane& lane, std::uint32_t i, std::uint32_t t, int action, std::uint64_t key) {
+  void put_filter(const Lane& lane, std::uint32_t i, std::uint32_t t, int action, typename M::Key key) {
     PhiloxDraws draws(filter_key_, i, t);
     typename M::State next{};
-    put_float(M::filter(params_, lane.fixed, lane.state, action, key, draws, next));
+    const double weight = M::filter(params_, lane.fixed, lane.state, action, key, draws, next);
+    put(static_cast<std::int64_t>(math::to_bits(weight)));
     put_variables(next, lane.fixed);
   }
 

@@ -69,8 +69,8 @@ class Tree {
  public:
   explicit Tree(const TreeOptions& options);
 
-  // Starts a tree of one node; false if there is no room. `depth_limit` is D.
-  bool reset(const ChildRow& root, int depth_limit);
+  // Starts a tree of one node; false if there is no room.
+  bool reset(const ChildRow& root);
 
   // Adds an evaluated leaf's actions and children; false if they do not fit.
   bool expand(std::uint32_t node, const LeafResult& leaf);
@@ -101,7 +101,6 @@ class Tree {
   const Bounds& bounds(std::uint32_t node) const { return children_[nodes_[node].child].bounds; }
   double default_value(std::uint32_t node) const { return children_[nodes_[node].child].default_value; }
   std::uint32_t size() const { return nodes_.size(); }
-  int depth_limit() const { return depth_limit_; }
 
   // Groups whose upper bound began below what the default policy earns.
   std::uint64_t crossed() const { return crossed_; }
@@ -122,7 +121,6 @@ class Tree {
   std::vector<double> discounts_;
   double pruning_;
   double scenario_share_ = 0.0;  // 1 / K
-  int depth_limit_ = 0;
   std::uint64_t crossed_ = 0;
 };
 
