@@ -36,7 +36,7 @@ def lower(model: ir.Model) -> tuple[views.Header, views.Main, views.Project]:
     """Return the views of the three kinds of files."""
     names = Names(model)
     tabulated, derived = tabulate(model, names)
-    context = _context(tabulated, derived, names)
+    context = context_of(tabulated, derived, names)
     project = _project(model)
     return (
         _header(context, derived, project.banner),
@@ -45,7 +45,8 @@ def lower(model: ir.Model) -> tuple[views.Header, views.Main, views.Project]:
     )
 
 
-def _context(model: ir.Model, derived: tuple[DerivedTable, ...], names: Names) -> Context:
+def context_of(model: ir.Model, derived: tuple[DerivedTable, ...], names: Names) -> Context:
+    """Return what printing the model's expressions takes."""
     index_types: dict[str, tuple[Type, ...]] = {p.name: p.indices for p in model.params}
     index_types |= {t.name: t.indices for t in model.tables}
     index_types |= {t.name: tuple(b.type for b in t.inputs) for t in derived}
