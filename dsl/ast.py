@@ -126,7 +126,7 @@ class Binder(Node):
 
 @dataclass(frozen=True)
 class Quantified(Expr):
-    """``sum(r in Rock where c: e else e2)``; also ``any all count min max argmin argmax uniform weighted``."""
+    """``sum(r in Rock where c: e else e2)``, ``any all count min max argmin argmax uniform weighted``."""
 
     kind: str
     binders: tuple[Binder, ...]
