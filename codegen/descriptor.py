@@ -43,9 +43,8 @@ class _Descriptor:
         scope = Scope(
             {"std", "hypgen", "descriptor", "main", "Model", "names", "action_names", "observation_name"}
         )
-        self.name_functions: dict[str, str] = {
-            t.name: scope.unique(f"name_of_{t.name}") for t in (*self.model.enums, *self.model.records)
-        }
+        coded: list[Enum | Record] = [*self.model.enums, *self.model.records]
+        self.name_functions = {t.name: scope.unique(f"name_of_{t.name}") for t in coded}
 
     def view(self, project: views.Project) -> views.Main:
         """Return the view."""

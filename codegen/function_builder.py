@@ -10,6 +10,7 @@ from hypgen.codegen import views
 from hypgen.codegen.cpp import scalar, wrapped
 from hypgen.codegen.dist_printer import DistPrinter
 from hypgen.codegen.expr_printer import RETURN, Context, ExprPrinter, Sink
+from hypgen.codegen.naming import base_name
 from hypgen.codegen.needs import PARTS, Needs
 from hypgen.dsl import ir
 from hypgen.dsl.source import Span
@@ -26,8 +27,7 @@ PART_TYPES = {
 
 def origin(span: Span) -> str:
     """Return ``rock_sample.pomdp:12``."""
-    name = span.file.replace("\\", "/").rsplit("/", 1)[-1]
-    return f"{name}:{span.line}"
+    return f"{base_name(span.file)}:{span.line}"
 
 
 @dataclass

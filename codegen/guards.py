@@ -107,7 +107,7 @@ def zero_unless(value: ir.Expr) -> list[ir.Expr]:
 
 
 def _is_own(node: ir.Expr | ir.Dist, own: object) -> bool:
-    return shape(node.value if isinstance(node, ir.Certain) else node) == own
+    return bool(shape(node.value if isinstance(node, ir.Certain) else node) == own)
 
 
 def _conjunction(parts: list[ir.Expr | None]) -> ir.Expr | None:

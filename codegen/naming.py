@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass, field
 
 from hypgen.dsl import ir
+from hypgen.dsl.types import Enum, Record
 
 
 def _words(text: str) -> frozenset[str]:
@@ -55,6 +56,11 @@ def snake_case(name: str) -> str:
     return spaced.lower()
 
 
+def base_name(path: str) -> str:
+    """Return a model file's name without its folders, fit for a C++ comment."""
+    return re.sub(r"[^\w.+ -]", "_", path.replace("\\", "/").rsplit("/", 1)[-1])
+
+
 def file_stem(model: ir.Model) -> str:
     """Return the name of the model's header and of its executable."""
     stem = snake_case(model.name)
@@ -86,8 +92,9 @@ class Names:
     def __init__(self, model: ir.Model) -> None:
         self.model = Scope().unique(model.name)
         self.struct = Scope({*PARAMETERS, self.model})
-        self.types = {t.name: self.struct.unique(t.name) for t in (*model.enums, *model.records)}
-        self.members = {t.name: self._type_members(t) for t in (*model.enums, *model.records)}
+        coded: list[Enum | Record] = [*model.enums, *model.records]
+        self.types = {t.name: self.struct.unique(t.name) for t in coded}
+        self.members = {t.name: self._type_members(t) for t in coded}
         self.tables = {t.name: self.struct.unique(t.name) for t in model.tables}
         self.functions = {f.name: self.struct.unique(f.name) for f in model.functions}
         self.lets = {e.name: self.struct.unique(e.name) for e in model.lets}
@@ -101,10 +108,10 @@ class Names:
         self.action = self.struct.unique(model.action.name)
 
     @staticmethod
-    def _type_members(type_: ir.Enum | ir.Record) -> dict[str, str]:
+    def _type_members(type_: Enum | Record) -> dict[str, str]:
         """Name an enum's constants, constructors (``check``), tests (``is_check``) and arguments."""
         scope = Scope({type_.name})
-        if isinstance(type_, ir.Record):
+        if isinstance(type_, Record):
             return {"make": scope.unique("make"), **{n: scope.unique(n) for n, _ in type_.fields}}
         result = {v.name: scope.unique(v.name) for v in type_.variants}
         for v in type_.variants:

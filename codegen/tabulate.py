@@ -27,6 +27,7 @@ from hypgen.dsl import ir
 from hypgen.dsl.source import Span
 from hypgen.dsl.types import INT32_MAX, INT32_MIN, Int, Type, is_finite, size_of
 
+_PARTS = (("inits", "dist"), ("updates", "dist"), ("observations", "dist"), ("rewards", "value"))
 _SLOW = frozenset({"pow", "hypot", "exp", "log", "log2", "sqrt"})
 
 
@@ -76,13 +77,11 @@ class _Tabulator:
             functions=tuple(self.functions[f.name] for f in self.model.functions),
             lets=tuple(self.lets[let.name] for let in self.model.lets),
         )
-        for group, attribute in (
-            ("inits", "dist"),
-            ("updates", "dist"),
-            ("observations", "dist"),
-            ("rewards", "value"),
-        ):
-            model = replace(model, **{group: tuple(self._part(p, attribute) for p in getattr(model, group))})
+        changes: dict[str, Any] = {
+            group: tuple(self._part(part, attribute) for part in getattr(model, group))
+            for group, attribute in _PARTS
+        }
+        model = replace(model, **changes)
         if model.policy is not None:
             policy = model.policy
             model = replace(
