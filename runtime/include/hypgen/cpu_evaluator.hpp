@@ -27,7 +27,8 @@ class CpuEvaluator final : public LeafEvaluator {
         baseline_(options.max_scenarios),
         outcomes_(std::max(options.max_scenarios, kOutcomes)),
         grouping_(options.max_scenarios),
-        rollout_(params_, options.discount, options.max_depth),
+        cache_(options.max_scenarios, options.max_depth),
+        rollout_(params_, cache_, options.discount, options.max_depth),
         nodes_(options.memory_bytes / (sizeof(Node) + sizeof(Member)) + 1),
         kept_(nodes_.capacity() + options.max_scenarios) {
     queue_.reserve(kMaxQueue);
@@ -39,7 +40,7 @@ class CpuEvaluator final : public LeafEvaluator {
   RootResult begin_search(const ScenarioBuffer& root, const SearchSetup& setup) override {
     release();
     setup_ = setup;
-    first_scenario_ = root.first();
+    cache_.begin_search(setup.key, root.first());
     rollout_.begin_search(setup);
     steps_ = next_check_ = 0;
     const std::size_t count = root.size();
@@ -99,16 +100,16 @@ class CpuEvaluator final : public LeafEvaluator {
     bool terminal;
   };
 
-  PhiloxDraws draws(std::uint32_t scenario, int depth) const {
-    return PhiloxDraws(setup_.key, first_scenario_ + scenario, static_cast<std::uint32_t>(depth));
+  SearchDraws draws(std::uint32_t scenario, int depth) {
+    return SearchDraws(cache_, scenario, static_cast<std::uint32_t>(depth));
   }
 
   RootResult bound_root(std::size_t count) {
-    PhiloxDraws first = draws(0, 0);
+    SearchDraws first = draws(0, 0);
     RootResult result{Status::kOk, {static_cast<std::uint32_t>(count), false, 0, 0}, -1};
     result.default_action = M::default_policy(params_, fixed_[0], states_[0], first);
     for (std::uint32_t i = 0; i < count; ++i) {
-      const ScenarioBounds bounds = rollout_.bounds(fixed_[i], states_[i], first_scenario_ + i, 0);
+      const ScenarioBounds bounds = rollout_.bounds(fixed_[i], states_[i], i, 0);
       result.row.upper_sum += bounds.upper;
       result.row.lower_sum += bounds.lower;
       if (out_of_time()) result.status = Status::kDeadline;
@@ -152,7 +153,7 @@ class CpuEvaluator final : public LeafEvaluator {
     for (std::uint32_t i = 0; i < parent.count; ++i) {
       const Member& from = kept_[parent.first + i];
       const typename M::Fixed& fixed = fixed_[from.scenario];
-      PhiloxDraws words = draws(from.scenario, request.depth - 1);
+      SearchDraws words = draws(from.scenario, request.depth - 1);
       typename M::State next;
       const StepResult step = M::step(params_, fixed, from.state, request.action, words, next);
       const typename M::Key key =
@@ -190,7 +191,7 @@ class CpuEvaluator final : public LeafEvaluator {
     for (std::size_t i = 0; i < count; ++i) {
       const Member member = members_[i];
       const typename M::Fixed& fixed = fixed_[member.scenario];
-      PhiloxDraws words = draws(member.scenario, depth);
+      SearchDraws words = draws(member.scenario, depth);
       memo_.clear();
       for (std::size_t a = 0; a < actions.size(); ++a) {
         Outcome& outcome = outcomes_[a * count + i];
@@ -200,8 +201,8 @@ class CpuEvaluator final : public LeafEvaluator {
         outcome = {step.reward, 0, {0, 0}, step.terminal};
         if (step.terminal) continue;
         outcome.key = M::observe(params_, fixed, member.state, actions[a], words, next);
-        outcome.bounds = memo_.find_or(
-            next, [&] { return rollout_.bounds(fixed, next, first_scenario_ + member.scenario, depth + 1); });
+        outcome.bounds =
+            memo_.find_or(next, [&] { return rollout_.bounds(fixed, next, member.scenario, depth + 1); });
       }
       steps_ += actions.size();
       if (out_of_time()) return false;
@@ -211,7 +212,7 @@ class CpuEvaluator final : public LeafEvaluator {
 
   // The default action's one-ply returns, which gains at the root are measured against.
   bool set_baseline(std::size_t count) {
-    PhiloxDraws first = draws(0, 0);
+    SearchDraws first = draws(0, 0);
     const int action = M::default_policy(params_, fixed_[0], members_[0].state, first);
     std::fill_n(baseline_.begin(), count, 0);
     if (action < 0) return true;
@@ -260,7 +261,6 @@ class CpuEvaluator final : public LeafEvaluator {
   const typename M::Params& params_;
   EvaluatorOptions options_;
   SearchSetup setup_{};
-  std::uint32_t first_scenario_ = 0;
   std::uint64_t steps_ = 0;
   std::uint64_t next_check_ = 0;
   std::vector<typename M::Fixed> fixed_;   // of the root's scenarios
@@ -273,6 +273,7 @@ class CpuEvaluator final : public LeafEvaluator {
   std::vector<ActionRow> action_rows_;
   std::vector<ChildRow> child_rows_;
   ActionGrouping grouping_;
+  DrawCache cache_;
   Rollout<M> rollout_;
   BoundsMemo<M> memo_;
   Arena<Node> nodes_;

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <vector>
 
+#include "hypgen/draw_cache.hpp"
 #include "hypgen/leaf_evaluator.hpp"
 #include "hypgen/math.hpp"
 #include "hypgen/model.hpp"
@@ -21,13 +22,13 @@ struct ScenarioBounds {
 template <class M>
 class Rollout {
  public:
-  Rollout(const typename M::Params& params, double discount, int max_depth) : params_(params) {
+  Rollout(const typename M::Params& params, DrawCache& cache, double discount, int max_depth)
+      : params_(params), cache_(cache) {
     double power = 1.0;
     for (int t = 0; t <= max_depth; ++t, power *= discount) discounts_.push_back(static_cast<float>(power));
   }
 
   void begin_search(const SearchSetup& setup) {
-    key_ = setup.key;
     depth_limit_ = setup.depth_limit;
     at_horizon_ = setup.at_horizon;
     steps_ = 0;
@@ -60,7 +61,7 @@ class Rollout {
     float total = 0.0F;
     const float* discount = discounts_.data();
     for (int t = depth; t < depth_limit_; ++t, ++discount) {
-      PhiloxDraws draws(key_, scenario, static_cast<std::uint32_t>(t));
+      SearchDraws draws(cache_, scenario, static_cast<std::uint32_t>(t));
       const int action = M::default_policy(params_, fixed, state, draws);
       if (action < 0) return total;
       typename M::State next;
@@ -76,8 +77,8 @@ class Rollout {
   }
 
   const typename M::Params& params_;
+  DrawCache& cache_;
   std::vector<float> discounts_;
-  StreamKey key_{};
   int depth_limit_ = 0;
   bool at_horizon_ = false;
   std::uint64_t steps_ = 0;

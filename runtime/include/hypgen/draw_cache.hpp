@@ -1,0 +1,96 @@
+// The words of a search, each computed once.
+//
+// A search draws the same words again and again: they depend on scenario, step and site, not on the action or
+// the node.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "hypgen/philox.hpp"
+
+namespace hypgen {
+
+// Words by scenario and step. A site is computed for a run of steps at once, which compilers turn into vector
+// code. A few sites have room for each scenario; `find` gives null for the others.
+class DrawCache {
+ public:
+  DrawCache(std::size_t scenarios, int max_depth)
+      : runs_(static_cast<std::size_t>(max_depth) / kRun + 1), slots_(scenarios * runs_ * kWays) {}
+
+  // Forgets all words. Scenario i draws under the number `first + i`.
+  void begin_search(StreamKey key, std::uint32_t first) {
+    key_ = key;
+    first_ = first;
+    if (++search_ != 0) return;
+    for (Slot& slot : slots_) slot.search = 0;
+    search_ = 1;
+  }
+
+  const std::uint32_t* find(std::uint32_t scenario, std::uint32_t step, std::uint32_t site,
+                            std::uint32_t index) {
+    Slot* const slots = &slots_[(scenario * runs_ + step / kRun) * kWays];
+    const std::uint32_t way = (site ^ site >> 16) + index;
+    for (std::uint32_t probe = 0; probe < 2; ++probe) {
+      Slot& slot = slots[(way ^ probe) % kWays];
+      if (slot.search != search_) fill(slot, scenario, step, site, index);
+      if (slot.site == site && slot.index == index) return &slot.words[step % kRun];
+    }
+    return nullptr;
+  }
+
+  StreamKey key() const { return key_; }
+  std::uint32_t first() const { return first_; }
+
+ private:
+  static constexpr std::uint32_t kRun = 16;
+  static constexpr std::uint32_t kWays = 4;
+
+  struct Slot {
+    std::uint32_t search;
+    std::uint32_t site;
+    std::uint32_t index;
+    std::uint32_t words[kRun];
+  };
+
+  void fill(Slot& slot, std::uint32_t scenario, std::uint32_t step, std::uint32_t site, std::uint32_t index) {
+    slot.search = search_;
+    slot.site = site;
+    slot.index = index;
+    const std::uint32_t start = step - step % kRun;
+    for (std::uint32_t i = 0; i < kRun; ++i) {
+      slot.words[i] =
+          philox(key_.key0, key_.key1, {{first_ + scenario, start + i, site, index / 4}}).words[index % 4];
+    }
+  }
+
+  std::size_t runs_;
+  StreamKey key_{};
+  std::uint32_t first_ = 0;
+  std::uint32_t search_ = 0;
+  std::vector<Slot> slots_;
+};
+
+// The draws of one scenario in one step of a search: the same words as PhiloxDraws gives.
+class SearchDraws {
+ public:
+  SearchDraws(DrawCache& cache, std::uint32_t scenario, std::uint32_t step)
+      : cache_(cache),
+        scenario_(scenario),
+        step_(step),
+        uncached_(cache.key(), cache.first() + scenario, step) {}
+
+  std::uint32_t word(std::uint32_t site, std::uint32_t index) {
+    const std::uint32_t* const found = cache_.find(scenario_, step_, site, index);
+    return found != nullptr ? *found : uncached_.word(site, index);
+  }
+
+ private:
+  DrawCache& cache_;
+  std::uint32_t scenario_;
+  std::uint32_t step_;
+  PhiloxDraws uncached_;
+};
+
+}  // namespace hypgen
