@@ -61,9 +61,9 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
     for (std::uint64_t episode = 0; episode < options.runs && !interrupted; ++episode) {
       const EpisodeRecord record =
           run_episode(planner, *belief, *world, model.visible_count, episode, limits, report);
+      lines.write(record);
       if (record.status == Status::kInterrupted) break;  // half an episode has no return
       totals.add(record);
-      lines.write(record);
     }
     lines.write_summary(totals, planner.leaf_sizes());
   }
