@@ -73,7 +73,7 @@ def build(loaded: Loaded, files: dict[str, str], model: Path, instance: Path | N
 
     origin = " ".join(str(path.absolute()) for path in (model, instance) if path is not None)
     with _spinner():
-        return build_solver(files, loaded.model.source_hash, origin, _report, again=force)
+        return build_solver(files, origin, _report, model=loaded.model.source_hash, again=force)
 
 
 def _report(step: Step) -> None:

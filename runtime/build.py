@@ -45,12 +45,13 @@ Report = Callable[[Step], None]
 
 
 def build_solver(
-    files: Mapping[str, str], model: str, origin: str, report: Report, *, again: bool = False
+    files: Mapping[str, str], origin: str, report: Report, *, model: str = "", again: bool = False
 ) -> Path:
     """Return the executable of a generated project, built unless the cache has it.
 
-    ``model`` is a hash of the model's text; ``origin``, its path, decides nothing but what the reason for
-    building is measured against. ``again`` builds the model's part in any case.
+    ``origin`` (the model's path) and ``model`` (a hash of its text) decide nothing but the reason that is
+    reported: measured against the origin's last build, and telling its text from its generated code.
+    ``again`` builds the model's part in any case.
     """
     tools = find_tools()
     name = solver_name(files)
@@ -58,7 +59,7 @@ def build_solver(
     library = _runtime_library(tools, base, report)
     code = cache.digest(*(part for item in sorted(files.items()) for part in item))
     components = {"model": model, "code": code, **base}
-    key = cache.digest(*components.values())
+    key = cache.digest(code, *base.values())
     found = None if again else cache.entry("solvers", key)
     reason = (
         "as asked for" if again else _reason(components, cache.read_record("records", cache.digest(origin)))

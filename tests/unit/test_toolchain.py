@@ -49,7 +49,7 @@ def make(files: dict[str, str] = FILES, **options: bool) -> tuple[Path, list[tup
     steps: list[tuple[str, str]] = []
     model = files["src/toy.hpp"]
     path = build.build_solver(
-        files, model, "toy.pomdp", lambda s: steps.append((s.what, s.reason)), **options
+        files, "toy.pomdp", lambda s: steps.append((s.what, s.reason)), model=model, **options
     )
     return path, steps
 
