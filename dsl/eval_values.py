@@ -84,5 +84,6 @@ def combinations(binders: tuple[Binder, ...]) -> Iterator[tuple[int, tuple[int, 
     """Yield, in lexicographic order, a number from 0, the positions and the locals of all binders' values."""
     places = itertools.product(*(range(size_of(b.type)) for b in binders))
     for number, place in enumerate(places):
-        values = {b.name: from_position(np.int64(p), b.type) for b, p in zip(binders, place, strict=True)}
+        codes = zip(binders, np.asarray(place, np.int64), strict=True)
+        values = {b.name: from_position(np.asarray(code), b.type) for b, code in codes}
         yield number, place, values

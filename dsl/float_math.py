@@ -155,7 +155,8 @@ def clamp(x: Array, low: Array, high: Array) -> Array:
 
 def sign(x: Array) -> Array:
     """Return -1, 0 or 1 of x's kind; 0 for NaN."""
-    return (x > 0).astype(x.dtype) - (x < 0).astype(x.dtype)
+    result: Array = (x > 0).astype(x.dtype) - (x < 0).astype(x.dtype)
+    return result
 
 
 # Integers ----------------------------------------------------------------------------------------

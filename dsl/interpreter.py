@@ -247,7 +247,8 @@ class Interpreter:
             for number, place, values in combinations(assign.binders):
                 word = frame.word(assign.site.id, number)
                 value = self._evaluator.sample(assign.dist, frame.bind(values), word)
-                target[assign.variable][(slice(None), *place)] = value
+                lanes: tuple[slice | int, ...] = (slice(None), *place)
+                target[assign.variable][lanes] = value
 
     def _spread(self, e: ir.Expr, frame: Frame) -> Array:
         """Return the expression's value with one entry for each lane."""

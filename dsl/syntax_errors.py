@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 from lark import Lark, Token, UnexpectedCharacters, UnexpectedInput
 
@@ -157,15 +158,16 @@ def explain(error: UnexpectedInput, source: Source, lark: Lark) -> Diagnostic:
 
 
 def _situation(error: UnexpectedInput, source: Source, lark: Lark) -> Situation:
+    failure: Any = error  # lark leaves the attributes of its exceptions untyped
     if isinstance(error, UnexpectedCharacters):
-        position, text = error.pos_in_stream, source.text[error.pos_in_stream]
+        position, text = failure.pos_in_stream, source.text[failure.pos_in_stream]
         end = (error.line, error.column + 1, position + 1)
         token = Token(UNKNOWN, text, position, error.line, error.column, *end)
     else:
-        token = error.token  # type: ignore[attr-defined]
+        token = failure.token
     text_before = source.text if token.type == END else source.text[: token.start_pos]
     before = tuple(lark.lex(text_before))
-    accepts = frozenset(error.interactive_parser.accepts())  # type: ignore[attr-defined]
+    accepts = frozenset(failure.interactive_parser.accepts())
     return Situation(source, token, before, accepts)
 
 

@@ -34,7 +34,8 @@ HYPGEN_FN std::int32_t uniform(std::uint32_t word, std::int32_t count) {
 HYPGEN_FN std::int32_t noisy(std::uint32_t word, std::int32_t value, float p, std::int32_t count) {
   const std::uint64_t t = math::threshold(p);
   if (word < t || count == 1) return value;
-  const auto other = static_cast<std::int32_t>((word - t) * static_cast<std::uint64_t>(count - 1) / (kWords - t));
+  const auto other =
+      static_cast<std::int32_t>((word - t) * static_cast<std::uint64_t>(count - 1) / (kWords - t));
   return other < value ? other : other + 1;
 }
 
