@@ -11,12 +11,25 @@ from fractions import Fraction
 
 from hypgen.codegen.naming import Names
 from hypgen.codegen.options import LINE_LENGTH
-from hypgen.dsl.types import Bool, Enum, Float, Record, Type, low_of, size_of
+from hypgen.dsl.types import Bool, Enum, Float, Record, Type, is_finite, low_of, size_of
 
 
 def scalar(type_: Type) -> str:
     """Return the C++ type that holds a value."""
     return "bool" if isinstance(type_, Bool) else "float" if isinstance(type_, Float) else "std::int32_t"
+
+
+def stored(type_: Type) -> str:
+    """Return the smallest C++ type for an entry of a table."""
+    if not is_finite(type_) or isinstance(type_, Bool):
+        return scalar(type_)
+    low, high = low_of(type_), low_of(type_) + size_of(type_) - 1
+    for bits in (8, 16):
+        if low >= 0 and high < 2**bits:
+            return f"std::uint{bits}_t"
+        if low >= -(2 ** (bits - 1)) and high < 2 ** (bits - 1):
+            return f"std::int{bits}_t"
+    return "std::int32_t"
 
 
 def integer(value: int) -> str:

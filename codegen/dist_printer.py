@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 
+from hypgen.codegen import picks
 from hypgen.codegen.cpp import code_of, scalar, shifted
 from hypgen.codegen.expr_printer import ADD, TERNARY, Append, ExprPrinter, Sink, needs_statements
 from hypgen.codegen.walk import negated
@@ -54,8 +55,21 @@ class DistPrinter:
                 self._sample_table(dist, word, sink)
             case ir.UniformSet():
                 self._sample_set(dist, word, sink)
+            case picks.WeightedPick(value=value):
+                drawn = printer.scope.unique("word")
+                self.code.add(f"const std::uint32_t {drawn} = {word};")
+                self._at_position(_position(drawn, dist.bounds()), value, sink)
+            case picks.UniformPick(count=count, value=value):
+                self._at_position(f"dist::uniform({word}, {printer.text(count)})", value, sink)
             case _:
                 raise TypeError(f"no sampler for {type(dist).__name__}")
+
+    def _at_position(self, position: str, value: ir.Expr, sink: Sink) -> None:
+        """Append what gives ``sink`` a pick's value."""
+        local = self.printer.scope.unique("entry")
+        self.code.add(f"const std::int32_t {local} = {position};")
+        self.printer.bind(picks.POSITION, local)
+        self.printer.emit(value, sink)
 
     def _sample_table(self, dist: ir.Table, word: str, sink: Sink) -> None:
         printer = self.printer
@@ -175,6 +189,17 @@ class DistPrinter:
                 code.add(sink(f"{masses}.density()"))
             case ir.UniformSet():
                 self._set_density(dist, value, sink)
+            case picks.WeightedPick(probabilities=probabilities, value=picked):
+                masses = printer.scope.unique("masses")
+                code.add(f"dist::Masses {masses};")
+                for number, probability in enumerate(probabilities):
+                    printer.bind(picks.POSITION, str(number))
+                    code.add(f"{masses}.take({printer.text(probability)}, {self._is(picked, value)});")
+                printer.bind(picks.POSITION, str(len(probabilities)))
+                code.add(f"{masses}.take_rest({self._is(picked, value)});")
+                code.add(sink(f"{masses}.density()"))
+            case picks.UniformPick():
+                self._uniform_pick_density(dist, value, sink)
             case _:
                 raise TypeError(f"no density for {type(dist).__name__}")
 
@@ -202,6 +227,17 @@ class DistPrinter:
                 stack.enter_context(printer.block("else"))
             code.add(sink(f"static_cast<double>({equal}) / static_cast<double>({count})"))
 
+    def _uniform_pick_density(self, dist: picks.UniformPick, value: str, sink: Sink) -> None:
+        printer, code = self.printer, self.code
+        count, equal = printer.scope.unique("count"), printer.scope.unique("equal")
+        code.add(f"const std::int32_t {count} = {printer.text(dist.count)};")
+        code.add(f"std::int32_t {equal} = 0;")
+        entry = printer.bind(picks.POSITION, printer.scope.unique("entry"))
+        with printer.block(f"for (std::int32_t {entry} = 0; {entry} < {count}; ++{entry})"):
+            code.add(f"{equal} += {self._is(dist.value, value)} ? 1 : 0;")
+        code.join()
+        code.add(sink(f"static_cast<double>({equal}) / static_cast<double>({count})"))
+
     def _is(self, expr: ir.Expr, value: str) -> str:
         text = self.printer.text(expr, ADD)
         return f"{value} == ({text})" if text.startswith("!") else f"{value} == {text}"
@@ -209,3 +245,9 @@ class DistPrinter:
 
 def _value(code: str, type_: Type) -> str:
     return f"{code} != 0" if isinstance(type_, Bool) else shifted(code, low_of(type_))
+
+
+def _position(word: str, bounds: Sequence[int]) -> str:
+    """Return how many of the bounds a word has reached; none reaches 2^32."""
+    reached = [f"dist::reached({word}, 0x{b:08X}u)" for b in bounds if b < picks.WORDS]
+    return " + ".join(reached) or "0"

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
-from hypgen.codegen.cpp import Code, code_of, float32, integer, literal, loop, scalar
+from hypgen.codegen.cpp import Code, code_of, float32, integer, literal, loop, scalar, stored
 from hypgen.codegen.naming import Names
 from hypgen.codegen.needs import PARTS, Needs, NeedsAnalysis
 from hypgen.codegen.walk import free_locals, negated, shape, walk
@@ -301,7 +301,7 @@ class ExprPrinter:
                 assert isinstance(expr.type, Int)
                 bounds = f"{integer(expr.type.low)}, {integer(expr.type.high)}"
                 return f"math::{_ROUNDINGS[op]}({self.text(operand)}, {bounds})", PRIMARY
-        return f"math::{expr.op}({self.text(operand)})", PRIMARY
+        return f"math::{expr.op}({self._widened(operand)})", PRIMARY
 
     def _binary(self, expr: ir.Binary) -> tuple[str, int]:
         if expr.op in ("and", "or") and needs_statements(expr.right):
@@ -313,7 +313,7 @@ class ExprPrinter:
             sign = "/" if expr.op == "floordiv" else "%"
             return f"{self.text(expr.left, MULTIPLY)} {sign} {self.text(right, UNARY)}", MULTIPLY
         if expr.op not in _OPERATORS:
-            return f"math::{expr.op}({self.text(expr.left)}, {self.text(right)})", PRIMARY
+            return f"math::{expr.op}({self._widened(expr.left)}, {self._widened(right)})", PRIMARY
         sign, level = _OPERATORS[expr.op]
         # Parentheses that C++ does not need, but its compilers ask for: && in ||, ! and == in ==.
         inner = {OR: EQUAL, EQUAL: ADD, COMPARE: ADD}.get(level, level)
@@ -346,12 +346,27 @@ class ExprPrinter:
         def bound(value: float) -> str:
             return float32(float(value)) if isinstance(expr.type, Float) else integer(int(value))
 
-        text, operand = self.text(expr.operand), expr.operand.type
+        text, operand = self._widened(expr.operand), expr.operand.type
         if isinstance(operand, Int) and operand.low >= expr.low:
             return f"math::min({text}, {bound(expr.high)})"
         if isinstance(operand, Int) and operand.high <= expr.high:
             return f"math::max({text}, {bound(expr.low)})"
         return f"math::clamp({text}, {bound(expr.low)}, {bound(expr.high)})"
+
+    def _widened(self, expr: ir.Expr) -> str:
+        """Return the text of an operand of a template, which takes C++ types as they are."""
+        text = self.text(expr)
+        return f"{scalar(expr.type)}{{{text}}}" if self._narrow(expr) else text
+
+    def _narrow(self, expr: ir.Expr) -> bool:
+        match expr:
+            case ir.ParamRead(type=type_, param=name):
+                return name not in self.names.params and stored(type_) != scalar(type_)
+            case ir.If(then=then, otherwise=otherwise):
+                return self._narrow(then) or self._narrow(otherwise)
+            case ir.LetIn(body=body):
+                return self._narrow(body)
+        return False
 
     def _if(self, expr: ir.If) -> tuple[str, int]:
         condition = self.text(expr.condition, OR)

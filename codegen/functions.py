@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hypgen.codegen import views
-from hypgen.codegen.cpp import scalar
+from hypgen.codegen.cpp import scalar, stored
 from hypgen.codegen.expr_printer import Context, ExprPrinter, Sink
 from hypgen.codegen.function_builder import Builder, origin
 from hypgen.codegen.guards import own_value
@@ -177,4 +177,6 @@ def table_fill(table: DerivedTable, name: str, context: Context, builder: Builde
         inputs = [ir.Local(b.type, b.name) for b in table.inputs]
         values = [printer.text(i) for i in inputs]
         call = f"{name}({arguments(context.needs.of(table.body), context, *values)})"
+        if stored(table.type) != scalar(table.type):
+            call = f"static_cast<{stored(table.type)}>({call})"
         builder.code.add(f"params.{table.name}{printer.subscript(table.name, inputs)} = {call};")

@@ -6,7 +6,7 @@ import math
 
 from hypgen import __version__
 from hypgen.codegen import descriptor, views
-from hypgen.codegen.cpp import literal, scalar, wrapped
+from hypgen.codegen.cpp import literal, scalar, stored, wrapped
 from hypgen.codegen.expr_printer import Context
 from hypgen.codegen.function_builder import Builder, origin
 from hypgen.codegen.functions import (
@@ -129,7 +129,7 @@ def _params(context: Context, derived: tuple[DerivedTable, ...]) -> tuple[str, .
         inputs = ", ".join(b.name for b in table.inputs)
         over = f", by {inputs}" if inputs else ""
         dims = _dims(tuple(b.type for b in table.inputs))
-        lines.append(f"{scalar(table.type)} {table.name}{dims};  // computed: {origin(table.span)}{over}")
+        lines.append(f"{stored(table.type)} {table.name}{dims};  // computed: {origin(table.span)}{over}")
     return tuple(lines)
 
 

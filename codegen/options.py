@@ -10,5 +10,12 @@ MAX_TABLE_ENTRIES = 65536
 ALWAYS_JOIN_ENTRIES = 1024
 JOIN_FACTOR = 8
 
+# A value that takes this many simple operations is looked up in a table of at most so many codes, mostly a
+# byte each: a few such tables fit in the first-level cache. A distribution's values may have a table for each
+# of so many positions, as they lie side by side.
+TABLE_COST = 8
+MAX_CODE_TABLE_ENTRIES = 4096
+MAX_POSITIONS = 8
+
 # Where generated lines break.
 LINE_LENGTH = 110

@@ -1,7 +1,8 @@
-"""Float formulas of finite inputs become tables that are filled once, when params are loaded.
+"""Slow formulas of finite inputs become tables that are filled once, when params are loaded.
 
-A step of a rollout then reads ``accuracy_table[x][y][r]`` where it would have computed a power. The entries
-come from the formula itself, so results are the same bit for bit.
+A step of a rollout then reads ``accuracy_table[x][y][r]`` where it would have computed a power, and
+``step_table[cell][dir]`` where it would have taken a record apart and branched. The entries come from the
+formula itself, so results are the same bit for bit.
 """
 
 from __future__ import annotations
@@ -10,7 +11,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-from hypgen.codegen import options
+from hypgen.codegen import options, picks
+from hypgen.codegen.cost import Costs
 from hypgen.codegen.naming import Names, Scope
 from hypgen.codegen.walk import (
     bound_names,
@@ -62,6 +64,8 @@ class _Tabulator:
         self.tables: list[DerivedTable] = []
         self.functions = {f.name: f for f in model.functions}
         self.lets = {let.name: let for let in model.lets}
+        self.costs = Costs(self.functions, self.lets)
+        self.tested: set[tuple[str, Any]] = set()  # variants that the formula in work tests for
         self.inlined = 0
 
     def run(self) -> tuple[ir.Model, tuple[DerivedTable, ...]]:
@@ -115,13 +119,32 @@ class _Tabulator:
 
     def rewrite(self, node: Any, name: str, span: Span) -> Any:
         """Replace the largest slow expressions inside ``node`` that depend on few enough finite inputs."""
-        if not self._slow(node):
+        slow = self._slow(node)
+        if not slow and self.costs.of(node) < options.TABLE_COST:
             return node
         if isinstance(node, ir.Expr) and not isinstance(node, ir.Local):
-            table = self._table(node, name, span)
+            table = self._table(node, name, span) if slow else self._code_table(node, name, span)
             if table is not None:
                 return table
+        if isinstance(node, ir.Dist) and not slow:
+            pick = self._pick(node, name, span)
+            if pick is not None:
+                return pick
         return map_children(node, lambda child: self.rewrite(child, name, span))
+
+    def _pick(self, dist: ir.Dist, name: str, span: Span) -> ir.Dist | None:
+        """Return ``dist`` with all its values in a table."""
+        made = len(self.tables)
+        if isinstance(dist, ir.Table) and (weighted := picks.weighted(dist)) is not None:
+            value = self._code_table(weighted.value, name, span)
+            return None if value is None else replace(weighted, value=value)
+        if isinstance(dist, ir.UniformSet) and (uniform := picks.uniform(dist)) is not None:
+            count = self._code_table(uniform.count, f"{name}_count", span)
+            value = None if count is None else self._code_table(uniform.value, name, span)
+            if count is not None and value is not None:
+                return replace(uniform, count=count, value=value)
+            del self.tables[made:]
+        return None
 
     def _slow(self, node: Any) -> bool:
         for inner in walk(node):
@@ -139,6 +162,27 @@ class _Tabulator:
             options.ALWAYS_JOIN_ENTRIES, options.JOIN_FACTOR * self._parts_domain(node)
         ):
             return None
+        return self._add(node, body, inputs, name, span)
+
+    def _code_table(self, node: ir.Expr, name: str, span: Span) -> ir.ParamRead | None:
+        """Return a table's read for ``node``, a value that is cheap to compute and cheaper to look up."""
+        if not is_finite(node.type):
+            return None
+        body, inputs = self._over_inputs(self._inline(node), {})
+        if inputs is None or self._domain(inputs) > options.MAX_CODE_TABLE_ENTRIES * self._positions(inputs):
+            return None
+        return self._add(node, body, inputs, name, span)
+
+    @staticmethod
+    def _positions(inputs: tuple[_Input, ...]) -> int:
+        """Return how many values share the inputs of a pick: they are read together."""
+        return math.prod(
+            min(size_of(i.binder.type), options.MAX_POSITIONS) for i in inputs if _is_position(i)
+        )
+
+    def _add(
+        self, node: ir.Expr, body: ir.Expr, inputs: tuple[_Input, ...], name: str, span: Span
+    ) -> ir.ParamRead:
         table = DerivedTable(
             self.names.derived_table(f"{name}_table"), tuple(i.binder for i in inputs), node.type, body, span
         )
@@ -178,10 +222,11 @@ class _Tabulator:
         bound = {name for inner in walk(formula) for name in bound_names(inner)}
         if any(free_locals(part) & bound for part in parts.values()):
             return formula, None
+        self.tested = {(n.variant, shape(n.operand)) for n in walk(formula) if isinstance(n, ir.IsVariant)}
         if not self._collect(formula, frozenset(), inputs, Scope(set(bound))):
             return formula, None
         # Locals last: loops run over them, and entries that lie together are read together.
-        found = tuple(sorted(inputs.values(), key=lambda i: isinstance(i.read, ir.Local)))
+        found = tuple(sorted(inputs.values(), key=lambda i: (isinstance(i.read, ir.Local), _is_position(i))))
         if self._domain(found) > options.MAX_TABLE_ENTRIES:
             return formula, None
         reads = tuple(_Input(substitute(i.read, parts), i.binder) for i in found)
@@ -230,9 +275,15 @@ class _Tabulator:
                 ):
                     return False
                 return self._enter(node, f"{name}_next" if node.primed else name, inputs, scope)
+            case ir.VariantArgument(operand=operand) if not self._tests(node):
+                # The variant is tested outside the formula: only its argument is sure to be in range.
+                return not free_locals(operand) & bound and self._enter(node, node.variant, inputs, scope)
             case ir.ActionRead():
                 return False  # an action is a constant of a step: its tests cost nothing
         return all(self._collect(child, bound, inputs, scope) for child in children(node))
+
+    def _tests(self, node: ir.VariantArgument) -> bool:
+        return (node.variant, shape(node.operand)) in self.tested
 
     @staticmethod
     def _enter(node: ir.Expr, name: str, inputs: dict[Any, _Input], scope: Scope) -> bool:
@@ -253,6 +304,10 @@ class _Tabulator:
         if isinstance(node, ir.Expr) and (found := inputs.get(shape(node))) is not None:
             return ir.Local(node.type, found.binder.name)
         return map_children(node, lambda child: self._replace_reads(child, inputs))
+
+
+def _is_position(value: _Input) -> bool:
+    return isinstance(value.read, ir.Local) and value.read.name == picks.POSITION
 
 
 def _join(a: Type, b: Type) -> Type:

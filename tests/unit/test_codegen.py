@@ -209,6 +209,13 @@ def test_a_wide_range_is_narrowed_to_a_finite_part() -> None:
     assert read.indices == (part,)
 
 
+def test_finite_values_and_draws_become_byte_tables() -> None:
+    header = generate(load(ROOT / "examples" / "tag.pomdp").model)["src/tag.hpp"]
+    assert "std::uint8_t opponent_cell_table_2[50][50][5];" in header
+    assert "dist::reached(word, 0x33333340u)" in header
+    assert "return params.back_table[d];" in header
+
+
 def test_a_formula_of_a_float_is_computed() -> None:
     model = ir_samples.rocks()
     root = ir.Function(

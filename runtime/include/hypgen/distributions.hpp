@@ -30,6 +30,12 @@ HYPGEN_FN std::int32_t uniform(std::uint32_t word, std::int32_t count) {
   return static_cast<std::int32_t>((std::uint64_t{word} * static_cast<std::uint64_t>(count)) >> 32);
 }
 
+/// 1 where `word` >= `bound`, else 0: by the borrow of a difference, as compilers branch on comparisons and
+/// processors cannot predict random words.
+HYPGEN_FN std::int32_t reached(std::uint32_t word, std::uint32_t bound) {
+  return 1 - static_cast<std::int32_t>((std::uint64_t{word} - std::uint64_t{bound}) >> 63);
+}
+
 /// `value`, one of 0 .. count - 1, with probability p, else uniformly one of the others.
 HYPGEN_FN std::int32_t noisy(std::uint32_t word, std::int32_t value, float p, std::int32_t count) {
   const std::uint64_t t = math::threshold(p);

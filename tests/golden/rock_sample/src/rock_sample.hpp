@@ -49,6 +49,7 @@ struct RockSample {
     std::int32_t rock_y[8];  // rock_sample.pomdp:16
     float half_distance;  // rock_sample.pomdp:17
     float accuracy_table[8][7][8];  // computed: rock_sample.pomdp:22, by rover_x, rover_y, r
+    bool legal_table[8][7];  // computed: rock_sample.pomdp:49, by rover_x, rover_y
     float upper_table[8];  // computed: rock_sample.pomdp:53, by rover_x
     float upper_table_2[8][7][8];  // computed: rock_sample.pomdp:53, by rover_x, rover_y, r
   };
@@ -212,13 +213,7 @@ struct RockSample {
 
   // rock_sample.pomdp:49
   HYPGEN_FN static bool is_legal(const Params& params, const Fixed&, const State& state, int act) {
-    bool holds = act != Act::sample;
-    if (!holds) {
-      bool found = false;
-      for (std::int32_t r = 0; r <= 7; ++r) found |= here(params, state, r);
-      holds = found;
-    }
-    return holds;
+    return act != Act::sample || params.legal_table[state.rover_x()][state.rover_y()];
   }
 
   // rock_sample.pomdp:50
@@ -317,6 +312,14 @@ struct RockSample {
         static_cast<float>(rover_y - params.rock_y[r])) / params.half_distance));
   }
 
+  // rock_sample.pomdp:49
+  HYPGEN_FN static bool compute_legal_table(const Params& params, std::int32_t rover_x,
+      std::int32_t rover_y) {
+    bool found = false;
+    for (std::int32_t r = 0; r <= 7; ++r) found |= rover_x == params.rock_x[r] && rover_y == params.rock_y[r];
+    return found;
+  }
+
   // rock_sample.pomdp:53
   HYPGEN_FN static float compute_upper_table(std::int32_t rover_x) {
     return 10.0f * math::pow(0.95f, static_cast<float>(6 - rover_x));
@@ -339,6 +342,11 @@ struct RockSample {
         for (std::int32_t r = 0; r <= 7; ++r) {
           params.accuracy_table[rover_x][rover_y][r] = compute_accuracy_table(params, rover_x, rover_y, r);
         }
+      }
+    }
+    for (std::int32_t rover_x = 0; rover_x <= 7; ++rover_x) {
+      for (std::int32_t rover_y = 0; rover_y <= 6; ++rover_y) {
+        params.legal_table[rover_x][rover_y] = compute_legal_table(params, rover_x, rover_y);
       }
     }
     for (std::int32_t rover_x = 0; rover_x <= 7; ++rover_x) {

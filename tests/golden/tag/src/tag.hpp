@@ -49,6 +49,17 @@ struct Tag {
   };
 
   struct Params {
+    bool free_table[50];  // computed: tag.pomdp:22, by c
+    std::uint8_t step_table[4][50];  // computed: tag.pomdp:23, by d, c
+    std::uint8_t back_table[4];  // computed: tag.pomdp:31, by d
+    std::uint8_t distance_between_table[50][50];  // computed: tag.pomdp:33, by a, b
+    std::uint8_t robot_cell_count_table;  // computed: tag.pomdp:39
+    std::uint8_t robot_cell_table[50];  // computed: tag.pomdp:39, by entry
+    std::uint8_t opponent_cell_count_table;  // computed: tag.pomdp:49
+    std::uint8_t opponent_cell_table[50];  // computed: tag.pomdp:49, by entry
+    std::uint8_t opponent_cell_table_2[50][50][5];  // computed: tag.pomdp:50, by opponent_cell, robot_cell, entry
+    std::uint8_t policy_count_table[50][4];  // computed: tag.pomdp:64, by robot_cell, robot_heading
+    std::uint8_t policy_table[50][4][4];  // computed: tag.pomdp:64, by robot_cell, robot_heading, entry
     float upper_table[14];  // computed: tag.pomdp:71, by d
   };
 
@@ -81,36 +92,23 @@ struct Tag {
   // Functions of the model ------------------------------------------------------------------------------
 
   // tag.pomdp:22
-  HYPGEN_FN static bool free(std::int32_t c) {
-    return Cell::y(c) <= 1 || (Cell::x(c) >= 5 && Cell::x(c) <= 7);
+  HYPGEN_FN static bool free(const Params& params, std::int32_t c) {
+    return params.free_table[c];
   }
 
   // tag.pomdp:23
-  HYPGEN_FN static std::int32_t step_(std::int32_t c, std::int32_t d) {
-    std::int32_t target{};
-    if (d == Dir::north) {
-      target = Cell::make(Cell::x(c), math::min(Cell::y(c) + 1, 4));
-    } else if (d == Dir::east) {
-      target = Cell::make(math::min(Cell::x(c) + 1, 9), Cell::y(c));
-    } else if (d == Dir::south) {
-      target = Cell::make(Cell::x(c), math::max(Cell::y(c) - 1, 0));
-    } else {
-      target = Cell::make(math::max(Cell::x(c) - 1, 0), Cell::y(c));
-    }
-    return free(target) ? target : c;
+  HYPGEN_FN static std::int32_t step_(const Params& params, std::int32_t c, std::int32_t d) {
+    return params.step_table[d][c];
   }
 
   // tag.pomdp:30
-  HYPGEN_FN static bool blocked(std::int32_t c, std::int32_t d) {
-    return step_(c, d) == c;
+  HYPGEN_FN static bool blocked(const Params& params, std::int32_t c, std::int32_t d) {
+    return step_(params, c, d) == c;
   }
 
   // tag.pomdp:31
-  HYPGEN_FN static std::int32_t back(std::int32_t d) {
-    if (d == Dir::north) return Dir::south;
-    if (d == Dir::east) return Dir::west;
-    if (d == Dir::south) return Dir::north;
-    return Dir::east;
+  HYPGEN_FN static std::int32_t back(const Params& params, std::int32_t d) {
+    return params.back_table[d];
   }
 
   // tag.pomdp:32
@@ -119,18 +117,19 @@ struct Tag {
   }
 
   // tag.pomdp:33
-  HYPGEN_FN static std::int32_t distance_between(std::int32_t a, std::int32_t b) {
-    return math::abs(Cell::x(a) - Cell::x(b)) + math::abs(Cell::y(a) - Cell::y(b));
+  HYPGEN_FN static std::int32_t distance_between(const Params& params, std::int32_t a, std::int32_t b) {
+    return params.distance_between_table[a][b];
   }
 
   // Element updates -------------------------------------------------------------------------------------
 
   // tag.pomdp:42: cell'
   // tag.pomdp:44: heading'
-  HYPGEN_FN static void update_robot_stage_0(const State& state, std::int32_t act, State& next) {
+  HYPGEN_FN static void update_robot_stage_0(const Params& params, const State& state, std::int32_t act,
+      State& next) {
     if (Act::is_move(act)) {
       const std::int32_t d = Act::argument_of_move(act);
-      next.set_robot_cell(step_(state.robot_cell(), d));
+      next.set_robot_cell(step_(params, state.robot_cell(), d));
     }
     if (Act::is_move(act)) {
       const std::int32_t d = Act::argument_of_move(act);
@@ -140,25 +139,11 @@ struct Tag {
 
   // tag.pomdp:50: cell'
   template <class D>
-  HYPGEN_FN static void update_opponent(const State& state, D& draws, State& next) {
+  HYPGEN_FN static void update_opponent(const Params& params, const State& state, D& draws, State& next) {
     const std::uint32_t word = draws.word(Site::opponent_cell, 0);
-    const std::uint64_t below = math::threshold(0.2f);
-    const std::uint64_t below_2 = below + math::threshold(0.2f);
-    const std::uint64_t below_3 = below_2 + math::threshold(0.2f);
-    const std::uint64_t below_4 = below_3 + math::threshold(0.2f);
-    if (word < below) {
-      next.set_opponent_cell(step_(state.opponent_cell(),
-          Cell::x(state.opponent_cell()) >= Cell::x(state.robot_cell()) ? Dir::east : Dir::west));
-    } else if (word < below_2) {
-      next.set_opponent_cell(step_(state.opponent_cell(),
-          Cell::x(state.opponent_cell()) <= Cell::x(state.robot_cell()) ? Dir::west : Dir::east));
-    } else if (word < below_3) {
-      next.set_opponent_cell(step_(state.opponent_cell(),
-          Cell::y(state.opponent_cell()) >= Cell::y(state.robot_cell()) ? Dir::north : Dir::south));
-    } else if (word < below_4) {
-      next.set_opponent_cell(step_(state.opponent_cell(),
-          Cell::y(state.opponent_cell()) <= Cell::y(state.robot_cell()) ? Dir::south : Dir::north));
-    }
+    const std::int32_t entry = dist::reached(word, 0x33333340u) + dist::reached(word, 0x66666680u)
+        + dist::reached(word, 0x999999C0u) + dist::reached(word, 0xCCCCCD00u);
+    next.set_opponent_cell(params.opponent_cell_table_2[state.opponent_cell()][state.robot_cell()][entry]);
   }
 
   // tag.pomdp:43: seen'
@@ -184,26 +169,13 @@ struct Tag {
   // What the runtime calls ------------------------------------------------------------------------------
 
   template <class D>
-  HYPGEN_FN static void init_visible(const Params&, D& draws, Fixed& fixed, State& state) {
+  HYPGEN_FN static void init_visible(const Params& params, D& draws, Fixed& fixed, State& state) {
     fixed = Fixed{};
     state = State{};
     // tag.pomdp:39: robot.cell
-    std::int32_t count = 0;
-    for (std::int32_t c = 0; c <= 49; ++c) {
-      if (free(c)) ++count;
-    }
-    if (count == 0) {
-      state.set_robot_cell(Cell::make(0, 0));
-    } else {
-      std::int32_t left = dist::uniform(draws.word(Site::init_robot_cell, 0), count);
-      std::int32_t picked{};
-      for (std::int32_t c = 0; c <= 49; ++c) {
-        if (free(c)) {
-          if (left-- == 0) picked = c;
-        }
-      }
-      state.set_robot_cell(picked);
-    }
+    const std::int32_t entry = dist::uniform(draws.word(Site::init_robot_cell, 0),
+        params.robot_cell_count_table);
+    state.set_robot_cell(params.robot_cell_table[entry]);
     // tag.pomdp:40: robot.seen
     state.set_robot_seen(false);
     // tag.pomdp:41: robot.heading
@@ -211,24 +183,11 @@ struct Tag {
   }
 
   template <class D>
-  HYPGEN_FN static void init_hidden(const Params&, D& draws, Fixed&, State& state) {
+  HYPGEN_FN static void init_hidden(const Params& params, D& draws, Fixed&, State& state) {
     // tag.pomdp:49: opponent.cell
-    std::int32_t count = 0;
-    for (std::int32_t c = 0; c <= 49; ++c) {
-      if (free(c)) ++count;
-    }
-    if (count == 0) {
-      state.set_opponent_cell(Cell::make(0, 0));
-    } else {
-      std::int32_t left = dist::uniform(draws.word(Site::init_opponent_cell, 0), count);
-      std::int32_t picked{};
-      for (std::int32_t c = 0; c <= 49; ++c) {
-        if (free(c)) {
-          if (left-- == 0) picked = c;
-        }
-      }
-      state.set_opponent_cell(picked);
-    }
+    const std::int32_t entry = dist::uniform(draws.word(Site::init_opponent_cell, 0),
+        params.opponent_cell_count_table);
+    state.set_opponent_cell(params.opponent_cell_table[entry]);
   }
 
   HYPGEN_FN static void export_visible(const Fixed&, const State& state, std::int32_t* out) {
@@ -267,11 +226,11 @@ struct Tag {
   }
 
   template <class D>
-  HYPGEN_FN static StepResult step(const Params&, const Fixed&, const State& state, int act, D& draws,
-      State& next) {
+  HYPGEN_FN static StepResult step(const Params& params, const Fixed&, const State& state, int act,
+      D& draws, State& next) {
     next = state;
-    update_robot_stage_0(state, act, next);
-    update_opponent(state, draws, next);
+    update_robot_stage_0(params, state, act, next);
+    update_opponent(params, state, draws, next);
     update_robot_stage_1_seen(next);
     StepResult result{};
     result.reward += math::to_fixed(reward_outcome(state, act));
@@ -289,15 +248,15 @@ struct Tag {
   }
 
   template <class D>
-  HYPGEN_FN static double filter(const Params&, const Fixed&, const State& state, int act, Key key,
+  HYPGEN_FN static double filter(const Params& params, const Fixed&, const State& state, int act, Key key,
       D& draws, State& next) {
     Key rest = key;
     const std::int32_t robot_seen_seen = static_cast<std::int32_t>(rest % 2);
     rest /= 2;
     next = state;
     double weight = 1.0;
-    update_robot_stage_0(state, act, next);
-    update_opponent(state, draws, next);
+    update_robot_stage_0(params, state, act, next);
+    update_opponent(params, state, draws, next);
     weight *= density_robot_seen(next, robot_seen_seen != 0);
     next.set_robot_seen(robot_seen_seen != 0);
     if (is_terminal(state, act)) return 0.0;
@@ -306,33 +265,22 @@ struct Tag {
 
   // tag.pomdp:64: policy default
   template <class D>
-  HYPGEN_FN static std::int32_t choose(const State& state, D& draws) {
+  HYPGEN_FN static std::int32_t choose(const Params& params, const State& state, D& draws) {
     if (state.robot_seen()) return Act::tag;
-    if (!blocked(state.robot_cell(), state.robot_heading())) return Act::move(state.robot_heading());
-    std::int32_t count = 0;
-    for (std::int32_t d = 0; d <= 3; ++d) {
-      if (!blocked(state.robot_cell(), d) && d != back(state.robot_heading())) ++count;
-    }
-    if (count == 0) {
-      return Act::move(back(state.robot_heading()));
-    }
-    std::int32_t left = dist::uniform(draws.word(Site::policy_default, 0), count);
-    for (std::int32_t d = 0; d <= 3; ++d) {
-      if (!blocked(state.robot_cell(), d) && d != back(state.robot_heading())) {
-        if (left-- == 0) return Act::move(d);
-      }
-    }
-    return Act::move(Dir::north);
+    if (!blocked(params, state.robot_cell(), state.robot_heading())) return Act::move(state.robot_heading());
+    const std::int32_t entry = dist::uniform(draws.word(Site::policy_default, 0),
+        params.policy_count_table[state.robot_cell()][state.robot_heading()]);
+    return params.policy_table[state.robot_cell()][state.robot_heading()][entry];
   }
 
   template <class D>
-  HYPGEN_FN static int default_policy(const Params&, const Fixed&, const State& state, D& draws) {
-    return choose(state, draws);
+  HYPGEN_FN static int default_policy(const Params& params, const Fixed&, const State& state, D& draws) {
+    return choose(params, state, draws);
   }
 
   // tag.pomdp:71
   HYPGEN_FN static float upper(const Params& params, const Fixed&, const State& state) {
-    const std::int32_t d = distance_between(state.robot_cell(), state.opponent_cell());
+    const std::int32_t d = distance_between(params, state.robot_cell(), state.opponent_cell());
     return params.upper_table[d];
   }
 
@@ -347,6 +295,186 @@ struct Tag {
 
   // Loading ---------------------------------------------------------------------------------------------
 
+  // tag.pomdp:22
+  HYPGEN_FN static bool compute_free_table(std::int32_t c) {
+    return Cell::y(c) <= 1 || (Cell::x(c) >= 5 && Cell::x(c) <= 7);
+  }
+
+  // tag.pomdp:23
+  HYPGEN_FN static std::int32_t compute_step_table(const Params& params, std::int32_t d, std::int32_t c) {
+    std::int32_t target{};
+    if (d == Dir::north) {
+      target = Cell::make(Cell::x(c), math::min(Cell::y(c) + 1, 4));
+    } else if (d == Dir::east) {
+      target = Cell::make(math::min(Cell::x(c) + 1, 9), Cell::y(c));
+    } else if (d == Dir::south) {
+      target = Cell::make(Cell::x(c), math::max(Cell::y(c) - 1, 0));
+    } else {
+      target = Cell::make(math::max(Cell::x(c) - 1, 0), Cell::y(c));
+    }
+    return params.free_table[target] ? target : c;
+  }
+
+  // tag.pomdp:31
+  HYPGEN_FN static std::int32_t compute_back_table(std::int32_t d) {
+    if (d == Dir::north) return Dir::south;
+    if (d == Dir::east) return Dir::west;
+    if (d == Dir::south) return Dir::north;
+    return Dir::east;
+  }
+
+  // tag.pomdp:33
+  HYPGEN_FN static std::int32_t compute_distance_between_table(std::int32_t a, std::int32_t b) {
+    return math::abs(Cell::x(a) - Cell::x(b)) + math::abs(Cell::y(a) - Cell::y(b));
+  }
+
+  // tag.pomdp:39
+  HYPGEN_FN static std::int32_t compute_robot_cell_count_table(const Params& params) {
+    std::int32_t count = 0;
+    for (std::int32_t c = 0; c <= 49; ++c) {
+      if (params.free_table[c]) ++count;
+    }
+    return math::max(count, 1);
+  }
+
+  // tag.pomdp:39
+  HYPGEN_FN static std::int32_t compute_robot_cell_table(const Params& params, std::int32_t entry) {
+    bool found = false;
+    std::int32_t best{};
+    std::int32_t picked{};
+    for (std::int32_t c_match = 0; c_match <= 49; ++c_match) {
+      bool holds = params.free_table[c_match];
+      if (holds) {
+        std::int32_t count = 0;
+        for (std::int32_t c_before = 0; c_before <= 49; ++c_before) {
+          if (params.free_table[c_before] && c_before < c_match) ++count;
+        }
+        holds = count == entry;
+      }
+      if (holds) {
+        const std::int32_t candidate = 0;
+        if (!found || candidate < best) {
+          found = true;
+          best = candidate;
+          picked = c_match;
+        }
+      }
+    }
+    if (!found) picked = Cell::make(0, 0);
+    const std::int32_t c = picked;
+    return c;
+  }
+
+  // tag.pomdp:49
+  HYPGEN_FN static std::int32_t compute_opponent_cell_count_table(const Params& params) {
+    std::int32_t count = 0;
+    for (std::int32_t c = 0; c <= 49; ++c) {
+      if (params.free_table[c]) ++count;
+    }
+    return math::max(count, 1);
+  }
+
+  // tag.pomdp:49
+  HYPGEN_FN static std::int32_t compute_opponent_cell_table(const Params& params, std::int32_t entry) {
+    bool found = false;
+    std::int32_t best{};
+    std::int32_t picked{};
+    for (std::int32_t c_match = 0; c_match <= 49; ++c_match) {
+      bool holds = params.free_table[c_match];
+      if (holds) {
+        std::int32_t count = 0;
+        for (std::int32_t c_before = 0; c_before <= 49; ++c_before) {
+          if (params.free_table[c_before] && c_before < c_match) ++count;
+        }
+        holds = count == entry;
+      }
+      if (holds) {
+        const std::int32_t candidate = 0;
+        if (!found || candidate < best) {
+          found = true;
+          best = candidate;
+          picked = c_match;
+        }
+      }
+    }
+    if (!found) picked = Cell::make(0, 0);
+    const std::int32_t c = picked;
+    return c;
+  }
+
+  // tag.pomdp:50
+  HYPGEN_FN static std::int32_t compute_opponent_cell_table_2(const Params& params,
+      std::int32_t opponent_cell, std::int32_t robot_cell, std::int32_t entry) {
+    if (entry == 0) {
+      return params.step_table[(Cell::x(opponent_cell) >= Cell::x(robot_cell) ? Dir::east
+          : Dir::west)][opponent_cell];
+    }
+    if (entry == 1) {
+      return params.step_table[(Cell::x(opponent_cell) <= Cell::x(robot_cell) ? Dir::west
+          : Dir::east)][opponent_cell];
+    }
+    if (entry == 2) {
+      return params.step_table[(Cell::y(opponent_cell) >= Cell::y(robot_cell) ? Dir::north
+          : Dir::south)][opponent_cell];
+    }
+    if (entry == 3) {
+      return params.step_table[(Cell::y(opponent_cell) <= Cell::y(robot_cell) ? Dir::south
+          : Dir::north)][opponent_cell];
+    }
+    return opponent_cell;
+  }
+
+  // tag.pomdp:64
+  HYPGEN_FN static std::int32_t compute_policy_count_table(const Params& params, std::int32_t robot_cell,
+      std::int32_t robot_heading) {
+    std::int32_t count = 0;
+    for (std::int32_t d = 0; d <= 3; ++d) {
+      if (params.step_table[d][robot_cell] != robot_cell && d != params.back_table[robot_heading]) ++count;
+    }
+    return math::max(count, 1);
+  }
+
+  // tag.pomdp:64
+  HYPGEN_FN static std::int32_t compute_policy_table(const Params& params, std::int32_t robot_cell,
+      std::int32_t robot_heading, std::int32_t entry) {
+    std::int32_t count = 0;
+    for (std::int32_t d_counted = 0; d_counted <= 3; ++d_counted) {
+      if (params.step_table[d_counted][robot_cell] != robot_cell &&
+          d_counted != params.back_table[robot_heading]) {
+        ++count;
+      }
+    }
+    if (count == 0) return Act::move(params.back_table[robot_heading]);
+    bool found = false;
+    std::int32_t best{};
+    std::int32_t picked{};
+    for (std::int32_t d_match = 0; d_match <= 3; ++d_match) {
+      bool holds = params.step_table[d_match][robot_cell] != robot_cell &&
+          d_match != params.back_table[robot_heading];
+      if (holds) {
+        std::int32_t count_2 = 0;
+        for (std::int32_t d_before = 0; d_before <= 3; ++d_before) {
+          if (params.step_table[d_before][robot_cell] != robot_cell &&
+              d_before != params.back_table[robot_heading] && d_before < d_match) {
+            ++count_2;
+          }
+        }
+        holds = count_2 == entry;
+      }
+      if (holds) {
+        const std::int32_t candidate = 0;
+        if (!found || candidate < best) {
+          found = true;
+          best = candidate;
+          picked = d_match;
+        }
+      }
+    }
+    if (!found) picked = Dir::north;
+    const std::int32_t d = picked;
+    return Act::move(d);
+  }
+
   // tag.pomdp:71
   HYPGEN_FN static float compute_upper_table(std::int32_t d) {
     return 10.0f * math::pow(0.95f, static_cast<float>(d)) - (1.0f - math::pow(0.95f,
@@ -354,6 +482,50 @@ struct Tag {
   }
 
   static bool load(const ParamValues&, Params& params, std::string&) {
+    for (std::int32_t c = 0; c <= 49; ++c) params.free_table[c] = compute_free_table(c);
+    for (std::int32_t d = 0; d <= 3; ++d) {
+      for (std::int32_t c = 0; c <= 49; ++c) {
+        params.step_table[d][c] = static_cast<std::uint8_t>(compute_step_table(params, d, c));
+      }
+    }
+    for (std::int32_t d = 0; d <= 3; ++d) params.back_table[d] = static_cast<std::uint8_t>(compute_back_table(d));
+    for (std::int32_t a = 0; a <= 49; ++a) {
+      for (std::int32_t b = 0; b <= 49; ++b) {
+        params.distance_between_table[a][b] = static_cast<std::uint8_t>(compute_distance_between_table(a, b));
+      }
+    }
+    params.robot_cell_count_table = static_cast<std::uint8_t>(compute_robot_cell_count_table(params));
+    for (std::int32_t entry = 0; entry <= 49; ++entry) {
+      params.robot_cell_table[entry] = static_cast<std::uint8_t>(compute_robot_cell_table(params, entry));
+    }
+    params.opponent_cell_count_table = static_cast<std::uint8_t>(compute_opponent_cell_count_table(params));
+    for (std::int32_t entry = 0; entry <= 49; ++entry) {
+      params.opponent_cell_table[entry] = static_cast<std::uint8_t>(compute_opponent_cell_table(params,
+          entry));
+    }
+    for (std::int32_t opponent_cell = 0; opponent_cell <= 49; ++opponent_cell) {
+      for (std::int32_t robot_cell = 0; robot_cell <= 49; ++robot_cell) {
+        for (std::int32_t entry = 0; entry <= 4; ++entry) {
+          params.opponent_cell_table_2[opponent_cell][robot_cell][entry] =
+              static_cast<std::uint8_t>(compute_opponent_cell_table_2(params, opponent_cell, robot_cell,
+                  entry));
+        }
+      }
+    }
+    for (std::int32_t robot_cell = 0; robot_cell <= 49; ++robot_cell) {
+      for (std::int32_t robot_heading = 0; robot_heading <= 3; ++robot_heading) {
+        params.policy_count_table[robot_cell][robot_heading] =
+            static_cast<std::uint8_t>(compute_policy_count_table(params, robot_cell, robot_heading));
+      }
+    }
+    for (std::int32_t robot_cell = 0; robot_cell <= 49; ++robot_cell) {
+      for (std::int32_t robot_heading = 0; robot_heading <= 3; ++robot_heading) {
+        for (std::int32_t entry = 0; entry <= 3; ++entry) {
+          params.policy_table[robot_cell][robot_heading][entry] =
+              static_cast<std::uint8_t>(compute_policy_table(params, robot_cell, robot_heading, entry));
+        }
+      }
+    }
     for (std::int32_t d = 0; d <= 13; ++d) params.upper_table[d] = compute_upper_table(d);
     return true;
   }

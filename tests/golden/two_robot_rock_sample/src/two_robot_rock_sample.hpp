@@ -54,6 +54,7 @@ struct TwoRobotRockSample {
     std::int32_t rock_y[20];  // two_robot_rock_sample.pomdp:19
     float half_distance;  // two_robot_rock_sample.pomdp:20
     float accuracy_table[21][20][20];  // computed: two_robot_rock_sample.pomdp:28, by bot_x, bot_y, r
+    bool legal_table[21][20];  // computed: two_robot_rock_sample.pomdp:56, by bot_x, bot_y
     float upper_table[21];  // computed: two_robot_rock_sample.pomdp:66, by bot_x
     float upper_table_2[40];  // computed: two_robot_rock_sample.pomdp:66, by index
   };
@@ -282,13 +283,10 @@ struct TwoRobotRockSample {
       } else if (move[b] == Move::west) {
         holds &= state.bot_x(b) > 0;
       } else if (move[b] == Move::sample) {
-        bool found = false;
-        for (std::int32_t r = 0; r <= 19; ++r) found |= here(params, state, b, r);
-        holds &= found;
+        holds &= params.legal_table[state.bot_x(b)][state.bot_y(b)];
       } else {
         holds &= true;
       }
-      if (!holds) break;
     }
     return holds;
   }
@@ -426,6 +424,13 @@ struct TwoRobotRockSample {
         static_cast<float>(bot_y - params.rock_y[r])) / params.half_distance));
   }
 
+  // two_robot_rock_sample.pomdp:56
+  HYPGEN_FN static bool compute_legal_table(const Params& params, std::int32_t bot_x, std::int32_t bot_y) {
+    bool found = false;
+    for (std::int32_t r = 0; r <= 19; ++r) found |= bot_x == params.rock_x[r] && bot_y == params.rock_y[r];
+    return found;
+  }
+
   // two_robot_rock_sample.pomdp:66
   HYPGEN_FN static float compute_upper_table(std::int32_t bot_x) {
     return 10.0f * math::pow(0.983f, static_cast<float>(19 - bot_x));
@@ -446,6 +451,11 @@ struct TwoRobotRockSample {
         for (std::int32_t r = 0; r <= 19; ++r) {
           params.accuracy_table[bot_x][bot_y][r] = compute_accuracy_table(params, bot_x, bot_y, r);
         }
+      }
+    }
+    for (std::int32_t bot_x = 0; bot_x <= 20; ++bot_x) {
+      for (std::int32_t bot_y = 0; bot_y <= 19; ++bot_y) {
+        params.legal_table[bot_x][bot_y] = compute_legal_table(params, bot_x, bot_y);
       }
     }
     for (std::int32_t bot_x = 0; bot_x <= 20; ++bot_x) params.upper_table[bot_x] = compute_upper_table(bot_x);
