@@ -92,7 +92,7 @@ def interval(values: list[float]) -> tuple[float, float]:
 def row(task: Task, mode: str, result: dict, baseline: dict) -> str:
     """Return one line of the table."""
     mean, half = interval(result["returns"])
-    gain, gain_half = interval([a - b for a, b in zip(result["returns"], baseline["returns"], strict=True)])
+    gain, gain_half = interval([a - b for a, b in zip(result["returns"], baseline["returns"], strict=False)])
     summary = result["summary"]
     rates = f"{summary['expansions_per_second']:.0f} | {summary['simulations_per_second']:.3g}"
     bounds = "-" if mode == "default" else f"{result['lower']:.2f}, {result['upper']:.2f}"

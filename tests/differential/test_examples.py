@@ -20,7 +20,7 @@ from hypgen.runtime.errors import ToolchainError
 from hypgen.runtime.toolchain import find_tools
 
 EXAMPLES = sorted((Path(__file__).parent.parent.parent / "examples").glob("*.pomdp"))
-SEED, SCENARIOS, STEPS = 20261122, 1000, 60
+SEED, SCENARIOS, STEPS = 20261122, 2000, 60
 RANDOM_MODELS = 6
 
 

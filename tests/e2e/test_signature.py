@@ -1,0 +1,60 @@
+"""The search builds the same tree, bit for bit, whatever the optimisation level."""
+
+from __future__ import annotations
+
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from hypgen.codegen.driver import generate
+from hypgen.dsl.driver import load
+from hypgen.runtime.build import build_solver
+from hypgen.runtime.errors import ToolchainError
+from hypgen.runtime.toolchain import find_tools
+
+ROOT = Path(__file__).parent.parent.parent
+EXAMPLES = sorted((ROOT / "examples").glob("*.pomdp"))
+RUNTIME = ROOT / "runtime"
+SEARCH = ("--runs", "2", "--steps", "3", "--trials", "12", "--scenarios", "60", "--seed", "5", "--signature")
+
+
+@pytest.fixture(scope="module")
+def unoptimised(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[str], list[Path]]:
+    """The command that compiles without optimisation, and the runtime's objects compiled by it."""
+    try:
+        tools = find_tools()
+    except ToolchainError as error:
+        pytest.skip(f"needs a C++ compiler: {error}")
+    folder = tmp_path_factory.mktemp("unoptimised")
+    flags = ["-std=c++17", "-O0", "-ffp-contract=off", f"-I{RUNTIME / 'include'}", f"-I{tools.json_include}"]
+    command = [str(tools.compiler.path), *flags]
+
+    def compile_source(source: Path) -> Path:
+        target = folder / f"{source.stem}.o"
+        subprocess.run([*command, "-c", str(source), "-o", str(target)], check=True)
+        return target
+
+    with ThreadPoolExecutor(2) as pool:
+        return command, list(pool.map(compile_source, sorted((RUNTIME / "src").glob("*.cpp"))))
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
+def test_same_tree_at_O0_and_O3(
+    example: Path, unoptimised: tuple[list[str], list[Path]], tmp_path: Path
+) -> None:
+    command, objects = unoptimised
+    files = generate(load(example).model)
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    slow = tmp_path / "solver"
+    sources = [str(tmp_path / "src" / "main.cpp"), *map(str, objects)]
+    subprocess.run([*command, *sources, "-o", str(slow)], check=True)
+    fast = build_solver(files, f"signature/{example.stem}", lambda step: None)
+    signatures = [
+        subprocess.run([solver, *SEARCH, "--quiet"], check=True, capture_output=True, text=True).stdout
+        for solver in (slow, fast)
+    ]
+    assert signatures[0].strip() and signatures[0] == signatures[1]
