@@ -11,6 +11,7 @@ processes, ``--jobs`` at a time; more jobs than idle cores would take planning t
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import math
 import os
@@ -18,13 +19,16 @@ import platform
 import statistics
 import subprocess
 import sys
-import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-MODES = ("default", "rollout", "despot")
+# The solvers' lines. A finished mode is not run again: delete its file to measure anew.
+KEPT = ROOT / "build" / "quality"
+    ROOT / "build" / "quality"
+)  # the solvers' lines: a finished mode is not run again; delete to measure anew
+MODES = ("default", "despot", "rollout")
 
 
 @dataclass(frozen=True)
@@ -64,14 +68,17 @@ def command(task: Task, mode: str, runs: int, scenarios: int, seed: int) -> list
 
 
 def run(task: Task, mode: str, runs: int, scenarios: int, seed: int) -> dict[str, object]:
-    """Run one mode of one task and return its episodes and the solver's summary line."""
-    with tempfile.TemporaryDirectory() as folder:
-        lines = Path(folder) / "lines.jsonl"
-        arguments = [*command(task, mode, runs, scenarios, seed), "--quiet", "--json", str(lines)]
+    """Run one mode of one task, or take an earlier run's lines, and return its episodes and summary."""
+    arguments = command(task, mode, runs, scenarios, seed)
+    lines = KEPT / f"{hashlib.sha256(' '.join(arguments).encode()).hexdigest()[:16]}.jsonl"
+    if not lines.exists():
+        KEPT.mkdir(parents=True, exist_ok=True)
         hypgen = Path(sys.executable).with_name("hypgen")
         arguments[0] = str(hypgen) if hypgen.exists() else "hypgen"
-        subprocess.run(arguments, cwd=ROOT, check=True)
-        records = [json.loads(line) for line in lines.read_text().splitlines()]
+        partial = lines.with_suffix(".partial")
+        subprocess.run([*arguments, "--quiet", "--json", str(partial)], cwd=ROOT, check=True)
+        partial.rename(lines)
+    records = [json.loads(line) for line in lines.read_text().splitlines()]
     episodes = [r for r in records if r["type"] == "episode"]
     steps = [r for r in records if r["type"] == "step"]
     summary = next(r for r in records if r["type"] == "summary")
@@ -97,12 +104,12 @@ def row(task: Task, mode: str, result: dict, baseline: dict) -> str:
     mean, half = interval(result["returns"])
     gain, gain_half = interval([a - b for a, b in zip(result["returns"], baseline["returns"], strict=False)])
     summary = result["summary"]
-    rates = f"{summary['expansions_per_second']:.0f} | {summary['simulations_per_second']:.3g}"
+    rates = f"{summary['expansions_a_second']:.0f} | {summary['simulations_a_second']:.3g}"
     bounds = "-" if mode == "default" else f"{result['lower']:.2f}, {result['upper']:.2f}"
     paired = "-" if mode == "default" else f"{gain:+.2f} +- {gain_half:.2f}"
     return (
         f"| {task.name} | {mode} | {len(result['returns'])} | {mean:.3f} +- {half:.3f} | {paired} | {bounds} "
-        f"| {result['steps']:.1f} | {rates} | {summary['scenarios_per_leaf']:.1f} | {task.published} |"
+        f"| {result['steps']:.1f} | {rates} | {summary['scenarios_a_leaf']:.1f} | {task.published} |"
     )
 
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <sstream>
 #include <vector>
 
 namespace hypgen {
@@ -18,6 +19,7 @@ struct Option {
   const char* name;
   const char* metavar;
   const char* help;
+  std::string expected;
   std::function<bool(const std::string&)> take;
 };
 
@@ -60,58 +62,70 @@ bool set(bool& flag) {
   return true;
 }
 
+Option number(const char* name, const char* metavar, const char* help, double low, double high, double& out) {
+  std::ostringstream range;
+  range << "a number from " << low << " to " << high;
+  return {name, metavar, help, range.str(),
+          [=, &out](const std::string& text) { return read_double(text, low, high, out); }};
+}
+
+template <class T>
+Option integer(const char* name, const char* metavar, const char* help, std::uint64_t low, std::uint64_t high,
+               T& out) {
+  const std::string most = high == UINT64_MAX ? " (64 bits)" : " to " + std::to_string(high);
+  return {name, metavar, help, "an integer from " + std::to_string(low) + most,
+          [=, &out](const std::string& text) { return read_integer(text, low, high, out); }};
+}
+
+Option file(const char* name, const char* help, std::string& out) {
+  return {name, "FILE", help, "the name of a file",
+          [&out](const std::string& text) { return read_text(text, out); }};
+}
+
+Option toggle(const char* name, const char* help, bool& out) {
+  return {name, nullptr, help, "", [&out](const std::string&) { return set(out); }};
+}
+
 std::vector<Option> option_table(SolverOptions& options) {
   PlannerOptions& planner = options.planner;
   TraceOptions& trace = options.trace;
-  using Text = const std::string&;
   constexpr std::uint64_t kMillion = 1000000;
   return {
-      {"--mode", "despot|rollout|default",
-       "how to plan: regularised DESPOT, one-ply rollouts, or the default policy alone (despot)",
-       [&](Text t) { return read_mode(t, planner.mode); }},
-      {"--runs", "N", "episodes to run (10)",
-       [&](Text t) { return read_integer(t, 1, kMillion, options.runs); }},
-      {"--steps", "N", "most steps of an episode (90)",
-       [&](Text t) { return read_integer(t, 1, kMillion, options.steps); }},
-      {"--time", "SECONDS", "time to plan a step (0.1; no limit if --trials is given)",
-       [&](Text t) { return read_double(t, 1e-4, 1e6, planner.time_limit); }},
-      {"--trials", "N", "most trials a step; makes results reproducible",
-       [&](Text t) { return read_integer(t, 1, UINT64_MAX, planner.trial_limit); }},
-      {"--scenarios", "K", "scenarios of a search, at most 16384 (500)",
-       [&](Text t) { return read_integer(t, 1, 1 << 14, planner.scenarios); }},
-      {"--depth", "D", "depth limit of a search (90)",
-       [&](Text t) { return read_integer(t, 1, 10000, planner.depth); }},
-      {"--xi", "RATIO", "gap that a trial aims at, relative to the root's (0.95)",
-       [&](Text t) { return read_double(t, 0.0, 1.0, planner.target_ratio); }},
-      {"--pruning", "LAMBDA", "regularisation: what a node must be worth (0)",
-       [&](Text t) { return read_double(t, 0.0, 1e9, planner.pruning); }},
-      {"--particles", "N", "particles of the belief (5000)",
-       [&](Text t) { return read_integer(t, 1, 10 * kMillion, options.particles); }},
-      {"--memory", "MIB", "memory of a search in MiB (1024)",
-       [&](Text t) {
+      {"--mode", "MODE",
+       "despot (regularised DESPOT), rollout (one-ply rollouts) or default (the default policy) (despot)",
+       "despot, rollout or default", [&](const std::string& text) { return read_mode(text, planner.mode); }},
+      integer("--runs", "N", "episodes to run (10)", 1, kMillion, options.runs),
+      integer("--steps", "N", "most steps of an episode (90)", 1, kMillion, options.steps),
+      number("--time", "SECONDS", "time to plan a step (0.1; no limit if --trials is given)", 1e-4, 1e6,
+             planner.time_limit),
+      integer("--trials", "N", "most trials a step; without --time, results repeat exactly (no limit)", 1,
+              UINT64_MAX, planner.trial_limit),
+      integer("--scenarios", "K", "scenarios of a search, at most 16384 (500)", 1, 1 << 14,
+              planner.scenarios),
+      integer("--depth", "D", "depth limit of a search (90)", 1, 10000, planner.depth),
+      number("--xi", "RATIO", "gap that a trial aims at, relative to the root's (0.95)", 0.0, 1.0,
+             planner.target_ratio),
+      number("--pruning", "LAMBDA", "regularisation: what a node must be worth (0)", 0.0, 1e9,
+             planner.pruning),
+      integer("--particles", "N", "particles of the belief (5000)", 1, 10 * kMillion, options.particles),
+      {"--memory", "MIB", "memory of a search in MiB (1024)", "an integer from 1 to 1000000",
+       [&](const std::string& text) {
          std::size_t mib = 0;
-         if (!read_integer(t, 1, kMillion, mib)) return false;
+         if (!read_integer(text, 1, kMillion, mib)) return false;
          planner.memory_bytes = mib << 20;
          return true;
        }},
-      {"--seed", "N", "seed of all random numbers (0)",
-       [&](Text t) { return read_integer(t, 0, UINT64_MAX, planner.seed); }},
-      {"--param", "FILE", "JSON file that sets the model's params",
-       [&](Text t) { return read_text(t, options.param_file); }},
-      {"--json", "FILE", "write a JSON line for each step, episode and the whole run; - for standard output",
-       [&](Text t) { return read_text(t, options.json_file); }},
-      {"--quiet", nullptr, "no table, no progress", [&](Text) { return set(options.quiet); }},
-      {"--signature", nullptr, "print a hash of all search trees",
-       [&](Text) { return set(planner.signature); }},
-      {"--trace", "FILE", "write a binary trace of random walks instead of planning",
-       [&](Text t) { return read_text(t, trace.file); }},
-      {"--trace-scenarios", "N", "random walks of a trace (64)",
-       [&](Text t) { return read_integer(t, 1, kMillion, trace.scenarios); }},
-      {"--trace-steps", "T", "steps of a trace (64)",
-       [&](Text t) { return read_integer(t, 1, kMillion, trace.steps); }},
-      {"--help", nullptr, "print this and exit", [&](Text) { return set(options.help); }},
-      {"--version", nullptr, "print the model and its hash and exit",
-       [&](Text) { return set(options.version); }},
+      integer("--seed", "N", "seed of all random numbers (0)", 0, UINT64_MAX, planner.seed),
+      file("--param", "JSON file that sets the model's params", options.param_file),
+      file("--json", "write a JSON line for each step, episode and the whole run; - for standard output",
+           options.json_file),
+      toggle("--quiet", "no table, no progress", options.quiet),
+      toggle("--signature", "print a hash of all search trees", planner.signature),
+      file("--trace", "write a binary trace of random walks instead of planning", trace.file),
+      integer("--trace-scenarios", "N", "random walks of a trace (64)", 1, kMillion, trace.scenarios),
+      integer("--trace-steps", "T", "steps of a trace (64)", 1, kMillion, trace.steps),
+      toggle("--help", "print this and exit", options.help),
+      toggle("--version", "print the model and its hash and exit", options.version),
   };
 }
 
@@ -149,13 +163,13 @@ bool parse_options(int argc, const char* const* argv, SolverOptions& options, st
     }
     if (found->metavar != nullptr && !joined) {
       if (++i == argc) {
-        error = name + " needs a value: " + found->metavar + ", " + found->help;
+        error = name + " needs a value: " + found->expected;
         return false;
       }
       value = argv[i];
     }
     if (!found->take(value)) {
-      error = name + ": bad value \"" + value + "\"; expected " + found->metavar + ", " + found->help;
+      error = name + ": bad value \"" + value + "\"; expected " + found->expected;
       return false;
     }
   }

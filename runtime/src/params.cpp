@@ -46,7 +46,8 @@ std::string expected(const ParamSpec& spec) {
     }
     return text;
   }
-  if (spec.kind == ParamKind::kBool) return kind_name(spec.kind);
+  if (spec.kind == ParamKind::kBool || (std::isinf(spec.low) && std::isinf(spec.high)))
+    return kind_name(spec.kind);
   return std::string(kind_name(spec.kind)) + " from " + number_text(spec.low) + " to " +
          number_text(spec.high);
 }
@@ -128,11 +129,16 @@ std::string known_names(const std::vector<ParamSpec>& specs) {
 
 bool read_params(const std::string& text, const std::vector<ParamSpec>& specs, ParamValues& values,
                  std::string& error) {
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
+    error = "is empty; expected a JSON object {\"name\": value, ...}";
+    return false;
+  }
   Json json;
   try {
     json = Json::parse(text);
-  } catch (const Json::parse_error& problem) {
-    error = std::string("not valid JSON: ") + problem.what();
+  } catch (const Json::exception& problem) {
+    const std::string message = problem.what();  // "[json.exception.parse_error.101] parse error at ..."
+    error = "not valid JSON: " + message.substr(message.find("] ") + 2);
     return false;
   }
   if (!json.is_object()) {
@@ -163,7 +169,8 @@ bool read_param_file(const std::string& file, const std::vector<ParamSpec>& spec
   std::ifstream in(file, std::ios::binary);
   std::ostringstream text;
   text << in.rdbuf();
-  if (!in) {
+  in.peek();  // a folder opens, and shows only when it is read
+  if (!in.is_open() || in.bad()) {
     error = file + ": cannot be read";
     return false;
   }

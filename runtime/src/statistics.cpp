@@ -2,13 +2,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 
 namespace hypgen {
 
+namespace {
+
+// The 97.5 % quantile of Student's t: a table, then the first terms of its expansion about the normal's.
+double student97_5(std::size_t freedom) {
+  constexpr double kTable[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
+  if (freedom <= std::size(kTable)) return kTable[freedom - 1];
+  constexpr double kNormal = 1.959964;
+  const double n = static_cast<double>(freedom);
+  return kNormal + (kNormal * kNormal * kNormal + kNormal) / (4.0 * n) + 2.8225 / (n * n);
+}
+
+}  // namespace
+
 double Samples::mean() const {
   if (values_.empty()) return 0.0;
-  return std::accumulate(values_.begin(), values_.end(), 0.0) / static_cast<double>(values_.size());
+  return sum_ / static_cast<double>(values_.size());
 }
 
 double Samples::standard_deviation() const {
@@ -20,7 +34,9 @@ double Samples::standard_deviation() const {
 }
 
 double Samples::interval95() const {
-  return values_.empty() ? 0.0 : 1.96 * standard_deviation() / std::sqrt(static_cast<double>(values_.size()));
+  if (values_.size() < 2) return 0.0;
+  return student97_5(values_.size() - 1) * standard_deviation() /
+         std::sqrt(static_cast<double>(values_.size()));
 }
 
 double Samples::quantile(double share) const {

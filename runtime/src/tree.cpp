@@ -1,6 +1,7 @@
 #include "hypgen/tree.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "hypgen/model.hpp"
 #include "hypgen/signature.hpp"
@@ -10,6 +11,8 @@ namespace hypgen {
 namespace {
 
 // How the budget is shared out; what fills first ends the growth of the tree.
+constexpr double kRounding = 1e-6;
+
 constexpr double kNodeShare = 0.1, kActionShare = 0.4, kChildShare = 0.5;
 
 std::size_t entries(std::size_t bytes, double share, std::size_t size) {
@@ -55,8 +58,9 @@ Child Tree::make_child(const ChildRow& row, int depth) {
   child.default_value = share * from_fixed_sum(row.lower_sum);
   double upper = share * from_fixed_sum(row.upper_sum);
   if (upper < child.default_value) {
+    // Bounds that are equal but for rounding have not crossed.
+    if (child.default_value - upper > kRounding * (share * row.count + std::abs(upper))) ++crossed_;
     upper = child.default_value;
-    ++crossed_;
   }
   // A subtree costs lambda at least, or is the default policy.
   child.bounds = {std::max(child.default_value, upper - pruning_), child.default_value, upper};
@@ -166,7 +170,10 @@ void Tree::backup_node(std::uint32_t node_index) {
     best.lower = std::max(best.lower, action.lower);
     best.plain_upper = std::max(best.plain_upper, action.plain_upper);
   }
-  child.bounds = best;
+  // What an upper bound has once excluded stays so, even where the model's bounds of successors are looser.
+  child.bounds.upper = std::max(best.lower, std::min(child.bounds.upper, best.upper));
+  child.bounds.plain_upper = std::max(best.lower, std::min(child.bounds.plain_upper, best.plain_upper));
+  child.bounds.lower = best.lower;
 }
 
 void Tree::backup(std::uint32_t node_index) {

@@ -47,12 +47,15 @@ TEST(Options, ATrialLimitReplacesTheTimeLimit) {
 
 TEST(Options, NamesWhatIsWrong) {
   EXPECT_EQ(error_of({"--rusn", "3"}), "unknown option --rusn; --help lists the options");
-  EXPECT_EQ(error_of({"--runs", "many"}), "--runs: bad value \"many\"; expected N, episodes to run (10)");
-  EXPECT_EQ(error_of({"--runs"}), "--runs needs a value: N, episodes to run (10)");
+  EXPECT_EQ(error_of({"--runs", "many"}),
+            "--runs: bad value \"many\"; expected an integer from 1 to 1000000");
+  EXPECT_EQ(error_of({"--runs"}), "--runs needs a value: an integer from 1 to 1000000");
+  EXPECT_EQ(error_of({"--seed", "-1"}), "--seed: bad value \"-1\"; expected an integer from 0 (64 bits)");
+  EXPECT_EQ(error_of({"--time", "0"}), "--time: bad value \"0\"; expected a number from 0.0001 to 1e+06");
+  EXPECT_EQ(error_of({"--mode", "fast"}), "--mode: bad value \"fast\"; expected despot, rollout or default");
   EXPECT_EQ(error_of({"--quiet=1"}), "--quiet takes no value");
   for (const char* bad : {"-1", "1x", "", "nan", "1e9"}) EXPECT_NE(error_of({"--time", bad}), "");
   EXPECT_NE(error_of({"--xi", "1.5"}), "");
-  EXPECT_NE(error_of({"--mode", "fast"}), "");
   EXPECT_NE(error_of({"--seed", "99999999999999999999999"}), "");
 }
 

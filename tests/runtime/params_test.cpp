@@ -48,6 +48,9 @@ TEST(Params, AcceptsFlatArrays) {
 
 TEST(Params, NamesWhatIsWrong) {
   EXPECT_NE(error_of("{\"hearing\": }").find("not valid JSON"), std::string::npos);
+  EXPECT_EQ(error_of("{\"hearing\": -1e400}").find("not valid JSON: number overflow"), 0U);
+  EXPECT_EQ(error_of("nope").find("not valid JSON: parse error at line 1, column 2"), 0U);
+  EXPECT_EQ(error_of(" \n").find("is empty; expected a JSON object"), 0U);
   EXPECT_NE(error_of("[]").find("expected a JSON object"), std::string::npos);
   EXPECT_EQ(error_of(R"({"rock": 1})"),
             "unknown param \"rock\"; the model's params are hearing, rocks, wind, wet");
@@ -78,6 +81,8 @@ TEST(Params, NamesAFileThatCannotBeRead) {
   std::string error;
   EXPECT_FALSE(read_param_file("/nonexistent/params.json", kSpecs, values, error));
   EXPECT_EQ(error, "/nonexistent/params.json: cannot be read");
+  EXPECT_FALSE(read_param_file("/", kSpecs, values, error));
+  EXPECT_EQ(error, "/: cannot be read");
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ TEST(Statistics, MeansAndQuantiles) {
   EXPECT_EQ(samples.mean(), 0.0);
   for (const double value : {4.0, 1.0, 3.0, 2.0}) samples.add(value);
   EXPECT_DOUBLE_EQ(samples.mean(), 2.5);
-  EXPECT_NEAR(samples.interval95(), 1.96 * 1.2909944 / 2.0, 1e-6);
+  EXPECT_NEAR(samples.interval95(), 3.182 * 1.2909944 / 2.0, 1e-6);  // Student's t, 3 degrees of freedom
   EXPECT_EQ(samples.quantile(0.5), 2.0);
   EXPECT_EQ(samples.quantile(0.99), 4.0);
   EXPECT_EQ(samples.largest(), 4.0);

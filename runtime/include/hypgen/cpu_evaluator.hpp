@@ -25,7 +25,8 @@ class CpuEvaluator final : public LeafEvaluator {
         states_(options.max_scenarios),
         members_(options.max_scenarios),
         baseline_(options.max_scenarios),
-        outcomes_(std::max(options.max_scenarios, kOutcomes)),
+        outcomes_(std::max<std::size_t>(options.max_scenarios,
+                                        std::min(options.max_scenarios * M::kActionCount, kMaxOutcomes))),
         grouping_(options.max_scenarios),
         cache_(options.max_scenarios, options.max_depth),
         rollout_(params_, cache_, options.discount, options.max_depth),
@@ -81,7 +82,7 @@ class CpuEvaluator final : public LeafEvaluator {
 
  private:
   // Outcomes held at once: more actions than fit are simulated in blocks.
-  static constexpr std::size_t kOutcomes = std::size_t{1} << 14;
+  static constexpr std::size_t kMaxOutcomes = std::size_t{1} << 19;
   static constexpr std::size_t kMaxQueue = 256;
   static constexpr std::uint64_t kStepsBetweenChecks = 2048;  // of the clock: tens of microseconds
 
@@ -105,7 +106,7 @@ class CpuEvaluator final : public LeafEvaluator {
   }
 
   RootResult bound_root(std::size_t count) {
-    SearchDraws first = draws(0, 0);
+    PhiloxDraws first(cache_.key(), 0, 0);
     RootResult result{Status::kOk, {static_cast<std::uint32_t>(count), false, 0, 0}, -1};
     result.default_action = M::default_policy(params_, fixed_[0], states_[0], first);
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -212,7 +213,7 @@ class CpuEvaluator final : public LeafEvaluator {
 
   // The default action's one-ply returns, which gains at the root are measured against.
   bool set_baseline(std::size_t count) {
-    SearchDraws first = draws(0, 0);
+    PhiloxDraws first(cache_.key(), 0, 0);
     const int action = M::default_policy(params_, fixed_[0], members_[0].state, first);
     std::fill_n(baseline_.begin(), count, 0);
     if (action < 0) return true;

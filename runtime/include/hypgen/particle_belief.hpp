@@ -135,9 +135,11 @@ class ParticleBelief final : public Belief {
     const double offset = static_cast<double>(word) * 0x1p-32;
     double reached = now_[0].weight;
     std::size_t particle = 0;
+    std::size_t end = now_.size();  // after the last that may be taken: the weights' sum may round to below 1
+    while (end > 1 && !(now_[end - 1].weight > 0.0)) --end;
     for (std::size_t i = 0; i < count; ++i) {
       const double pointer = (static_cast<double>(i) + offset) * stride;
-      while (reached <= pointer && particle + 1 < now_.size()) reached += now_[++particle].weight;
+      while (reached <= pointer && particle + 1 < end) reached += now_[++particle].weight;
       take(now_[particle]);
     }
   }

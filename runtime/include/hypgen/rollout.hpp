@@ -95,7 +95,7 @@ class BoundsMemo {
 
   template <class Compute>
   ScenarioBounds find_or(const typename M::State& state, const Compute& compute) {
-    Slot& slot = slots_[hash(state) % kSlots];
+    Slot& slot = slots_[hash(state)];
     if (slot.stamp != stamp_ || std::memcmp(&slot.state, &state, sizeof state) != 0) {
       slot.bounds = compute();
       slot.state = state;
@@ -105,7 +105,7 @@ class BoundsMemo {
   }
 
  private:
-  static constexpr std::size_t kSlots = 64;
+  static constexpr unsigned kSlotBits = 6;
   struct Slot {
     std::uint64_t stamp;
     ScenarioBounds bounds;
@@ -117,11 +117,11 @@ class BoundsMemo {
     std::memcpy(words, &state, sizeof words);
     std::uint32_t value = 0;
     for (const std::uint32_t word : words) value = (value ^ word) * 0x9E3779B1U + 0x7F4A7C15U;
-    return value >> 16;
+    return value >> (32 - kSlotBits);  // the upper bits: the product carries upwards only
   }
 
   std::uint64_t stamp_ = 0;
-  Slot slots_[kSlots] = {};
+  Slot slots_[std::size_t{1} << kSlotBits] = {};
 };
 
 }  // namespace hypgen
