@@ -26,8 +26,6 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 # The solvers' lines. A finished mode is not run again: delete its file to measure anew.
 KEPT = ROOT / "build" / "quality"
-    ROOT / "build" / "quality"
-)  # the solvers' lines: a finished mode is not run again; delete to measure anew
 MODES = ("default", "despot", "rollout")
 
 
