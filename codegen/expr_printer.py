@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from hypgen.codegen.cpp import Code, code_of, float32, integer, literal, loop, scalar, stored
 from hypgen.codegen.naming import Names
 from hypgen.codegen.needs import PARTS, Needs, NeedsAnalysis
+from hypgen.codegen.state_tables import ArrayBits
 from hypgen.codegen.walk import free_locals, negated, shape, walk
 from hypgen.dsl import ir
 from hypgen.dsl.types import Bool, Enum, Float, Int, Type, low_of, size_of
@@ -214,6 +215,8 @@ class ExprPrinter:
                 return f"{self.names.tables[name]}{self.subscript(name, indices)}", PRIMARY
             case ir.StateRead():
                 return self._state_read(expr), PRIMARY
+            case ArrayBits(variable=name):
+                return f"state.{self.names.bits[name]}()", PRIMARY
             case ir.ActionRead(indices=indices):
                 return self._action_read(indices), PRIMARY
             case ir.LetRead(let=name, indices=arguments, primed=primed):

@@ -164,10 +164,20 @@ def arguments(needs: Needs, context: Context, *more: str) -> str:
 
 def table_entry(table: DerivedTable, name: str, context: Context) -> views.Function:
     """Return the function that computes one entry of a derived table."""
-    builder = Builder(context).given(context.needs.of(table.body))
+    builder = Builder(context).given(_table_needs(table, context))
     for binder in table.inputs:
         builder.local(binder.name, binder.type)
+    if table.variables:
+        builder.code.add("State state{};")
+        setters = context.names.setters | context.names.bits_setters
+        for variable, binder in zip(table.variables, table.inputs, strict=True):
+            builder.code.add(f"state.{setters[variable]}({builder.printer.locals[binder.name]});")
     return builder.value(table.body).done(scalar(table.type), name, [f"// {origin(table.span)}"])
+
+
+def _table_needs(table: DerivedTable, context: Context) -> Needs:
+    # A formula that reads the state makes one of the inputs.
+    return context.needs.of(table.body) - {"state"}
 
 
 def table_fill(table: DerivedTable, name: str, context: Context, builder: Builder) -> None:
@@ -176,7 +186,7 @@ def table_fill(table: DerivedTable, name: str, context: Context, builder: Builde
     with printer.loops(table.inputs):
         inputs = [ir.Local(b.type, b.name) for b in table.inputs]
         values = [printer.text(i) for i in inputs]
-        call = f"{name}({arguments(context.needs.of(table.body), context, *values)})"
+        call = f"{name}({arguments(_table_needs(table, context), context, *values)})"
         if stored(table.type) != scalar(table.type):
             call = f"static_cast<{stored(table.type)}>({call})"
         builder.code.add(f"params.{table.name}{printer.subscript(table.name, inputs)} = {call};")

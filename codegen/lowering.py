@@ -63,6 +63,7 @@ def _project(model: ir.Model) -> views.Project:
 def _header(context: Context, derived: tuple[DerivedTable, ...], banner: str) -> views.Header:
     model, names = context.model, context.names
     packed = pack(model)
+    whole = {variable for table in derived for variable in table.variables} & names.bits.keys()
     return views.Header(
         banner=banner,
         name=names.model,
@@ -80,7 +81,7 @@ def _header(context: Context, derived: tuple[DerivedTable, ...], banner: str) ->
         params=_params(context, derived),
         words=(
             words_view("Fixed", "What never changes: stored once a scenario.", packed.fixed, names),
-            words_view("State", "What a step changes.", packed.state, names),
+            words_view("State", "What a step changes.", packed.state, names, whole),
         ),
         sections=_sections(context, derived),
     )

@@ -101,6 +101,9 @@ class Names:
         accessors = Scope({"words"})
         self.variables = {v.name: accessors.unique(v.name) for v in model.variables}
         self.setters = {v.name: accessors.unique(f"set_{v.name}") for v in model.variables}
+        arrays = [v.name for v in model.variables if v.indices]
+        self.bits = {v: accessors.unique(f"{v}_bits") for v in arrays}
+        self.bits_setters = {v: accessors.unique(f"set_{v}_bits") for v in arrays}
         self._params = Scope()
         self.params = {p.name: self._params.unique(p.name) for p in model.params}
         sites = Scope({"Site"})

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Set
 
 from hypgen.codegen.naming import takes_word
+from hypgen.codegen.state_tables import ArrayBits
 from hypgen.codegen.walk import Node, walk
 from hypgen.dsl import ir
 
@@ -50,6 +51,8 @@ class NeedsAnalysis:
                 return {"params"}
             case ir.StateRead(variable=name, primed=primed):
                 return {"fixed" if name in self._fixed else "next" if primed else "state"}
+            case ArrayBits():
+                return {"state"}
             case ir.ActionRead():
                 return {"action"}
             case ir.Call(function=name, primed=primed):

@@ -17,5 +17,10 @@ TABLE_COST = 8
 MAX_CODE_TABLE_ENTRIES = 4096
 MAX_POSITIONS = 8
 
+# A value of the whole state that takes this many simple operations is looked up even in a table that only a
+# larger cache holds: 2 MB of floats, of which a search uses the few rows near its root.
+STATE_TABLE_COST = 64
+MAX_STATE_TABLE_ENTRIES = 1 << 19
+
 # Where generated lines break.
 LINE_LENGTH = 110

@@ -13,7 +13,9 @@ from typing import Any
 
 from hypgen.codegen import options, picks
 from hypgen.codegen.cost import Costs
+from hypgen.codegen.layout import pack
 from hypgen.codegen.naming import Names, Scope
+from hypgen.codegen.state_tables import state_reads
 from hypgen.codegen.walk import (
     bound_names,
     children,
@@ -35,13 +37,17 @@ _SLOW = frozenset({"pow", "hypot", "exp", "log", "log2", "sqrt"})
 
 @dataclass(frozen=True)
 class DerivedTable:
-    """A table of ``body`` over all values of ``inputs``; ``name`` is its C++ name in ``Params``."""
+    """A table of ``body`` over all values of ``inputs``; ``name`` is its C++ name in ``Params``.
+
+    Where there are ``variables``, ``body`` reads them: the inputs are their values, or all bits of an array.
+    """
 
     name: str
     inputs: tuple[ir.Binder, ...]
     type: Type
     body: ir.Expr
     span: Span
+    variables: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -65,6 +71,7 @@ class _Tabulator:
         self.functions = {f.name: f for f in model.functions}
         self.lets = {let.name: let for let in model.lets}
         self.costs = Costs(self.functions, self.lets)
+        self.fields = {field.variable: field for field in pack(model).state.fields}
         self.tested: set[tuple[str, Any]] = set()  # variants that the formula in work tests for
         self.inlined = 0
 
@@ -95,7 +102,8 @@ class _Tabulator:
             value = getattr(model, group)
             if value is not None:
                 span = model.spans.get(group, model.action.span)
-                model = replace(model, **{group: self.rewrite(value, group, span)})
+                changed: dict[str, Any] = {group: self._value(value, group, span)}
+                model = replace(model, **changed)
         return model, tuple(self.tables)
 
     def _part(self, part: Any, attribute: str) -> Any:
@@ -116,6 +124,21 @@ class _Tabulator:
         return list(order.values())
 
     # Choosing what to tabulate -------------------------------------------------------------------
+
+    def _value(self, value: ir.Expr, name: str, span: Span) -> ir.Expr:
+        """Rewrite the value of a declaration. No condition guards it, so its table may take any state."""
+        rewritten: ir.Expr = self.rewrite(value, name, span)
+        if self.costs.of(rewritten) < options.STATE_TABLE_COST:
+            return rewritten
+        reads = state_reads(self._inline(rewritten), self.fields)
+        if reads is None:
+            return rewritten
+        scope = Scope({local for node in walk(rewritten) for local in bound_names(node)})
+        variables = tuple(r.variable for r in reads)
+        inputs = tuple(ir.Binder(scope.unique(r.variable), r.type) for r in reads)
+        table = self.names.derived_table(f"{name}_state_table")
+        self.tables.append(DerivedTable(table, inputs, value.type, rewritten, span, variables))
+        return ir.ParamRead(value.type, table, reads)
 
     def rewrite(self, node: Any, name: str, span: Span) -> Any:
         """Replace the largest slow expressions inside ``node`` that depend on few enough finite inputs."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
+
 from hypgen.codegen import views
 from hypgen.codegen.cpp import code_of, integer, scalar, shifted, value_of
 from hypgen.codegen.layout import Block, Field
@@ -70,11 +72,15 @@ def joint_view(action: ir.Action) -> views.ValueType:
     )
 
 
-def words_view(name: str, purpose: str, block: Block, names: Names) -> views.Words:
-    """Return a struct of words and the accessors of its variables."""
+def words_view(
+    name: str, purpose: str, block: Block, names: Names, whole: Set[str] = frozenset()
+) -> views.Words:
+    """Return a struct of words and the accessors of its variables, and of all bits of ``whole`` arrays."""
     members: list[str] = []
     for field in block.fields:
         members += _accessors(field, names)
+        if field.variable in whole:
+            members += _bits_accessors(field, names)
     return views.Words(name, purpose, block.words, tuple(members))
 
 
@@ -104,6 +110,19 @@ def _accessors(field: Field, names: Names) -> list[str]:
         f"{setter}({', '.join([*formals, f'{kind} value'])}) {{",
         f"  {position}",
         f"  {put}",
+        "}",
+    ]
+
+
+def _bits_accessors(field: Field, names: Names) -> list[str]:
+    getter, setter = names.bits[field.variable], names.bits_setters[field.variable]
+    word, place = f"words[{field.word}]", f"{field.shift}, {field.length * field.width}"
+    return [
+        f"HYPGEN_FN std::int32_t {getter}() const {{",
+        f"  return static_cast<std::int32_t>(bits::get({word}, {place}));",
+        "}",
+        f"HYPGEN_FN void {setter}(std::int32_t value) {{",
+        f"  {word} = bits::put({word}, {place}, static_cast<std::uint32_t>(value));",
         "}",
     ]
 

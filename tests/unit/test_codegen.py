@@ -17,13 +17,15 @@ from hypgen.codegen.driver import generate
 from hypgen.codegen.expr_printer import RETURN
 from hypgen.codegen.function_builder import Builder
 from hypgen.codegen.guards import Guards
+from hypgen.codegen.layout import pack
 from hypgen.codegen.lowering import context_of
 from hypgen.codegen.naming import Names, Scope, file_stem, snake_case
 from hypgen.codegen.needs import NeedsAnalysis
+from hypgen.codegen.state_tables import state_reads
 from hypgen.codegen.tabulate import tabulate
 from hypgen.dsl import ir
 from hypgen.dsl.driver import load
-from hypgen.dsl.types import BOOL, FLOAT, INT, Enum, Float, Int, Record, Variant
+from hypgen.dsl.types import BOOL, FLOAT, INT, Enum, Float, Int, Record, Type, Variant, size_of
 from hypgen.runtime.errors import ToolchainError
 from hypgen.runtime.toolchain import find_compiler
 
@@ -214,6 +216,45 @@ def test_finite_values_and_draws_become_byte_tables() -> None:
     assert "std::uint8_t opponent_cell_table_2[50][50][5];" in header
     assert "dist::reached(word, 0x33333340u)" in header
     assert "return params.back_table[d];" in header
+
+
+def test_a_bound_over_a_family_is_one_load() -> None:
+    model = load(ROOT / "examples" / "rock_sample.pomdp").model
+    tabulated, tables = tabulate(model, Names(model))
+    table = next(t for t in tables if t.name == "upper_state_table")
+    assert table.variables == ("rover.x", "rover.y", "rock.good")
+    assert [b.type for b in table.inputs] == [Int(0, 7), Int(0, 6), Int(0, 255)]
+    assert isinstance(tabulated.upper, ir.ParamRead)
+    # Filled after the tables that its formula reads.
+    assert table is tables[-1]
+
+
+@pytest.mark.parametrize(
+    ("type_", "count", "primed", "indexed"),
+    [
+        (BOOL, 12, False, True),
+        (Int(0, 3), 6, False, True),
+        (Int(0, 2), 6, False, False),  # a pattern of bits may be no value
+        (BOOL, 33, False, False),  # no one word
+        (BOOL, 20, False, False),  # too many patterns
+        (BOOL, 12, True, False),  # another state than the table's
+    ],
+)
+def test_an_array_is_an_index_where_every_pattern_is_a_state(
+    type_: Type, count: int, primed: bool, indexed: bool
+) -> None:
+    member = ir.Binder("i", Int(0, count - 1))
+    variable = ir.Variable("e.a", "e", type_, (member.type,), False, False, ir_samples.span(1))
+    fields = {
+        f.variable: f
+        for f in pack(dataclasses.replace(ir_samples.tiger(), variables=(variable,))).state.fields
+    }
+    read = ir.StateRead(type_, "e.a", (ir.Local(member.type, "i"),), primed)
+    value = ir.Quantified(Int(0, count), "count", (member,), read, None, None)
+    reads = state_reads(value, fields)
+    assert (reads is not None) == indexed
+    if reads is not None:
+        assert [size_of(r.type) for r in reads] == [size_of(type_) ** count]
 
 
 def test_a_formula_of_a_float_is_computed() -> None:
