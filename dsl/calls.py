@@ -8,7 +8,7 @@ from functools import partial
 from hypgen.dsl import ast, builtins, ir, operators
 from hypgen.dsl.diagnostics import did_you_mean
 from hypgen.dsl.draws import misplaced_draw
-from hypgen.dsl.mistakes import gather, later, mistake
+from hypgen.dsl.mistakes import Mistake, gather, later, mistake
 from hypgen.dsl.references import owner_of
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
@@ -31,6 +31,8 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     name = node.name
     if name in builtins.DRAWS:
         raise misplaced_draw(f"{name}(..)", node.span)
+    if name in builtins.RESERVED_CALLS and name in scope.program.symbols.globals:
+        raise Mistake  # declaring it has been reported
     if name in builtins.LATER_DRAWS | builtins.LATER_FUNCTIONS:
         raise later(f"'{name}'", node.span)
     if name in builtins.FUNCTIONS:

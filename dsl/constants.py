@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from math import prod
 from typing import TYPE_CHECKING
 
 from hypgen.dsl import ast, ir
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from hypgen.dsl.program import Program
 
 Value = bool | int | float
+_MAX_ENTRIES = 1 << 20  # each is evaluated on its own: more would take minutes
 
 
 def shape(t: Type) -> tuple[Type, tuple[Type, ...]]:
@@ -102,6 +104,14 @@ def _comprehension(
 ) -> tuple[Value, ...]:
     binders = bind_types(node.binders, scope)
     require_indices(node, binders, indices[: len(binders)], name)
+    entries = prod(map(size_of, indices))
+    if entries > _MAX_ENTRIES:
+        raise mistake(
+            "E0605",
+            f"'{name}' has {entries} entries, more than the {_MAX_ENTRIES} that a comprehension may give",
+            node.span,
+            "use smaller index types",
+        )
     bind_all(node.binders, binders, scope)  # for its checks
     result: list[Value] = []
     for values in values_of(binders):

@@ -250,11 +250,13 @@ def _plain_name(node: ast.Name, scope: Scope, expected: Type | None) -> ir.Expr:
     own = f"{scope.element}.{name}"
     if name in program.symbols.observations or own in program.symbols.observations:
         raise observation_read(name, node.span)
+    if not any(isinstance(declared, ast.Action) for declared in program.symbols.globals.values()):
+        raise Mistake  # that the model has no action is reported: this may be its name
     raise mistake(
         "E0201",
         f"there is nothing called '{name}' here",
         node.span,
-        program.symbols.suggestion(name, scope.element, set(scope.locals)),
+        program.symbols.suggestion(name, scope.element, set(scope.locals), expected),
     )
 
 

@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from hypgen.dsl import ast
-from hypgen.dsl.builtins import RESERVED_CALLS, RESERVED_VALUES
+from hypgen.dsl.builtins import LATER_DRAWS, LATER_FUNCTIONS, RESERVED_CALLS, RESERVED_VALUES
 from hypgen.dsl.diagnostics import did_you_mean
-from hypgen.dsl.mistakes import Mistake, Report, mistake
+from hypgen.dsl.mistakes import Mistake, Report, gather, mistake
 from hypgen.dsl.source import Span
+from hypgen.dsl.types import Enum, Type
 
 Global = (
     ast.Const
@@ -80,15 +81,19 @@ class Symbols:
             or any(name in members for members in self.members.values())
         )
 
-    def suggestion(self, name: str, element: str | None, extra: set[str]) -> str:
-        """Return a remedy for the unknown value ``name``."""
+    def suggestion(self, name: str, element: str | None, extra: set[str], expected: Type | None) -> str:
+        """Return a remedy for the unknown value ``name``, which stands where ``expected`` is needed."""
         known = set(self.globals) | set(self.variants) | extra | set(RESERVED_VALUES)
         if element is not None:
             known |= set(self.members[element])
         owner = next((e for e, members in self.members.items() if name in members), None)
         if owner is not None:
             return f"it belongs to an element: write {owner}.{name}"
-        return did_you_mean(name, known) or "declare it as a const, a param, a let or a variable"
+        if close := did_you_mean(name, known):
+            return close
+        if isinstance(expected, Enum):
+            return f"'{expected.name}' has {', '.join(v.name for v in expected.variants)}"
+        return "declare it as a const, a param, a let or a variable"
 
 
 def collect(file: ast.ModelFile, report: Report) -> Symbols:
@@ -130,18 +135,25 @@ def _declare(symbols: Symbols, item: Global) -> None:
     if isinstance(item, ast.Element):
         symbols.members[item.name] = {}
     if item.name in RESERVED_VALUES or (isinstance(item, ast.Function) and item.name in RESERVED_CALLS):
-        raise mistake("E0202", f"'{item.name}' is built in", item.span, "choose another name")
+        later = item.name in LATER_DRAWS | LATER_FUNCTIONS
+        why = "is kept for a later version of the language" if later else "is built in"
+        raise mistake("E0202", f"'{item.name}' {why}", item.span, "choose another name")
 
 
 def _declare_variants(symbols: Symbols, enum: ast.EnumDecl) -> None:
     seen: dict[str, Span] = {}
-    for variant in enum.variants:
-        if variant.name in seen:
-            raise duplicate(variant.name, variant.span, seen[variant.name])
-        if variant.name in symbols.globals:
-            raise duplicate(variant.name, variant.span, symbols.globals[variant.name].span)
-        seen[variant.name] = variant.span
-        symbols.variants.setdefault(variant.name, []).append(enum)
+    gather([partial(_declare_variant, symbols, enum, variant, seen) for variant in enum.variants])
+
+
+def _declare_variant(
+    symbols: Symbols, enum: ast.EnumDecl, variant: ast.VariantDecl, seen: dict[str, Span]
+) -> None:
+    if variant.name in seen:
+        raise duplicate(variant.name, variant.span, seen[variant.name])
+    if variant.name in symbols.globals:
+        raise duplicate(variant.name, variant.span, symbols.globals[variant.name].span)
+    seen[variant.name] = variant.span
+    symbols.variants.setdefault(variant.name, []).append(enum)
 
 
 def _declare_observation(symbols: Symbols, item: ast.Observe, name: str) -> None:
