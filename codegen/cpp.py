@@ -149,13 +149,19 @@ class Code:
             self.lines[start:end] = [f"{head} {statement}"]
 
 
+def _is_code(before: str) -> bool:
+    """Return whether a line that begins with ``before`` goes on outside a string and a comment."""
+    outside = re.sub(r'"(?:[^"\\]|\\.)*"', "", before)
+    return '"' not in outside and "//" not in outside
+
+
 def wrapped(line: str, length: int = LINE_LENGTH - 4) -> list[str]:
     """Break a long line after commas and before operators, with a hanging indent."""
     indent = line[: len(line) - len(line.lstrip())]
     result: list[str] = []
     while len(line) > length:
         breaks = [m.end() for m in re.finditer(r", | (?:&&|\|\||=) | (?=[?:+] )", line[:length])]
-        breaks = [b for b in breaks if b > len(indent) + 8]
+        breaks = [b for b in breaks if b > len(indent) + 8 and _is_code(line[:b])]
         if not breaks:
             break
         result.append(line[: breaks[-1]].rstrip())

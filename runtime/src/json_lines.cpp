@@ -34,8 +34,8 @@ bool JsonLines::open(const std::string& file) {
 }
 
 void JsonLines::write_line(const std::string& text) {
-  std::fprintf(out_, "%s\n", text.c_str());
-  std::fflush(out_);
+  const bool written = std::fprintf(out_, "%s\n", text.c_str()) >= 0;
+  complete_ = std::fflush(out_) == 0 && written && complete_;
 }
 
 void JsonLines::write_run(const SolverOptions& options) {
@@ -115,7 +115,7 @@ void JsonLines::write_summary(const RunTotals& totals, const std::vector<std::ui
   Json json = {{"type", "summary"},
                {"episodes", totals.returns.size()},
                {"discounted_return", totals.returns.mean()},
-               {"interval95", totals.returns.interval95()},
+               {"interval95", nullptr},
                {"success_rate", nullptr},
                {"steps", totals.seconds.size()},
                {"steps_an_episode", totals.episode_steps.mean()},
@@ -135,6 +135,7 @@ void JsonLines::write_summary(const RunTotals& totals, const std::vector<std::ui
   if (model_.has_success && totals.returns.size() > 0) {
     json["success_rate"] = static_cast<double>(totals.successes) / static_cast<double>(totals.returns.size());
   }
+  if (totals.returns.size() >= 2) json["interval95"] = totals.returns.interval95();
   write_line(json.dump());
 }
 

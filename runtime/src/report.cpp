@@ -59,8 +59,10 @@ std::string table(const RunTotals& totals, bool has_success, const std::vector<s
   const double episodes = static_cast<double>(totals.returns.size());
   std::string text =
       row("episodes", format("%zu (%s)", totals.returns.size(), counted(totals.episode_statuses).c_str()));
-  text += row("discounted return",
-              format("%.4f +- %.4f (95%%)", totals.returns.mean(), totals.returns.interval95()));
+  const std::string interval = totals.returns.size() < 2
+                                   ? "(no interval: one episode)"
+                                   : format("+- %.4f (95%%)", totals.returns.interval95());
+  text += row("discounted return", format("%.4f ", totals.returns.mean()) + interval);
   if (has_success && episodes > 0) {
     text += row("success rate", format("%.3f", static_cast<double>(totals.successes) / episodes));
   }

@@ -71,6 +71,8 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
   if (!options.quiet) std::fputs(table(totals, model.has_success, planner.leaf_sizes()).c_str(), out);
   if (planning.signature)
     std::fprintf(out, "signature %016llx\n", static_cast<unsigned long long>(totals.signature));
+  if (!lines.complete())
+    return complain(model, options.json_file + ": some lines could not be written", kFailed);
   return interrupted ? kInterrupted : kDone;
 }
 

@@ -23,6 +23,9 @@ class JsonLines {
   // be opened.
   bool open(const std::string& file);
 
+  // Whether all lines so far could be written: a full disk loses some.
+  bool complete() const { return complete_; }
+
   void write_run(const SolverOptions& options);
   void write(const StepRecord& step);
   void write(const EpisodeRecord& episode);
@@ -33,6 +36,7 @@ class JsonLines {
 
   const ModelDescriptor& model_;
   std::FILE* out_ = nullptr;
+  bool complete_ = true;
 };
 
 }  // namespace hypgen
