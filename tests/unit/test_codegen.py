@@ -120,7 +120,7 @@ def test_long_lines_break() -> None:
 
 
 def test_long_lines_break_neither_in_strings_nor_in_comments() -> None:
-    text = '  names = std::string(' + " + ".join('"a, b = c ? d"' for _ in range(10)) + ");"
+    text = "  names = std::string(" + " + ".join('"a, b = c ? d"' for _ in range(10)) + ");"
     assert all(line.count('"') % 2 == 0 for line in wrapped(text))
     comment = "  float table[9];  // " + "by one, two, " * 12
     assert wrapped(comment) == [comment]
