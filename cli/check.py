@@ -50,17 +50,17 @@ def command(model: Path, instance: Path | None, settings: tuple[str, ...], as_js
 
 def summary(model: ir.Model) -> dict[str, Any]:
     """Return the model's size in figures."""
-    from hypgen.dsl.types import length_of, size_of
+    from hypgen.dsl.types import digits_of, length_of
 
     def bits(variable: ir.Variable) -> int:
-        return (size_of(variable.type) - 1).bit_length() * length_of(variable.indices)
+        return (digits_of(variable.type) - 1).bit_length() * length_of(variable.indices)
 
     return {
         "model": model.name,
         "state_bits": sum(map(bits, model.variables)),
         "hidden_bits": sum(bits(v) for v in model.variables if not v.visible),
         "actions": model.action.count,
-        "observations": math.prod(size_of(field.type) ** field.length for field in model.key),
+        "observations": math.prod(field.size**field.length for field in model.key),
         "stages": len(model.stages()),
     }
 

@@ -95,6 +95,13 @@ def value_of(code: str, type_: Type) -> str:
     return shifted(code, low_of(type_))
 
 
+def from_int32(text: str, type_: Type) -> str:
+    """Return the value that an int32 holds: as exported, and as a digit of a key with its low end added."""
+    if isinstance(type_, Float):
+        return f"math::from_bits(static_cast<std::uint32_t>({text}))"
+    return f"{text} != 0" if isinstance(type_, Bool) else text
+
+
 def shifted(text: str, amount: int) -> str:
     """Return ``text + amount``."""
     if amount == 0:

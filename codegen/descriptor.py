@@ -7,7 +7,7 @@ import json
 import math
 
 from hypgen.codegen import views
-from hypgen.codegen.cpp import Code, value_of, wrapped
+from hypgen.codegen.cpp import Code, from_int32, value_of, wrapped
 from hypgen.codegen.expr_printer import Context
 from hypgen.codegen.naming import Scope
 from hypgen.dsl import ir
@@ -18,6 +18,7 @@ from hypgen.dsl.types import (
     Int,
     Record,
     Type,
+    digits_of,
     length_of,
     low_of,
     size_of,
@@ -108,8 +109,9 @@ class _Descriptor:
 
     def _digits(self, code: Code, number: str, type_: Type, count: int, text: str) -> None:
         """Append what turns the last ``count`` digits of ``number`` into ``(a, b)`` in ``text``."""
-        size = size_of(type_)
-        digit = value_of(f"static_cast<std::int32_t>({number} % {size})", type_)
+        size = digits_of(type_)
+        digit = f"static_cast<std::int32_t>({number} % {size})"
+        digit = f"hypgen::{from_int32(digit, type_)}" if isinstance(type_, Float) else value_of(digit, type_)
         code.add(f"std::string {text};")
         with code.block(f"for (int i = 0; i < {count}; ++i)"):
             code.add(f'{text} = {self._name(type_, digit)} + (i == 0 ? "" : ", ") + {text};')

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 
 from hypgen.codegen import views
-from hypgen.codegen.cpp import code_of, scalar, shifted, value_of
+from hypgen.codegen.cpp import code_of, from_int32, scalar, shifted, value_of
 from hypgen.codegen.expr_printer import Context
 from hypgen.codegen.function_builder import Builder, origin
 from hypgen.codegen.functions import (
@@ -21,7 +21,7 @@ from hypgen.codegen.functions import (
 from hypgen.codegen.guards import Guards
 from hypgen.codegen.partition import ElementUpdate
 from hypgen.dsl import ir
-from hypgen.dsl.types import Bool, Float, length_of, low_of, size_of
+from hypgen.dsl.types import Bool, Float, Type, length_of, low_of, size_of
 
 _PLACE = [("const Params&", "params"), ("const Fixed&", "fixed"), ("const State&", "state")]
 Digit = Callable[[Sequence[ir.Binder]], str]
@@ -89,7 +89,10 @@ class Interface:
         for variable, binders in self._flattened(visible_only):
             with builder.printer.loops(binders):
                 read = ir.StateRead(variable.type, variable.name, _locals(binders))
-                builder.code.add(f"*out++ = {builder.printer.text(read)};")
+                text = builder.printer.text(read)
+                if isinstance(variable.type, Float):
+                    text = f"static_cast<std::int32_t>(math::canonical_bits({text}))"
+                builder.code.add(f"*out++ = {text};")
         return builder.done("void", "export_visible" if visible_only else "export_state")
 
     def import_visible(self) -> views.Function:
@@ -99,7 +102,7 @@ class Interface:
         builder.code.add("state = State{};")
         for variable, binders in self._flattened(True):
             with builder.printer.loops(binders):
-                value = "*in++ != 0" if isinstance(variable.type, Bool) else "*in++"
+                value = from_int32("*in++", variable.type)
                 owner = "fixed" if variable.fixed else "state"
                 indices = [builder.printer.text(i) for i in _locals(binders)]
                 setter = self.context.names.setters[variable.name]
@@ -180,7 +183,7 @@ class Interface:
             binders = self._key_binders(field)
             with builder.printer.loops(binders):
                 digit = self._digit(field, binders, builder)
-                code.add(f"key = key * {size_of(field.type)} + static_cast<Key>({digit});")
+                code.add(f"key = key * {field.size} + static_cast<Key>({digit});")
         code.add("return key;")
         return builder.done("Key", "observe")
 
@@ -199,6 +202,8 @@ class Interface:
             text = f"{self.parts.observations[field.name]}({arguments(needs, self.context, *more)})"
         else:
             text = builder.printer.text(ir.StateRead(field.type, field.name, _locals(binders), True))
+            if isinstance(field.type, Float):
+                return f"math::canonical_bits({text})"
         return shifted(text, -low_of(field.type))
 
     def filter(self) -> views.Function:
@@ -252,9 +257,8 @@ class Interface:
             builder.code.add("Key rest = key;")
         for field in reversed(self.model.key):
             name = builder.printer.scope.unique(f"{field.name.replace('.', '_')}_seen")
-            size = size_of(field.type)
+            size = field.size
             digit = shifted(f"static_cast<std::int32_t>(rest % {size})", low_of(field.type))
-            is_bool = isinstance(field.type, Bool)
             if field.indices:
                 builder.code.add(f"std::int32_t {name}[{length_of(field.indices)}];")
                 with builder.printer.block(f"for (int i = {length_of(field.indices) - 1}; i >= 0; --i)"):
@@ -264,9 +268,9 @@ class Interface:
                 builder.code.add(f"const std::int32_t {name} = {digit};")
                 builder.code.add(f"rest /= {size};")
 
-            def entry(binders: Sequence[ir.Binder], name: str = name, is_bool: bool = is_bool) -> str:
+            def entry(binders: Sequence[ir.Binder], name: str = name, type_: Type = field.type) -> str:
                 text = f"{name}[{position(binders, builder.printer)}]" if binders else name
-                return f"{text} != 0" if is_bool else text
+                return from_int32(text, type_)
 
             result[field.name] = entry
         return result

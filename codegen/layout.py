@@ -1,8 +1,8 @@
 """Where each variable lies: bit fields in 32-bit words, ``fixed`` variables apart from the rest.
 
 An element starts on a word of its own, so that no two elements ever write the same word; a field never
-crosses a word (array fields are a power of two wide); what is left over stays zero, so that equal states
-have equal bytes.
+crosses a word (array fields are a power of two wide, and a float takes a word of its own); what is left over
+stays zero, so that equal states have equal bytes.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hypgen.dsl import ir
-from hypgen.dsl.types import Type, length_of, low_of, size_of
+from hypgen.dsl.types import Type, digits_of, length_of, low_of
 
 WORD = 32
 
@@ -89,7 +89,7 @@ def _pack(variables: list[ir.Variable]) -> Block:
 
 
 def _width(variable: ir.Variable) -> int:
-    bits = (size_of(variable.type) - 1).bit_length()
+    bits = (digits_of(variable.type) - 1).bit_length()
     if not variable.indices:
         return bits
     return 1 << (bits - 1).bit_length() if bits else 0

@@ -9,7 +9,7 @@ from hypgen.codegen.cpp import code_of, integer, scalar, shifted, value_of
 from hypgen.codegen.layout import Block, Field
 from hypgen.codegen.naming import Names
 from hypgen.dsl import ir
-from hypgen.dsl.types import Bool, Enum, Record, Type, length_of, size_of
+from hypgen.dsl.types import Bool, Enum, Float, Record, Type, length_of, size_of
 
 _CODE = "HYPGEN_FN static constexpr std::int32_t"
 
@@ -94,6 +94,8 @@ def _accessors(field: Field, names: Names) -> list[str]:
         nothing = ", ".join(scalar(t) for t in field.indices)
         unused = ", ".join([*(scalar(t) for t in field.indices), kind])
         return [f"{getter}({nothing}) const {{ return {integer(field.low)}; }}", f"{setter}({unused}) {{}}"]
+    if isinstance(field.type, Float):
+        return _float_accessors(field, getter, setter)
     bits = f"bits::get(words[{word}], {shift}, {field.width})"
     read = f"{bits} != 0" if bool_ else f"static_cast<std::int32_t>({_offset(bits, field.low)})"
     stored = "static_cast<std::uint32_t>(value)"
@@ -111,6 +113,17 @@ def _accessors(field: Field, names: Names) -> list[str]:
         f"  {position}",
         f"  {put}",
         "}",
+    ]
+
+
+def _float_accessors(field: Field, getter: str, setter: str) -> list[str]:
+    formals = ", ".join(f"{scalar(t)} i{n}" for n, t in enumerate(field.indices))
+    place = _position(field.indices) or "0"
+    word = f"words[{field.word} + {place}]" if field.indices else f"words[{field.word}]"
+    given = f"{formals}, float value" if formals else "float value"
+    return [
+        f"{getter}({formals}) const {{ return math::from_bits({word}); }}",
+        f"{setter}({given}) {{ {word} = math::to_bits(value); }}",
     ]
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from hypgen.dsl import ir
 from hypgen.dsl.mistakes import Mistake, Report, mistake
 from hypgen.dsl.source import Span
-from hypgen.dsl.types import length_of, size_of
+from hypgen.dsl.types import Float, length_of
 from hypgen.dsl.uses import Reach, Uses
 
 Edges = dict[str, dict[str, Reach]]
@@ -154,6 +154,34 @@ def mark_variables(
     return [replace(v, determined=v.name in determined, copied=v.name in copied) for v in variables]
 
 
+def check_visible_floats(variables: list[ir.Variable], uses: Uses, others: list[str], report: Report) -> None:
+    """Report visible floats that the filter would have to weigh: a float's value has no probability."""
+    hidden = {v.name for v in variables if not v.visible}
+    shared = set().union(*(_draws(uses.closure(o)) for o in others)) if others else set()
+    for variable in variables:
+        weighed = variable.visible and not (variable.determined or variable.copied)
+        if not weighed or not isinstance(variable.type, Float):
+            continue
+        owner = f"update {variable.name}"
+        reads = uses.closure(owner)
+        cause = next((r for r in reads if r.kind == "variable" and r.name in hidden), None)
+        why = "reads hidden state"
+        if cause is None:
+            drawn = [r for r in reads if r.kind == "draw"]
+            cause = next((r for r in drawn if r.name in shared), drawn[0] if drawn else None)
+            why = "shares a draw with what the agent does not see"
+        assert cause is not None, "what reads nothing hidden and no draw is determined or copied"
+        report.add(
+            mistake(
+                "E0504",
+                f"the visible float '{variable.name}' {why}: {cause.route(owner)}",
+                cause.span,
+                "make it hidden and observe a finite value of it, or give it a range type",
+                [(variable.span, f"'{variable.name}' is declared visible here")],
+            )
+        )
+
+
 def _known(reach: Reach, visible: set[str], determined: set[str]) -> bool:
     if reach.kind == "draw":
         return False
@@ -179,12 +207,12 @@ def key_fields(observations: list[ir.Observation], variables: list[ir.Variable])
 
 def check_key(key: tuple[ir.KeyField, ...], model_span: Span, report: Report) -> None:
     """Report a key that needs more than 64 bits."""
-    bits = [(size_of(f.type).bit_length() * length_of(f.indices), f.name) for f in key]
+    bits = [(f.size.bit_length() * length_of(f.indices), f.name) for f in key]
     if sum(b for b, _ in bits) <= 64:
         return
     total = 1
     for field in key:
-        total *= size_of(field.type) ** min(length_of(field.indices), 65 if size_of(field.type) > 1 else 1)
+        total *= field.size ** min(length_of(field.indices), 65 if field.size > 1 else 1)
     if total > 2**64:
         largest = max(bits)[1]
         report.add(

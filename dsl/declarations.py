@@ -51,11 +51,8 @@ def variable(owner: str, item: ast.Variable, program: Program) -> ir.Variable:
     """Return a variable of the element ``owner``."""
     binder = program.element(owner).binder
     t, own = shape(program.type_of(item.type))
-    if isinstance(t, Float):
-        raise later(
-            "a variable of float type", item.type.span, "use a range of steps, such as 0 .. 100 for tenths"
-        )
-    require_finite(t, item.type.span, "a variable")
+    if not isinstance(t, Float):
+        require_finite(t, item.type.span, "a variable", "a float, or a range such as 0 .. 100")
     indices = (() if binder is None else (binder.type,)) + own
     if length(indices) > INT32_MAX:
         raise mistake("E0605", "the array is too long", item.type.span, "use smaller index types")

@@ -220,7 +220,6 @@ def _uniform_set(node: ast.Quantified, scope: Scope, target: Type | None, what: 
     if target is not None:
         value = fit(value, target, body.span, what)
     t = target or (binders[0].type if node.body is None else value.type)
-    require_finite(t, node.span, "a uniform draw")
     otherwise = None if node.otherwise is None else check(node.otherwise, scope, t, what)
     return ir.UniformSet(t, binders, condition, value, otherwise)
 

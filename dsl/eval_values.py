@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from hypgen.dsl.float_math import canonical_bits
 from hypgen.dsl.ir import Binder
 from hypgen.dsl.philox import DrawSource, Words
 from hypgen.dsl.types import Bool, Float, Type, low_of, size_of
@@ -78,6 +79,18 @@ def to_position(value: Array, t: Type) -> Array:
 def from_position(position: Array, t: Type) -> Array:
     """Return the value at a position of a finite type."""
     return as_type(position + low_of(t), t)
+
+
+def to_digit(value: Array, t: Type) -> Array:
+    """Return a value's digit in the observation key: a position, or a float's bits."""
+    return canonical_bits(value) if isinstance(t, Float) else to_position(value, t)
+
+
+def from_digit(digit: Array, t: Type) -> Array:
+    """Return the value whose digit this is."""
+    if isinstance(t, Float):
+        return np.asarray(digit).astype(np.uint32).view(np.float32)
+    return from_position(digit, t)
 
 
 def combinations(binders: tuple[Binder, ...]) -> Iterator[tuple[int, tuple[int, ...], dict[str, Array]]]:

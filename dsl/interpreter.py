@@ -21,7 +21,8 @@ from hypgen.dsl.eval_values import (
     State,
     combinations,
     dtype_of,
-    from_position,
+    from_digit,
+    to_digit,
     to_position,
 )
 from hypgen.dsl.float_math import saturate_fixed, to_fixed
@@ -55,7 +56,7 @@ class Interpreter:
         self.lanes = lanes
         self._lanes = np.arange(lanes)
         self._evaluator = Evaluator(model, params or {})
-        self._digits = [(f, size_of(f.type)) for f in model.key for _ in range(f.length)]
+        self._digits = [(f, f.size) for f in model.key for _ in range(f.length)]
 
     # Episode start ---------------------------------------------------------------------------
 
@@ -119,8 +120,8 @@ class Interpreter:
         key = np.zeros(self.lanes, dtype=np.uint64)
         for field in self.model.key:
             values = (seen if field.observed else after)[field.name].reshape(self.lanes, -1)
-            for column in to_position(values, field.type).T:
-                key = key * np.uint64(size_of(field.type)) + column.astype(np.uint64)
+            for column in to_digit(values, field.type).T:
+                key = key * np.uint64(field.size) + column.astype(np.uint64)
         return key
 
     def _observe(self, observation: ir.Observation, frame: Frame) -> Array:
@@ -167,7 +168,7 @@ class Interpreter:
         columns: dict[str, list[Array]] = {f.name: [] for f in self.model.key}
         for field, size in reversed(self._digits):
             digit = (rest % np.uint64(size)).astype(np.int64)
-            columns[field.name].insert(0, from_position(digit, field.type))
+            columns[field.name].insert(0, from_digit(digit, field.type))
             rest = rest // np.uint64(size)
         return {name: np.stack(values, axis=1) for name, values in columns.items()}
 

@@ -79,8 +79,15 @@ def _start(interpreter: Interpreter, draws: PhiloxDraws) -> State:
 
 
 def _flatten(model: ir.Model, state: State) -> Array:
-    parts = [state[v.name].reshape(len(state[v.name]), -1).astype(np.int64) for v in model.variables]
+    parts = [_exported(state[v.name]).reshape(len(state[v.name]), -1) for v in model.variables]
     return np.concatenate(parts, axis=1)
+
+
+def _exported(values: Array) -> Array:
+    """Return values as a solver exports them: ints, and floats as the int32 of the same bits."""
+    if values.dtype == np.float32:
+        values = canonical_bits(values).view(np.int32)
+    return values.astype(np.int64)
 
 
 def _select(condition: Array, then: Array, otherwise: Array) -> Array:

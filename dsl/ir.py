@@ -52,7 +52,7 @@ from hypgen.dsl.ir_nodes import (
     VariantArgument,
 )
 from hypgen.dsl.source import Span
-from hypgen.dsl.types import Array, Enum, Record, Type, length_of, size_of
+from hypgen.dsl.types import Array, Enum, Record, Type, digits_of, length_of, size_of
 
 __all__ = [
     "Action",
@@ -272,12 +272,20 @@ class Policy:
 
 @dataclass(frozen=True)
 class KeyField:
-    """A digit of the observation key: an observation, or a visible variable that is not determined."""
+    """A digit of the observation key: an observation, or a visible variable that is not determined.
+
+    A finite value counts from 0; of a float the digit is its 32 bits, every NaN those of 0x7FC00000.
+    """
 
     name: str
     observed: bool
     type: Type
     indices: tuple[Type, ...]
+
+    @property
+    def size(self) -> int:
+        """Return the number of values of one digit."""
+        return digits_of(self.type)
 
     @property
     def length(self) -> int:

@@ -71,6 +71,7 @@ def _model(program: Program, source: Source) -> ir.Model | None:
     analysis.check_sites(sites + [(ir.Site("policy:default"), program.file.span)], report)
     watched = [f"observe {o.name}" for o in observations] + ["terminal when"]
     marked = analysis.mark_variables(declared.variables, updates, program.uses, watched)
+    analysis.check_visible_floats(marked, program.uses, watched, report)
     key = analysis.key_fields(observations, marked)
     analysis.check_key(key, program.file.span, report)
     if report.found or action is None or discount is None:

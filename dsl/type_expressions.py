@@ -75,14 +75,14 @@ def length(indices: tuple[Type, ...]) -> int:
     return result
 
 
-def require_finite(t: Type, span: Span, what: str) -> None:
-    """Raise unless ``t`` has finitely many values."""
+def require_finite(t: Type, span: Span, what: str, instead: str = "") -> None:
+    """Raise unless ``t`` has finitely many values; ``instead`` is what else could stand there."""
     if not is_finite(t):
         raise mistake(
             "E0304",
             f"{what} must have a finite type, not {t}",
             span,
-            "use bool, a range a .. b, an enum or a record",
+            f"use {instead}" if instead else "use bool, a range a .. b, an enum or a record",
         )
 
 

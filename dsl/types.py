@@ -145,6 +145,11 @@ def low_of(t: Type) -> int:
     return t.low if isinstance(t, Int) else 0
 
 
+def digits_of(t: Type) -> int:
+    """Return how many values a digit of an observation key takes; a float's bits are one digit."""
+    return 1 << 32 if isinstance(t, Float) else size_of(t)
+
+
 def length_of(indices: tuple[Type, ...]) -> int:
     """Return the number of entries of an array with these index types (1 for a scalar)."""
     return math.prod(size_of(i) for i in indices)

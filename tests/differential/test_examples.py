@@ -19,7 +19,9 @@ from hypgen.runtime.build import build_solver
 from hypgen.runtime.errors import ToolchainError
 from hypgen.runtime.toolchain import find_tools
 
-EXAMPLES = sorted((Path(__file__).parent.parent.parent / "examples").glob("*.pomdp"))
+FOLDER = Path(__file__).parent
+EXAMPLES = sorted((FOLDER.parent.parent / "examples").glob("*.pomdp"))
+MODELS = sorted((FOLDER / "models").glob("*.pomdp"))
 SEED, SCENARIOS, STEPS = 20261122, 2000, 60
 RANDOM_MODELS = 6
 
@@ -53,6 +55,12 @@ def assert_same_trace(model: ir.Model, folder: Path) -> None:
 @pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
 def test_example(example: Path, tmp_path: Path) -> None:
     assert_same_trace(load(example).model, tmp_path)
+
+
+@pytest.mark.usefixtures("_compiler")
+@pytest.mark.parametrize("path", MODELS, ids=[path.stem for path in MODELS])
+def test_model(path: Path, tmp_path: Path) -> None:
+    assert_same_trace(load(path).model, tmp_path)
 
 
 @pytest.mark.usefixtures("_compiler")

@@ -10,7 +10,7 @@ import pytest
 from hypgen.codegen import inspect
 from hypgen.codegen.layout import Block, Field, pack
 from hypgen.dsl import ir
-from hypgen.dsl.types import BOOL, INT32_MAX, INT32_MIN, Int, Type
+from hypgen.dsl.types import BOOL, FLOAT, INT32_MAX, INT32_MIN, Int, Type
 
 MODELS = [ir_samples.tiger(), ir_samples.rocks(), ir_samples.wanderer()]
 
@@ -60,6 +60,14 @@ def test_scalars_take_no_more_bits_than_they_need() -> None:
     assert (first.word, first.shift, first.width) == (0, 0, 3)
     assert (second.word, second.shift, second.width) == (0, 3, 1)
     assert (third.word, third.shift, third.width) == (1, 0, 32)
+
+
+def test_a_float_takes_a_word_of_its_own() -> None:
+    first, second, third = packed(
+        variable("e.a", BOOL), variable("e.b", FLOAT, BOOL), variable("e.c", BOOL)
+    ).fields
+    assert (second.word, second.shift, second.width, second.length) == (1, 0, 32, 2)
+    assert (first.word, third.word) == (0, 3)
 
 
 def test_a_type_of_one_value_takes_no_bits() -> None:

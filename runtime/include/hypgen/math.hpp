@@ -35,6 +35,12 @@ HYPGEN_FN std::uint64_t to_bits(double x) {
   return bits;
 }
 
+HYPGEN_FN float from_bits(std::uint32_t bits) {
+  float x;
+  std::memcpy(&x, &bits, sizeof x);
+  return x;
+}
+
 HYPGEN_FN double from_bits(std::uint64_t bits) {
   double x = 0.0;
   std::memcpy(&x, &bits, sizeof x);
