@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hypgen.cli.common import EXIT_CODES, Exit, load, model_options
+from hypgen.cli.common import EXIT_CODES, Exit, model_options
 
 if TYPE_CHECKING:
     from hypgen.dsl import ir
@@ -27,10 +27,11 @@ def command(model: Path, instance: Path | None, settings: tuple[str, ...], as_js
       hypgen check examples/rs_11_11.pomdp
       hypgen check examples/rock_sample.pomdp --set n=5 --json
     """
+    from hypgen.dsl import driver
     from hypgen.dsl.diagnostics import ModelError
 
     try:
-        checked = load(model, instance, settings).model
+        checked = driver.load_any(model, instance=instance, settings=settings)
     except ModelError as error:
         if not as_json:
             raise
@@ -40,7 +41,12 @@ def command(model: Path, instance: Path | None, settings: tuple[str, ...], as_js
             json.dumps({"ok": False, "diagnostics": [to_json(d) for d in error.diagnostics]}, indent=2)
         )
         return Exit.MISTAKE
-    facts = summary(checked)
+    if isinstance(checked, driver.LoadedLibrary):
+        name = checked.ast.name
+        fine = {"ok": True, "diagnostics": [], "library": name}
+        click.echo(json.dumps(fine, indent=2) if as_json else f"{model}: OK: library {name}")
+        return Exit.OK
+    facts = summary(checked.model)
     if as_json:
         click.echo(json.dumps({"ok": True, "diagnostics": [], **facts}, indent=2))
     else:

@@ -225,6 +225,14 @@ class Rhs(Node):
 
 
 @dataclass(frozen=True)
+class Import(Item):
+    """``import "path"``; ``path_span`` covers the quoted path."""
+
+    path: str
+    path_span: Span
+
+
+@dataclass(frozen=True)
 class Const(Item):
     """``const name: type = value``."""
 
@@ -414,6 +422,14 @@ class ModelFile(Node):
 
 
 @dataclass(frozen=True)
+class LibraryFile(Node):
+    """``library Name`` and its items: imports, consts, types, enums, records and functions."""
+
+    name: str
+    items: tuple[Item, ...]
+
+
+@dataclass(frozen=True)
 class InstanceFile(Node):
     """``instance name of "file" { assignments }``; ``model_span`` covers the quoted file name."""
 
@@ -421,3 +437,6 @@ class InstanceFile(Node):
     model: str
     assignments: tuple[Assignment, ...]
     model_span: Span | None = None
+
+
+File = ModelFile | LibraryFile | InstanceFile

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from hypgen.dsl import ast, ir
+from hypgen.dsl import ast, imports, ir
 from hypgen.dsl.diagnostics import Diagnostic, ModelError
 from hypgen.dsl.parser import parse, parse_expression
 from hypgen.dsl.source import Source, Span
@@ -21,10 +21,18 @@ FilePath = str | os.PathLike[str]
 
 @dataclass(frozen=True)
 class Loaded:
-    """A model and what it was made from; ``sources`` holds every text read, by name."""
+    """A model and what it was made from: its file with what it imports, and every text read, by name."""
 
     model: ir.Model
     ast: ast.ModelFile
+    sources: dict[str, Source]
+
+
+@dataclass(frozen=True)
+class LoadedLibrary:
+    """A library that has no mistakes; ``sources`` holds every text read, by name."""
+
+    ast: ast.LibraryFile
     sources: dict[str, Source]
 
 
@@ -33,13 +41,36 @@ def load(path: FilePath, *, instance: FilePath | None = None, settings: Iterable
 
     ``settings`` are ``name=value`` texts. They win over the instance, and the last of a name wins.
     """
+    loaded = load_any(path, instance=instance, settings=settings)
+    if isinstance(loaded, Loaded):
+        return loaded
+    raise _not_a_model(loaded.ast)
+
+
+def load_any(
+    path: FilePath, *, instance: FilePath | None = None, settings: Iterable[str] = ()
+) -> Loaded | LoadedLibrary:
+    """Return what ``load`` returns, or a library that has been checked by itself; raises ``ModelError``."""
     sources: dict[str, Source] = {}
+
+    def read(path: str, cited: Span) -> ast.File:
+        return _read(path, sources, cited)
+
     try:
         file, assigned = _read_files(os.fspath(path), instance, sources)
+        texts = len(sources)
+        complete = imports.resolve(file, read)
+        imported = list(sources.values())[texts:]
         overrides = {a.name: a.value for a in assigned} | _parse_settings(settings, sources)
-        from hypgen.dsl.lower import lower
+        from hypgen.dsl import lower
 
-        return Loaded(lower(file, overrides, sources[file.span.file]), file, sources)
+        if isinstance(complete, ast.ModelFile):
+            model = lower.lower(complete, overrides, sources[file.span.file], imported)
+            return Loaded(model, complete, sources)
+        if overrides or instance is not None:
+            raise _not_a_model(complete)
+        lower.check_library(complete)
+        return LoadedLibrary(complete, sources)
     except ModelError as error:
         error.sources = sources | error.sources
         raise
@@ -82,9 +113,11 @@ def read_source(path: str, cited: Span | None = None) -> Source:
 
 def _read_files(
     path: str, instance: FilePath | None, sources: dict[str, Source]
-) -> tuple[ast.ModelFile, tuple[ast.Assignment, ...]]:
-    """Return the model and the instance's assignments, whichever of the two ``path`` names."""
+) -> tuple[ast.ModelFile | ast.LibraryFile, tuple[ast.Assignment, ...]]:
+    """Return the model and the instance's assignments, whichever of the two ``path`` names; or a library."""
     file = _read(path, sources)
+    if isinstance(file, ast.LibraryFile):
+        return file, ()
     if isinstance(file, ast.ModelFile):
         return file, () if instance is None else _read_instance(os.fspath(instance), path, sources)
     if instance is not None:
@@ -92,18 +125,20 @@ def _read_files(
         raise _failure("E0012", f"'{path}' is an instance already", remedy, file.span)
     model_path = _model_path(file)
     model = _read(model_path, sources, file.model_span)
-    if isinstance(model, ast.InstanceFile):
-        remedy = f'write `of "{model.model}"`'
-        message = f"'{model_path}' is an instance, not a model"
-        raise _failure("E0007", message, remedy, file.model_span)
+    if not isinstance(model, ast.ModelFile):
+        remedy, kind = "name a file that starts with `model Name`", "a library"
+        if isinstance(model, ast.InstanceFile):
+            remedy, kind = f'write `of "{model.model}"`', "an instance"
+        raise _failure("E0007", f"'{model_path}' is {kind}, not a model", remedy, file.model_span)
     return model, _assignments(file)
 
 
 def _read_instance(path: str, model_path: str, sources: dict[str, Source]) -> tuple[ast.Assignment, ...]:
     file = _read(path, sources)
-    if isinstance(file, ast.ModelFile):
+    if not isinstance(file, ast.InstanceFile):
         remedy = 'an instance file starts with `instance name of "model.pomdp"`'
-        raise _failure("E0008", f"'{path}' is a model, not an instance", remedy, None)
+        kind = "a model" if isinstance(file, ast.ModelFile) else "a library"
+        raise _failure("E0008", f"'{path}' is {kind}, not an instance", remedy, None)
     expected = _model_path(file)
     if not os.path.exists(expected) or not os.path.samefile(expected, model_path):
         remedy = f"use the instance with '{expected}', or change what it names"
@@ -112,9 +147,7 @@ def _read_instance(path: str, model_path: str, sources: dict[str, Source]) -> tu
     return _assignments(file)
 
 
-def _read(
-    path: str, sources: dict[str, Source], cited: Span | None = None
-) -> ast.ModelFile | ast.InstanceFile:
+def _read(path: str, sources: dict[str, Source], cited: Span | None = None) -> ast.File:
     sources[path] = read_source(path, cited)
     return parse(sources[path])
 
@@ -151,6 +184,12 @@ def _parse_settings(settings: Iterable[str], sources: dict[str, Source]) -> dict
         sources[source.name] = source
         result[match[1]] = parse_expression(source)
     return result
+
+
+def _not_a_model(file: ast.LibraryFile) -> ModelError:
+    message = f"'{file.span.file}' is the library '{file.name}', not a model"
+    remedy = "name a model that imports it; `hypgen check FILE` alone checks a library by itself"
+    return _failure("E0015", message, remedy, None)
 
 
 def _failure(code: str, message: str, remedy: str, span: Span | None) -> ModelError:

@@ -13,7 +13,10 @@ _CASSANDRA = re.compile(
 )
 _XML = re.compile(r"<\?xml|<pomdpx", re.IGNORECASE)
 
-_REMEDY = "hypgen reads its own language: a file that starts with `model Name`, as in examples/tiger.pomdp"
+_REMEDY = (
+    "hypgen reads its own language: a file that starts with `model Name`, as in examples/tiger.pomdp; "
+    "a command that imports other formats comes with a later release"
+)
 
 
 def recognise(source: Source) -> Diagnostic | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -23,16 +23,30 @@ _RECURSION_LIMIT = 20_000
 _ZERO = operators.real(0.0)
 
 
-def lower(file: ast.ModelFile, overrides: Mapping[str, ast.Expr], source: Source) -> ir.Model:
-    """Return the checked model; raises ``ModelError`` with every independent mistake."""
+def lower(
+    file: ast.ModelFile, overrides: Mapping[str, ast.Expr], source: Source, imported: Sequence[Source] = ()
+) -> ir.Model:
+    """Return the checked model; raises ``ModelError`` with every independent mistake.
+
+    ``imported`` are the texts of the libraries whose items ``file`` has taken in.
+    """
     with _deep_recursion():
         report = Report()
         program = Program(file, overrides, collect(file, report), report)
         settings.refuse_unknown(program)
-        model = _model(program, source)
+        model = _model(program, (source, *imported))
         report.raise_if_any()
         assert model is not None
         return model
+
+
+def check_library(file: ast.LibraryFile) -> None:
+    """Check a library by itself; raises ``ModelError`` with every independent mistake."""
+    with _deep_recursion():
+        report = Report()
+        alone = ast.ModelFile(file.span, file.name, file.items)
+        _Declared(Program(alone, {}, collect(alone, report), report))
+        report.raise_if_any()
 
 
 @contextmanager
@@ -45,7 +59,7 @@ def _deep_recursion() -> Iterator[None]:
         sys.setrecursionlimit(before)
 
 
-def _model(program: Program, source: Source) -> ir.Model | None:
+def _model(program: Program, sources: Sequence[Source]) -> ir.Model | None:
     report = program.report
     declared = _Declared(program)
     action = report.attempt(partial(_action, program))
@@ -79,8 +93,8 @@ def _model(program: Program, source: Source) -> ir.Model | None:
 
     model = ir.Model(
         name=program.file.name,
-        file=PurePath(source.name).name,
-        source_hash=_hash(source, program),
+        file=PurePath(sources[0].name).name,
+        source_hash=_hash(sources, program),
         discount=discount,
         horizon=horizon,
         enums=tuple(declared.enums),
@@ -181,9 +195,9 @@ def _readers(inits: list[ir.Assign], found_bounds: Mapping[str, ir.Expr]) -> lis
     ]
 
 
-def _hash(source: Source, program: Program) -> str:
-    """Return the SHA-256 of the text and, in order of names, the values that settings replace."""
-    digest = hashlib.sha256(source.text.encode())
+def _hash(sources: Sequence[Source], program: Program) -> str:
+    """Return the SHA-256 of the texts and, in order of names, the values that settings replace."""
+    digest = hashlib.sha256("\n".join(s.text for s in sources).encode())
     for name in sorted(program.overrides):
         item = program.symbols.globals[name]
         value: object = None

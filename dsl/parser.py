@@ -21,12 +21,12 @@ from hypgen.dsl.tree_builder import build
 MAX_DEPTH = 200
 
 
-def parse(source: Source) -> ast.ModelFile | ast.InstanceFile:
-    """Return the syntax tree of a model or instance file; raises ``ModelError``."""
+def parse(source: Source) -> ast.File:
+    """Return the syntax tree of a model, library or instance file; raises ``ModelError``."""
     foreign = recognise(source)
     if foreign is not None:
         raise ModelError([foreign], {source.name: source})
-    return cast("ast.ModelFile | ast.InstanceFile", _parse(source, "file"))
+    return cast(ast.File, _parse(source, "file"))
 
 
 def parse_expression(source: Source) -> ast.Expr:

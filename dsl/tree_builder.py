@@ -15,6 +15,7 @@ from hypgen.dsl.source import Source, Span
 QUANTIFIERS = ("sum", "any", "all", "count", "min", "max", "argmin", "argmax", "uniform", "weighted")
 _WITHOUT_BODY = ("count", "uniform")
 _MAX_DIGITS = 18
+_LIBRARY_ITEMS = (ast.Import, ast.Const, ast.TypeAlias, ast.EnumDecl, ast.RecordDecl, ast.Function)
 
 
 def build(tree: Tree[Token], source: Source) -> tuple[Any, list[Diagnostic]]:
@@ -36,6 +37,18 @@ def _flat(members: Iterable[Any]) -> tuple[Any, ...]:
         elif member is not None:
             result.append(member)
     return tuple(result)
+
+
+def _called(item: ast.Item) -> str:
+    """Return what an item is, in the words of the language."""
+    match item:
+        case ast.Element(_, name):
+            return f"the element '{name}'"
+        case ast.Setting(_, kind):
+            return f"a {kind}"
+        case ast.Condition(_, kind):
+            return f"'{kind} when'"
+    return f"'{type(item).__name__.lower()}'"
 
 
 class _Builder:
@@ -71,9 +84,13 @@ class _Builder:
     def model_file(self, span: Span, name: Token, *items: Any) -> ast.ModelFile:
         return ast.ModelFile(span, str(name), _flat(items))
 
-    def library_file(self, span: Span, name: Token, *items: Any) -> ast.ModelFile:
-        self._later(self.span_of(name), f"the library '{name}'", "declare what it has in the model")
-        return ast.ModelFile(span, str(name), _flat(items))
+    def library_file(self, span: Span, name: Token, *items: Any) -> ast.LibraryFile:
+        for item in _flat(items):
+            if not isinstance(item, _LIBRARY_ITEMS):
+                message = f"a library cannot have {_called(item)}"
+                remedy = "move it to the model; a library has const, type, enum, record, fn and import"
+                self.diagnostics.append(Diagnostic("E0139", message, item.span, remedy))
+        return ast.LibraryFile(span, str(name), _flat(items))
 
     def instance_file(
         self, span: Span, name: Token, model: Token, *settings: ast.Assignment
@@ -83,8 +100,8 @@ class _Builder:
     def assignment(self, span: Span, name: Token, value: ast.Expr) -> ast.Assignment:
         return ast.Assignment(span, str(name), value)
 
-    def import_(self, span: Span, _: Token) -> None:
-        self._later(span, "'import'", "put the declarations into this file")
+    def import_(self, span: Span, path: Token) -> ast.Import:
+        return ast.Import(span, path[1:-1], self.span_of(path))
 
     def const(self, span: Span, name: Token, type_: ast.TypeExpr, value: ast.Expr) -> ast.Const:
         return ast.Const(span, str(name), type_, value)

@@ -99,8 +99,7 @@ CASES = {
     "missing name": (model("reward = 3"), "E0101", 2, 8, 9, "reward name = expression"),
     "missing expression": (model("reward r =\nhorizon 3"), "E0101", 3, 1, 8, "reward name = expression"),
     "instance with a colon": ('instance i of "a" { n: 3 }', "E0101", 1, 22, 23, "instance name of"),
-    "library": ("library L\nconst n: int = 3", "E0901", 1, 9, 10, "declare"),
-    "import": (model('import "lib.pomdp"'), "E0901", 2, 1, 19, "this file"),
+    "state in a library": ("library L\nelement e { }", "E0139", 2, 1, 14, "move it to the model"),
     "policy block": (model("policy default { choose = a }"), "E0901", 2, 1, 30, "policy default = ..."),
 }
 
@@ -131,8 +130,8 @@ def test_unclosed_bracket_notes_where_it_was_opened() -> None:
 
 
 def test_several_constructs_of_a_later_version_are_reported_at_once() -> None:
-    found = mistakes('model M import "a" invariant a < b invariant b < c')
-    assert [d.code for d in found] == ["E0901"] * 3
+    found = mistakes("model M invariant a < b invariant b < c")
+    assert [d.code for d in found] == ["E0901"] * 2
 
 
 @pytest.mark.parametrize(
