@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from hypgen.codegen.walk import children
 from hypgen.dsl import ir
+from hypgen.dsl.ir_walk import children
 from hypgen.dsl.types import size_of
 
 _DIVISION = 8

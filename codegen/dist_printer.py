@@ -8,8 +8,8 @@ from contextlib import ExitStack
 from hypgen.codegen import picks
 from hypgen.codegen.cpp import code_of, scalar, shifted
 from hypgen.codegen.expr_printer import ADD, TERNARY, Append, ExprPrinter, Sink, needs_statements
-from hypgen.codegen.walk import negated
 from hypgen.dsl import ir
+from hypgen.dsl.ir_walk import negated
 from hypgen.dsl.types import Bool, Type, low_of, size_of
 
 

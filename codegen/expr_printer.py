@@ -16,8 +16,8 @@ from hypgen.codegen.cpp import Code, code_of, float32, integer, literal, loop, s
 from hypgen.codegen.naming import Names
 from hypgen.codegen.needs import PARTS, Needs, NeedsAnalysis
 from hypgen.codegen.state_tables import ArrayBits
-from hypgen.codegen.walk import free_locals, negated, shape, walk
 from hypgen.dsl import ir
+from hypgen.dsl.ir_walk import free_locals, negated, shape, walk
 from hypgen.dsl.types import Bool, Enum, Float, Int, Type, low_of, size_of
 
 PRIMARY, UNARY, MULTIPLY, ADD, COMPARE, EQUAL, AND, OR, TERNARY = 100, 90, 80, 70, 60, 55, 40, 30, 20

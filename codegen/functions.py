@@ -12,8 +12,8 @@ from hypgen.codegen.guards import own_value
 from hypgen.codegen.needs import PARTS, Needs
 from hypgen.codegen.partition import ElementUpdate
 from hypgen.codegen.tabulate import DerivedTable
-from hypgen.codegen.walk import children, shape
 from hypgen.dsl import ir
+from hypgen.dsl.ir_walk import children, shape
 from hypgen.dsl.types import Type
 
 

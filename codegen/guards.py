@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 from hypgen.codegen.needs import NeedsAnalysis
-from hypgen.codegen.walk import free_locals, negated, prime, rename_bound, shape, substitute, walk
 from hypgen.dsl import ir
+from hypgen.dsl.ir_walk import free_locals, negated, prime, rename_bound, shape, substitute, walk
 from hypgen.dsl.types import BOOL, size_of
 
 # A guard that loops longer than this is not cheaper than what it guards.

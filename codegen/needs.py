@@ -6,8 +6,8 @@ from collections.abc import Set
 
 from hypgen.codegen.naming import takes_word
 from hypgen.codegen.state_tables import ArrayBits
-from hypgen.codegen.walk import Node, walk
 from hypgen.dsl import ir
+from hypgen.dsl.ir_walk import Node, walk
 
 # In the order of an argument list.
 PARTS = ("params", "fixed", "state", "action", "draws", "next")

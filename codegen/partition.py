@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from hypgen.codegen.guards import Guards, own_value
 from hypgen.codegen.needs import NeedsAnalysis
-from hypgen.codegen.walk import shape
 from hypgen.dsl import ir
+from hypgen.dsl.ir_walk import shape
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-from hypgen.codegen.walk import rename_bound, substitute
 from hypgen.dsl import ir
+from hypgen.dsl.ir_walk import rename_bound, substitute
 from hypgen.dsl.types import BOOL, Bool, Int, size_of
 
 POSITION = "entry%"  # no local of the model is called so

@@ -13,8 +13,8 @@ from typing import TypeAlias
 
 from hypgen.codegen import options
 from hypgen.codegen.layout import Field
-from hypgen.codegen.walk import walk
 from hypgen.dsl import ir
+from hypgen.dsl.ir_walk import walk
 from hypgen.dsl.types import Int, is_finite, size_of
 
 

@@ -16,7 +16,8 @@ from hypgen.codegen.cost import Costs
 from hypgen.codegen.layout import pack
 from hypgen.codegen.naming import Names, Scope
 from hypgen.codegen.state_tables import state_reads
-from hypgen.codegen.walk import (
+from hypgen.dsl import ir
+from hypgen.dsl.ir_walk import (
     bound_names,
     children,
     free_locals,
@@ -27,7 +28,6 @@ from hypgen.codegen.walk import (
     substitute,
     walk,
 )
-from hypgen.dsl import ir
 from hypgen.dsl.source import Span
 from hypgen.dsl.types import INT32_MAX, INT32_MIN, Int, Type, is_finite, size_of
 

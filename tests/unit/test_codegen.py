@@ -274,7 +274,7 @@ def test_a_formula_of_a_float_is_computed() -> None:
 
 
 def _slow(node: ir.Expr) -> bool:
-    from hypgen.codegen.walk import walk
+    from hypgen.dsl.ir_walk import walk
 
     return any(isinstance(n, ir.Binary) and n.op == "pow" for n in walk(node))
 
