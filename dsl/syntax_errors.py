@@ -221,6 +221,7 @@ def _expected(situation: Situation) -> str:
     keywords = ("THEN", "ELSE", "IN", "WHERE", "WHEN", "OF", "CHOOSE", "MODEL", "INSTANCE")
     words += sorted(f"'{k.lower()}'" for k in keywords if k in accepts)
     words += sorted(word for name, word in _WORDS.items() if name in accepts)
+    words = words or ["'>'"]  # the end of a unit, whose other operators are left to the form
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}"
 
 

@@ -159,3 +159,9 @@ def test_parentheses_alone_are_no_depth() -> None:
 def test_garbage_is_a_diagnostic(text: str) -> None:
     with pytest.raises(ModelError):
         parse_expression(Source("e", text))
+
+
+def test_a_unit_that_does_not_end_is_a_mistake_and_not_a_crash() -> None:
+    with pytest.raises(ModelError) as caught:
+        parse(Source("m.pomdp", "model M\nconst a: float<1 m> = 2.0\n"))
+    assert "expected '>'" in caught.value.diagnostics[0].message
