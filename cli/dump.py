@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from hypgen.dsl import ast
 from hypgen.dsl.ir import Site
 from hypgen.dsl.source import Span
-from hypgen.dsl.types import Enum, Record, Type
+from hypgen.dsl.types import Enum, Record, Type, Variant
 
 WIDTH = 110
 
@@ -56,9 +56,14 @@ def _flat(value: object) -> str:
 def _declaration(declared: Enum | Record) -> str:
     """Return an enum or record as it would be declared; everywhere else its name stands for it."""
     if isinstance(declared, Enum):
-        variants = (v.name if v.argument is None else f"{v.name}({v.argument})" for v in declared.variants)
-        return f"enum {declared.name} {{ {', '.join(variants)} }}"
+        return f"enum {declared.name} {{ {', '.join(map(_variant, declared.variants))} }}"
     return f"record {declared.name} {{ {', '.join(f'{name}: {of}' for name, of in declared.fields)} }}"
+
+
+def _variant(variant: Variant) -> str:
+    """Return a variant as it would be declared."""
+    argument = "" if variant.argument is None else f"({variant.argument})"
+    return f"{variant.name}{argument}" + ("" if variant.glyph is None else f' "{variant.glyph}"')
 
 
 def _is_node(value: object) -> bool:

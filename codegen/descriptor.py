@@ -19,6 +19,7 @@ from hypgen.dsl.types import (
     Record,
     Type,
     digits_of,
+    flat_indices,
     length_of,
     low_of,
     size_of,
@@ -171,6 +172,8 @@ class _Descriptor:
                     f"for (std::int32_t code = 0; code < {size_of(param.type)}; ++code) "
                     f"model.params.back().value_names.push_back({call});"
                 )
+            if isinstance(param.type, Enum) and param.type.glyphs:
+                lines += wrapped(f"model.params.back().glyphs = {{{_glyphs(param.type)}}};")
         return tuple(lines)
 
     def _variable_names(self) -> itertools.chain[str]:
@@ -196,12 +199,17 @@ class _Descriptor:
                 kind, low, high = "kInt", _number(least), _number(most)
             case _:
                 kind, high = "kEnum", str(size_of(type_) - 1)
-        dims = ", ".join(str(size_of(i)) for i in param.indices)
+        dims = ", ".join(str(size_of(i)) for i in flat_indices(param.indices))
         defaults = ", ".join(_number(v) for v in param.default or ())
         return (
             f"{{{_string(param.name)}, hypgen::ParamKind::{kind}, {low}, {high}, "
             f"{{{dims}}}, {{{defaults}}}, {{}}}}"
         )
+
+
+def _glyphs(enum: Enum) -> str:
+    """Return C++ for the glyph and the code of each variant that has one."""
+    return ", ".join(f"{{{json.dumps(g, ensure_ascii=False)}, {code}}}" for g, code in enum.glyphs.items())
 
 
 def _number(value: bool | int | float) -> str:

@@ -7,13 +7,13 @@ from functools import partial
 from math import prod
 from typing import TYPE_CHECKING
 
-from hypgen.dsl import ast, ir
-from hypgen.dsl.mistakes import Mistake, gather, later, mistake
+from hypgen.dsl import ast, grids, ir
+from hypgen.dsl.mistakes import Mistake, gather, mistake
 from hypgen.dsl.quantifiers import bind_all, bind_types, values_of
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
 from hypgen.dsl.typecheck import check_as
-from hypgen.dsl.types import Array, Type, size_of
+from hypgen.dsl.types import Array, Type, flat_indices, size_of
 
 if TYPE_CHECKING:
     from hypgen.dsl.program import Program
@@ -72,7 +72,18 @@ def _entries(
                 name, "takes one value here, not an array", node.span, f"a value of type {element}"
             )
         return (scalar(node, scope, element, f"'{name}'").value,)
+    if grids.is_grid(node):
+        grids.require_glyphs(element, node.span, name)
+        indices = flat_indices(indices) if isinstance(node, ast.ArrayLiteral) else indices
     match node:
+        case ast.Literal(_, str()) if len(indices) == 1:
+            return grids.row(node, element, indices[0], name)
+        case ast.Literal(span, str()):
+            *above, last = map(size_of, indices)
+            rows = " by ".join(map(str, above))
+            raise _wrong_shape(
+                name, f"is a grid of {rows} rows", span, f"a list of strings, each of {last} glyphs"
+            )
         case ast.ArrayLiteral(span, items):
             expected = size_of(indices[0])
             if len(items) != expected:
@@ -93,8 +104,6 @@ def _entries(
             array = scope.program.const(source)
             if isinstance(array, ir.ConstantArray) and (array.type, array.indices) == (element, indices):
                 return array.values
-        case ast.Literal(span, str()):
-            raise later("a grid of glyphs", span, "write nested lists of variants")
     wanted = " by ".join(str(size_of(i)) for i in indices)
     raise _wrong_shape(name, f"is an array of {wanted} entries", node.span, "write [a, b, ..] or [i in T: e]")
 

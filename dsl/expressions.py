@@ -9,7 +9,7 @@ from functools import partial
 from hypgen.dsl import ast, calls, intervals, ir, matching, operators, quantifiers, references
 from hypgen.dsl.bindings import let_in
 from hypgen.dsl.draws import bind_value, is_draw, misplaced_draw
-from hypgen.dsl.mistakes import gather, later, mistake, unreachable
+from hypgen.dsl.mistakes import gather, mistake, unreachable
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
 from hypgen.dsl.typecheck import check_as, described, require_int32, unify
@@ -29,7 +29,12 @@ def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:
     match node:
         case ast.Literal(span, value):
             if isinstance(value, str):
-                raise later("a grid of glyphs", span, "write nested lists of variants")
+                raise mistake(
+                    "E0311",
+                    "a string is a row of a grid, and one value is asked for here",
+                    span,
+                    "write grids of glyphs as the value of a const or param that is an array",
+                )
             if math.isinf(intervals.float32(value)):
                 raise mistake("E0604", f"{value:g} is beyond 32-bit floats", span, "use a larger unit")
             return operators.literal(value)

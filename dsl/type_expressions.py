@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from hypgen.dsl import ast, ir
 from hypgen.dsl.diagnostics import did_you_mean
+from hypgen.dsl.grids import check_glyphs
 from hypgen.dsl.mistakes import gather, later, mistake
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
@@ -125,6 +126,7 @@ def declared(item: ast.TypeAlias | ast.EnumDecl | ast.RecordDecl, program: Progr
         case ast.EnumDecl(span, name, variants):
             if not variants:
                 raise mistake("E0605", f"enum '{name}' has no variants", span, "name at least one")
+            check_glyphs(variants)
             found = Enum(name, tuple(gather([partial(_variant, v, program) for v in variants])))
         case ast.RecordDecl(span, name, fields):
             seen: set[str] = set()
@@ -151,10 +153,8 @@ def declared(item: ast.TypeAlias | ast.EnumDecl | ast.RecordDecl, program: Progr
 
 
 def _variant(node: ast.VariantDecl, program: Program) -> Variant:
-    if node.glyph is not None:
-        raise later("a glyph of an enum", node.span, "remove the string")
     if node.argument is None:
-        return Variant(node.name)
+        return Variant(node.name, None, node.glyph)
     argument = resolve(node.argument, program)
     require_finite(argument, node.argument.span, "a variant's argument")
     return Variant(node.name, argument)

@@ -52,10 +52,11 @@ class Float(Type):
 
 @dataclass(frozen=True)
 class Variant:
-    """One case of an enum, with the finite type of its argument if it has one."""
+    """One case of an enum, with the finite type of its argument, or its glyph in grids, if it has one."""
 
     name: str
     argument: Type | None = None
+    glyph: str | None = None
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,11 @@ class Enum(Type):
             result[variant.name] = code
             code += 1 if variant.argument is None else size_of(variant.argument)
         return result
+
+    @cached_property
+    def glyphs(self) -> dict[str, int]:
+        """Return the codes of the variants that have a glyph, by glyph."""
+        return {v.glyph: self.offsets[v.name] for v in self.variants if v.glyph is not None}
 
     def variant(self, name: str) -> Variant | None:
         """Return the variant called ``name``."""
@@ -153,3 +159,12 @@ def digits_of(t: Type) -> int:
 def length_of(indices: tuple[Type, ...]) -> int:
     """Return the number of entries of an array with these index types (1 for a scalar)."""
     return math.prod(size_of(i) for i in indices)
+
+
+def flat_indices(indices: tuple[Type, ...]) -> tuple[Type, ...]:
+    """Return index types with records replaced by their fields; the entries keep their order."""
+    result: tuple[Type, ...] = ()
+    for index in indices:
+        fields = tuple(t for _, t in index.fields) if isinstance(index, Record) else None
+        result += (index,) if fields is None else flat_indices(fields)
+    return result

@@ -67,6 +67,11 @@ bool read_scalar(const Json& json, const ParamSpec& spec, double& value) {
       return true;
     case ParamKind::kEnum: {
       if (!json.is_string()) return false;
+      const auto glyph = spec.glyphs.find(json.get<std::string>());
+      if (glyph != spec.glyphs.end()) {
+        value = static_cast<double>(glyph->second);
+        return true;
+      }
       const auto found = std::find(spec.value_names.begin(), spec.value_names.end(), json.get<std::string>());
       value = static_cast<double>(found - spec.value_names.begin()) + spec.low;
       return found != spec.value_names.end();
@@ -94,8 +99,43 @@ std::string excerpt(const Json& json) {
   return text.size() <= kMost ? text : text.substr(0, kMost) + "...";
 }
 
+// The characters of a text in UTF-8.
+std::vector<std::string> characters(const std::string& text) {
+  std::vector<std::string> found;
+  for (const char byte : text) {
+    const bool continues = (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U;
+    if (continues && !found.empty()) {
+      found.back() += byte;
+    } else {
+      found.emplace_back(1, byte);
+    }
+  }
+  return found;
+}
+
+// Appends what a row of a grid says, a glyph for each entry.
+bool read_row(const std::string& row, const ParamSpec& spec, std::vector<double>& out, std::string& error) {
+  const std::vector<std::string> glyphs = characters(row);
+  if (glyphs.size() != static_cast<std::size_t>(spec.dims.back())) {
+    error = "expected a string of " + std::to_string(spec.dims.back()) + " glyphs, found " +
+            std::to_string(glyphs.size()) + " in " + excerpt(Json(row));
+    return false;
+  }
+  for (std::size_t i = 0; i < glyphs.size(); ++i) {
+    const auto code = spec.glyphs.find(glyphs[i]);
+    if (code == spec.glyphs.end()) {
+      error = "'" + glyphs[i] + "' is no glyph of it (character " + std::to_string(i + 1) + " of " +
+              excerpt(Json(row)) + "); they are";
+      for (const auto& known : spec.glyphs) error += " '" + known.first + "'";
+      return false;
+    }
+    out.push_back(static_cast<double>(code->second));
+  }
+  return true;
+}
+
 // Collects the entries of `json` row-major; `error` stays empty if the shape is wrong. Nested arrays must
-// have the param's dimensions, flat ones its length.
+// have the param's dimensions, flat ones its length; a string may stand for the last dimension of a grid.
 bool read_array(const Json& json, const ParamSpec& spec, std::size_t level, std::vector<double>& out,
                 std::string& error) {
   const bool flat = level == 0 && json.is_array() && json.size() == spec.length() &&
@@ -109,6 +149,8 @@ bool read_array(const Json& json, const ParamSpec& spec, std::size_t level, std:
     out.push_back(value);
     return true;
   }
+  if (level + 1 == spec.dims.size() && json.is_string() && !spec.glyphs.empty())
+    return read_row(json.get<std::string>(), spec, out, error);
   const bool fits = level < spec.dims.size() && json.is_array() &&
                     (flat || json.size() == static_cast<std::size_t>(spec.dims[level]));
   if (!fits) return false;

@@ -10,6 +10,14 @@ const std::vector<ParamSpec> kSpecs = {
     {"rocks", ParamKind::kInt, 0.0, 6.0, {2, 3}, {}, {}},
     {"wind", ParamKind::kEnum, 0.0, 1.0, {}, {0.0}, {"calm", "storm"}},
     {"wet", ParamKind::kBool, 0.0, 1.0, {2}, {0.0, 0.0}, {}},
+    {"map",
+     ParamKind::kEnum,
+     0.0,
+     2.0,
+     {2, 3},
+     {},
+     {"floor", "wall", "lift"},
+     {{".", 0}, {"#", 1}, {"\u2195", 2}}},
 };
 
 std::string error_of(const std::string& text) {
@@ -46,6 +54,25 @@ TEST(Params, AcceptsFlatArrays) {
   EXPECT_TRUE(read_params(R"({"rocks": [1, 2, 3, 4, 5, 6]})", kSpecs, values, error)) << error;
 }
 
+TEST(Params, ReadsGridsOfGlyphs) {
+  for (const char* text :
+       {R"({"map": ["..#", "#\u2195."]})", R"({"map": [["floor", ".", "wall"], "#\u2195."]})",
+        R"({"map": [".", ".", "#", "#", "lift", "."]})"}) {
+    ParamValues values(kSpecs);
+    std::string error;
+    std::int32_t map[6];
+    ASSERT_TRUE(read_params(text, kSpecs, values, error)) << error;
+    ASSERT_TRUE(values.copy("map", map, 6, error));
+    EXPECT_EQ(map[2], 1);
+    EXPECT_EQ(map[4], 2);
+    EXPECT_EQ(map[5], 0);
+  }
+  EXPECT_EQ(error_of(R"({"map": ["..#", "#x."]})"),
+            "param \"map\": 'x' is no glyph of it (character 2 of \"#x.\"); they are '#' '.' '\u2195'");
+  EXPECT_EQ(error_of(R"({"map": ["..#", "#."]})"),
+            "param \"map\": expected a string of 3 glyphs, found 2 in \"#.\"");
+}
+
 TEST(Params, NamesWhatIsWrong) {
   EXPECT_NE(error_of("{\"hearing\": }").find("not valid JSON"), std::string::npos);
   EXPECT_EQ(error_of("{\"hearing\": -1e400}").find("not valid JSON: number overflow"), 0U);
@@ -53,7 +80,7 @@ TEST(Params, NamesWhatIsWrong) {
   EXPECT_EQ(error_of(" \n").find("is empty; expected a JSON object"), 0U);
   EXPECT_NE(error_of("[]").find("expected a JSON object"), std::string::npos);
   EXPECT_EQ(error_of(R"({"rock": 1})"),
-            "unknown param \"rock\"; the model's params are hearing, rocks, wind, wet");
+            "unknown param \"rock\"; the model's params are hearing, rocks, wind, wet, map");
   EXPECT_EQ(error_of(R"({"hearing": 1.5})"),
             "param \"hearing\": expected probability from 0 to 1, found 1.5");
   EXPECT_EQ(error_of(R"({"rocks": [1, 2]})"),

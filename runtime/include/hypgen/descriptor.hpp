@@ -24,11 +24,12 @@ enum class ParamKind { kBool, kInt, kFloat, kProb, kEnum };
 struct ParamSpec {
   std::string name;
   ParamKind kind;
-  double low;                            // smallest value allowed
-  double high;                           // largest value allowed
-  std::vector<int> dims;                 // empty for a scalar
-  std::vector<double> defaults;          // row-major; empty where the user must give the values
-  std::vector<std::string> value_names;  // kEnum (and records): the name of each code
+  double low;                              // smallest value allowed
+  double high;                             // largest value allowed
+  std::vector<int> dims;                   // empty for a scalar
+  std::vector<double> defaults;            // row-major; empty where the user must give the values
+  std::vector<std::string> value_names;    // kEnum (and records): the name of each code
+  std::map<std::string, int> glyphs = {};  // kEnum: the codes that a character (UTF-8) stands for in a string
 
   std::size_t length() const {
     std::size_t product = 1;
