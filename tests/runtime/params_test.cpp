@@ -15,7 +15,7 @@ const std::vector<ParamSpec> kSpecs = {
      0.0,
      2.0,
      {2, 3},
-     {},
+     {0, 0, 0, 0, 0, 0},
      {"floor", "wall", "lift"},
      {{".", 0}, {"#", 1}, {"\u2195", 2}}},
 };
