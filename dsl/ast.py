@@ -387,11 +387,21 @@ class Element(Item):
 
 
 @dataclass(frozen=True)
+class Memory(Item):
+    """``memory name: type = first`` of a policy."""
+
+    name: str
+    type: TypeExpr
+    first: Expr
+
+
+@dataclass(frozen=True)
 class Policy(Item):
-    """``policy name rhs``."""
+    """``policy name rhs``, or ``policy name { members choose rhs }``: memory, lets and updates."""
 
     name: str
     rhs: Rhs
+    members: tuple[Memory | Let | Update, ...] = ()
 
 
 @dataclass(frozen=True)

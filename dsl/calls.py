@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from hypgen.dsl import ast, builtins, ir, operators
+from hypgen.dsl import ast, builtins, history, ir, operators
 from hypgen.dsl.diagnostics import did_you_mean
 from hypgen.dsl.draws import misplaced_draw
 from hypgen.dsl.mistakes import Mistake, gather, later, mistake
@@ -35,6 +35,8 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
         raise Mistake  # declaring it has been reported
     if name in builtins.LATER_DRAWS | builtins.LATER_FUNCTIONS:
         raise later(f"'{name}'", node.span)
+    if name == "last":
+        return history.last(node, scope)
     if name in builtins.FUNCTIONS:
         return _builtin(node, scope, expected)
     if name in builtins.QUANTIFIERS:

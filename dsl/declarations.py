@@ -63,12 +63,16 @@ def let(owner: str, item: ast.Let, program: Program) -> ir.Let:
     """Return a let of the element ``owner``."""
     path = f"{owner}.{item.name}"
     scope = element_scope(program, owner, f"let {path}")
-    target = None if item.type is None else _scalar_type(item.type, program)
+    return let_of(item, path, scope, ir.Site(f"let:{path}"), program.element(owner).binder)
+
+
+def let_of(item: ast.Let, path: str, scope: Scope, site: ir.Site, binder: ir.Binder | None = None) -> ir.Let:
+    """Return the let ``path`` that ``item`` declares, checked in ``scope``."""
+    target = None if item.type is None else _scalar_type(item.type, scope.program)
     dist = right_side(item.rhs, scope, target, f"'{item.name}'")
     if isinstance(dist, ir.Certain):
         dist = ir.Certain(dist.value.type, dist.value)
-    binder = program.element(owner).binder
-    return ir.Let(path, owner, binder, dist, ir.Site(f"let:{path}"), item.span)
+    return ir.Let(path, path.partition(".")[0], binder, dist, site, item.span)
 
 
 def _scalar_type(node: ast.TypeExpr, program: Program) -> Type:

@@ -16,6 +16,7 @@ from hypgen.dsl import float_math, ir
 from hypgen.dsl.eval_values import (
     Array,
     Frame,
+    History,
     Word,
     as_type,
     combinations,
@@ -68,7 +69,9 @@ class Expressions:
     def __init__(self, model: ir.Model, params: Mapping[str, Sequence[Any]]) -> None:
         self.model = model
         self.variables = {v.name: v for v in model.variables}
-        self._lets = {x.name: x for x in model.lets}
+        self._lets = {x.name: x for x in model.all_lets}
+        self._registers = {r.name: r for r in model.history.registers}
+        self._observed = {o.name: tuple(b.type for b in o.binders) for o in model.observations}
         self._functions = {f.name: f for f in model.functions}
         self._params = {p.name: (p, _entries(p.name, p, params.get(p.name, p.default))) for p in model.params}
         self._tables = {t.name: (t, _entries(t.name, t, t.values)) for t in model.tables}
@@ -79,7 +82,10 @@ class Expressions:
             ir.TableRead: lambda e, frame: self._entry(self._tables[e.table], e.indices, frame),
             ir.StateRead: self._state_read,
             ir.LetRead: self._let_read,
-            ir.ActionRead: self._action_read,
+            ir.ActionRead: lambda e, frame: self._component(frame.action, e.indices, frame),
+            ir.MemoryRead: self._memory_read,
+            ir.LastObservation: self._last_observation,
+            ir.LastAction: self._last_action,
             ir.Call: self._call,
             ir.ToFloat: lambda e, frame: self.value(e.operand, frame).astype(np.float32),
             ir.Unary: self._unary,
@@ -141,16 +147,32 @@ class Expressions:
             index = int(place) if place.ndim == 0 else place
         return self.sample(let.dist, inner, frame.word(let.site.id, index))
 
-    def _action_read(self, e: ir.ActionRead, frame: Frame) -> Array:
+    def _component(self, code: Array | None, indices: tuple[ir.Expr, ...], frame: Frame) -> Array:
+        """Return the action of the joint action's code, or its component at ``indices``."""
         action = self.model.action
-        assert frame.action is not None, "there is no action here"
+        assert code is not None, "there is no action here"
         size = size_of(action.type)
         shape = tuple(size_of(t) for t in action.indices)
         component = np.zeros((), dtype=np.int64)
-        for place, length in zip(self._places(action.indices, e.indices, frame), shape, strict=True):
+        for place, length in zip(self._places(action.indices, indices, frame), shape, strict=True):
             component = component * length + place
         strides = np.array([size**i for i in reversed(range(math.prod(shape)))], dtype=np.int64)
-        return from_position(frame.action // strides[component] % size, action.type)
+        return from_position(code // strides[component] % size, action.type)
+
+    def _memory_read(self, e: ir.MemoryRead, frame: Frame) -> Array:
+        return self._kept(f"memory {e.register}", self._registers[e.register].indices, e.indices, frame)
+
+    def _last_observation(self, e: ir.LastObservation, frame: Frame) -> Array:
+        seen = self._kept(f"last {e.observation}", self._observed[e.observation], e.indices, frame)
+        return np.where(_history(frame)["started"], seen, self.value(e.first, frame))
+
+    def _last_action(self, e: ir.LastAction, frame: Frame) -> Array:
+        done = self._component(_history(frame)["action"], e.indices, frame)
+        return np.where(_history(frame)["started"], done, self.value(e.first, frame))
+
+    def _kept(self, name: str, types: tuple[Type, ...], indices: tuple[ir.Expr, ...], frame: Frame) -> Array:
+        result: Array = _history(frame)[name][(frame.lanes, *self._places(types, indices, frame))]
+        return result
 
     def _call(self, e: ir.Call, frame: Frame) -> Array:
         function = self._functions[e.function]
@@ -260,6 +282,11 @@ class Expressions:
     def holds(self, condition: ir.Expr | None, frame: Frame) -> Array:
         """Return where a condition holds; no condition always does."""
         return np.asarray(np.True_) if condition is None else self.value(condition, frame)
+
+
+def _history(frame: Frame) -> History:
+    assert frame.history is not None, "only the policy and bound lower read the history"
+    return frame.history
 
 
 def _argument_type(e: ir.IsVariant | ir.VariantArgument | ir.MakeVariant) -> Type | None:

@@ -21,6 +21,7 @@ from hypgen.dsl.types import Bool, Float, Type, low_of, size_of
 
 Array = npt.NDArray[Any]
 State = dict[str, Array]
+History = dict[str, Array]
 Word = Callable[[], Words]
 
 
@@ -29,7 +30,7 @@ class Frame:
     """What an expression is evaluated in.
 
     Every array of a state has the lanes first, then the variable's indices. ``primed`` redirects unprimed
-    reads of state to ``after``: inside a primed call.
+    reads of state to ``after``: inside a primed call. ``history`` has what ``eval_history`` says.
     """
 
     lanes: Array
@@ -39,6 +40,7 @@ class Frame:
     draws: DrawSource | None = None
     locals: Mapping[str, Array] = field(default_factory=dict)
     primed: bool = False
+    history: History | None = None
 
     def bind(self, values: Mapping[str, Array]) -> Frame:
         """Return the frame with more locals."""

@@ -18,6 +18,7 @@ from hypgen.dsl.eval_distributions import Evaluator
 from hypgen.dsl.eval_values import (
     Array,
     Frame,
+    History,
     State,
     combinations,
     dtype_of,
@@ -28,7 +29,7 @@ from hypgen.dsl.eval_values import (
 from hypgen.dsl.float_math import saturate_fixed, to_fixed
 from hypgen.dsl.ir import Binder
 from hypgen.dsl.philox import DrawSource
-from hypgen.dsl.types import length_of, size_of
+from hypgen.dsl.types import Type, length_of, size_of
 
 _DEFAULT_POLICY_SITE = ir.Site("policy:default")
 
@@ -46,7 +47,9 @@ class Step(NamedTuple):
 class Interpreter:
     """Runs a model. ``params`` overrides defaults, entries row-major or nested, enums as codes.
 
-    A state maps each variable to an array with the lanes first; actions are arrays of codes.
+    A state maps each variable to an array with the lanes first; actions are arrays of codes. A history has
+    ``memory NAME`` for each register, ``last NAME`` for each kept observation, ``action`` (a code) and
+    ``started``: whether there was a step before; a model that keeps nothing needs none.
     """
 
     def __init__(
@@ -73,8 +76,10 @@ class Interpreter:
         return result
 
     def _zeros(self, variable: ir.Variable) -> Array:
-        shape = (self.lanes, *(size_of(t) for t in variable.indices))
-        return np.zeros(shape, dtype=dtype_of(variable.type))
+        return self._array(variable.type, variable.indices)
+
+    def _array(self, t: Type, indices: tuple[Type, ...]) -> Array:
+        return np.zeros((self.lanes, *(size_of(i) for i in indices)), dtype=dtype_of(t))
 
     def _initialise(self, state: State, draws: DrawSource, *, visible: bool) -> None:
         frame = self._frame(state, draws=draws)
@@ -183,13 +188,50 @@ class Interpreter:
 
     # Policy and bounds -----------------------------------------------------------------------
 
-    def default_policy(self, state: State, draws: DrawSource) -> Array:
+    def init_history(self, state: State) -> History:
+        """Return the histories at the start of episodes with these visible variables."""
+        kept = self.model.history
+        frame = self._frame(state)
+        history = {
+            "started": np.zeros(self.lanes, dtype=np.bool_),
+            "action": np.zeros(self.lanes, dtype=np.int64),
+        }
+        for o in self.model.observations:
+            if o.name in kept.observations:
+                history[f"last {o.name}"] = self._array(o.type, tuple(b.type for b in o.binders))
+        for r in kept.registers:
+            history[f"memory {r.name}"] = self._fill(r, r.first, frame)
+        return history
+
+    def advance_history(
+        self, state: State, action: npt.ArrayLike, key: npt.ArrayLike, history: History
+    ) -> History:
+        """Return the histories after an action in the states, and what was seen then."""
+        after = {"started": np.ones_like(history["started"])}
+        after["action"] = np.broadcast_to(np.asarray(action, dtype=np.int64), (self.lanes,)).copy()
+        seen = self._decode(np.asarray(key))
+        for name in self.model.history.observations:
+            after[f"last {name}"] = seen[name].reshape(history[f"last {name}"].shape)
+        frame = self._frame(state, history=history)
+        for r in self.model.history.registers:
+            after[f"memory {r.name}"] = self._fill(r, r.update, frame)
+        return after
+
+    def _fill(self, register: ir.Register, entries: ir.Entries, frame: Frame) -> Array:
+        result = self._array(register.type, register.indices)
+        with np.errstate(all="ignore"):
+            for _, place, values in combinations(entries.binders):
+                lanes: tuple[slice | int, ...] = (slice(None), *place)
+                result[lanes] = self._evaluator.value(entries.value, frame.bind(values))
+        return result
+
+    def default_policy(self, state: State, draws: DrawSource, history: History | None = None) -> Array:
         """Return the default policy's action; the lowest legal one if that is illegal, -1 without any."""
         policy = self.model.policy
         if policy is None:
             word = draws.word(_DEFAULT_POLICY_SITE.id, 0)
             return pick_legal(self.legal_actions(state), word)
-        frame = self._frame(state, draws=draws)
+        frame = self._frame(state, history=history, draws=draws)
         action = np.zeros(self.lanes, dtype=np.int64)
         with np.errstate(all="ignore"):
             for number, _, values in combinations(policy.binders):
@@ -211,14 +253,14 @@ class Interpreter:
         """Return the value after the depth cut-off."""
         return self._bound(self.model.tail, state)
 
-    def lower(self, state: State) -> Array:
+    def lower(self, state: State, history: History | None = None) -> Array:
         """Return the declared lower bound; 0 where there is none."""
         if self.model.lower is None:
             return np.zeros(self.lanes, dtype=np.float32)
-        return self._bound(self.model.lower, state)
+        return self._bound(self.model.lower, state, history)
 
-    def _bound(self, e: ir.Expr, state: State) -> Array:
-        return self._spread(e, self._frame(state)).astype(np.float32)
+    def _bound(self, e: ir.Expr, state: State, history: History | None = None) -> Array:
+        return self._spread(e, self._frame(state, history=history)).astype(np.float32)
 
     # Evaluation ------------------------------------------------------------------------------
 
@@ -229,8 +271,9 @@ class Interpreter:
         after: State | None = None,
         action: Array | None = None,
         draws: DrawSource | None = None,
+        history: History | None = None,
     ) -> Frame:
-        return Frame(self._lanes, state, after=after, action=action, draws=draws)
+        return Frame(self._lanes, state, after=after, action=action, draws=draws, history=history)
 
     def _next_frame(self, state: State, action: Array, draws: DrawSource) -> Frame:
         after = {v.name: state[v.name] if v.fixed else self._zeros(v) for v in self.model.variables}

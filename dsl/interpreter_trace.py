@@ -44,10 +44,11 @@ def trace(
     world, own = derive(seed, Stream.TEST, 0), derive(seed, Stream.TEST, 1)
     lanes = np.arange(scenarios)
     state = _start(interpreter, PhiloxDraws(world, lanes, 0))
+    history = interpreter.init_history(state)
     rows: list[Array] = []
     for t in range(steps):
         draws = PhiloxDraws(world, lanes, t)
-        policy = interpreter.default_policy(state, draws)
+        policy = interpreter.default_policy(state, draws, history)
         word = philox(world, (lanes, t, _ACTION_SITE, 0))[0]
         action = pick_legal(interpreter.legal_actions(state), word)
         stuck = action < 0
@@ -56,20 +57,23 @@ def trace(
         ended = stuck | terminal
         key = np.where(ended, np.uint64(0), interpreter.observe(state, taken, draws, after))
         weight, filtered = interpreter.filter(state, taken, key, PhiloxDraws(own, lanes, t))
-        bounds = [canonical_bits(f(state)) for f in (interpreter.upper, interpreter.tail, interpreter.lower)]
+        bounds = [interpreter.upper(state), interpreter.tail(state), interpreter.lower(state, history)]
         rows.append(
             np.column_stack(
                 [
                     *(_flatten(model, state), policy, action),
                     *(np.where(stuck, 0, x).astype(np.int64) for x in (reward, terminal, success)),
                     key.view(np.int64),
-                    *(np.where(stuck, 0, x).astype(np.int64) for x in bounds),
+                    *(np.where(stuck, 0, canonical_bits(x)).astype(np.int64) for x in bounds),
                     np.where(ended, 0, weight.view(np.int64)),
                     np.where(ended[:, np.newaxis], 0, _flatten(model, filtered)),
                 ]
             )
         )
         restarted = _start(interpreter, PhiloxDraws(world, lanes, t + 1)) if ended.any() else after
+        advanced = interpreter.advance_history(state, taken, key, history)
+        begun = interpreter.init_history(restarted)
+        history = {name: _select(ended, begun[name], advanced[name]) for name in advanced}
         state = {name: _select(ended, restarted[name], after[name]) for name in after}
     return np.concatenate(rows) if rows else np.zeros((0, len(columns(model))), dtype=np.int64)
 

@@ -33,12 +33,15 @@ from hypgen.dsl.ir_nodes import (
     If,
     IfDist,
     IsVariant,
+    LastAction,
+    LastObservation,
     LetDist,
     LetIn,
     LetRead,
     Local,
     MakeRecord,
     MakeVariant,
+    MemoryRead,
     Noisy,
     ParamRead,
     Quantified,
@@ -68,13 +71,17 @@ __all__ = [
     "ConstantArray",
     "Dist",
     "Element",
+    "Entries",
     "Expr",
     "FieldRead",
     "Function",
+    "History",
     "If",
     "IfDist",
     "IsVariant",
     "KeyField",
+    "LastAction",
+    "LastObservation",
     "Let",
     "LetDist",
     "LetIn",
@@ -82,6 +89,7 @@ __all__ = [
     "Local",
     "MakeRecord",
     "MakeVariant",
+    "MemoryRead",
     "Model",
     "Noisy",
     "Observation",
@@ -89,6 +97,7 @@ __all__ = [
     "ParamRead",
     "Policy",
     "Quantified",
+    "Register",
     "Reward",
     "Site",
     "StateRead",
@@ -109,7 +118,8 @@ __all__ = [
 class Site:
     """Where a draw happens: a name path, and its 32-bit id in the random key (FNV-1a of the path).
 
-    Paths: ``rover.x`` (update), ``init:rover.x``, ``let:car.works``, ``observe:reading``, ``policy:default``.
+    Paths: ``rover.x`` (update), ``init:rover.x``, ``let:car.works``, ``observe:reading``, ``policy:default``,
+    ``policy:tries`` (a let of the policy).
     """
 
     path: str
@@ -193,7 +203,10 @@ class Assign:
 
 @dataclass(frozen=True)
 class Let:
-    """A named temporary (``dist`` is Certain) or draw of an element, one for each member of a family."""
+    """A named temporary (``dist`` is Certain) or draw of an element, one for each member of a family.
+
+    One of the policy's is named ``policy.name`` and belongs to the element ``policy``, which no model has.
+    """
 
     name: str
     element: str
@@ -262,12 +275,60 @@ class Action:
 
 @dataclass(frozen=True)
 class Policy:
-    """The default policy: a distribution for each value of ``binders`` (a product action's indices)."""
+    """The default policy: a distribution for each value of ``binders`` (a product action's indices).
+
+    ``lets`` are its own, in order of declaration; ``LetRead`` reads them by ``policy.name``. They draw in the
+    step in which the policy chooses.
+    """
 
     binders: tuple[Binder, ...]
     dist: Dist
     site: Site
     span: Span
+    lets: tuple[Let, ...] = ()
+
+
+@dataclass(frozen=True)
+class Entries:
+    """What each entry of an array is: ``value`` for each value of ``binders``; a scalar has no binders."""
+
+    binders: tuple[Binder, ...]
+    value: Expr
+
+
+@dataclass(frozen=True)
+class Register:
+    """A policy's memory, an array if ``indices`` is not empty.
+
+    ``first`` is what it holds at the start of an episode and reads visible state and params. ``update`` is
+    what it holds at the next decision: evaluated at this one, on what the policy sees, whatever is done then.
+    All registers of a policy change at once.
+    """
+
+    name: str
+    type: Type
+    indices: tuple[Type, ...]
+    first: Entries
+    update: Entries
+    span: Span
+
+
+@dataclass(frozen=True)
+class History:
+    """What the agent keeps of the past for the policy and ``bound lower``.
+
+    The registers; the observations named in ``observations`` (in the order of ``Model.observations``) and, if
+    ``action``, the action of the step before; and whether there was a step before.
+    """
+
+    registers: tuple[Register, ...] = ()
+    observations: tuple[str, ...] = ()
+    action: bool = False
+
+    @property
+    def is_empty(self) -> bool:
+        """Return whether nothing is kept."""
+        return not (self.registers or self.observations or self.action)
 
 
 @dataclass(frozen=True)
@@ -331,7 +392,13 @@ class Model:
     lower: Expr | None
     success: Expr | None
     key: tuple[KeyField, ...]
+    history: History = History()
     spans: dict[str, Span] = field(default_factory=dict, compare=False)
+
+    @property
+    def all_lets(self) -> tuple[Let, ...]:
+        """Return the lets of the elements, then those of the policy."""
+        return self.lets + (() if self.policy is None else self.policy.lets)
 
     def variable(self, name: str) -> Variable:
         """Return the variable with this qualified name."""

@@ -78,6 +78,38 @@ class ActionRead(Expr):
 
 
 @dataclass(frozen=True)
+class MemoryRead(Expr):
+    """A register as it is before this decision; only the policy and ``bound lower`` read it."""
+
+    register: str
+    indices: tuple[Expr, ...] = ()
+
+
+@dataclass(frozen=True)
+class LastObservation(Expr):
+    """What was observed in the step before; ``first`` at the start of an episode.
+
+    Only the policy and ``bound lower`` read it. Indices: the family member's first (if the observation's
+    element is a family), then the observation's own.
+    """
+
+    observation: str
+    indices: tuple[Expr, ...]
+    first: Expr
+
+
+@dataclass(frozen=True)
+class LastAction(Expr):
+    """The action of the step before, or one component of a product action; ``first`` at the start.
+
+    Only the policy and ``bound lower`` read it.
+    """
+
+    indices: tuple[Expr, ...]
+    first: Expr
+
+
+@dataclass(frozen=True)
 class Call(Expr):
     """A call of a model function; ``primed`` evaluates its body with every unprimed state read primed."""
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import PurePath
 
-from hypgen.dsl import analysis, ast, bounds, ir, members, operators, settings
+from hypgen.dsl import analysis, ast, bounds, ir, members, operators, policies, settings
 from hypgen.dsl.mistakes import Report, mistake
 from hypgen.dsl.program import Program
 from hypgen.dsl.source import Source, Span
@@ -72,16 +72,18 @@ def _model(program: Program, sources: Sequence[Source]) -> ir.Model | None:
         kind: report.attempt(partial(members.condition, program, kind))
         for kind in ("terminal", "legal", "success")
     }
-    policy = None if action is None else report.attempt(partial(members.policy, program, action))
+    policy = None if action is None else report.attempt(partial(policies.policy, program, action))
     found_bounds = members.bounds(program)
+    history = policies.history(program, observations)
 
     variables = {v.name: v for v in declared.variables}
-    check_reads(program, variables, _readers(inits, found_bounds))
+    check_reads(program, variables, _readers(program, inits, found_bounds))
     updates = analysis.stage_updates(updates, program.uses, report)
     inits = analysis.order_inits(inits, variables, program.uses, report)
     sites = [(a.site, a.span) for a in (*inits, *updates)]
     sites += [(o.site, o.span) for o in observations]
-    sites += [(x.site, x.span) for x in declared.lets if x.draws]
+    policy_lets = () if policy is None else policy.lets
+    sites += [(x.site, x.span) for x in (*declared.lets, *policy_lets) if x.draws]
     analysis.check_sites(sites + [(ir.Site("policy:default"), program.file.span)], report)
     watched = [f"observe {o.name}" for o in observations] + ["terminal when"]
     marked = analysis.mark_variables(declared.variables, updates, program.uses, watched)
@@ -118,6 +120,7 @@ def _model(program: Program, sources: Sequence[Source]) -> ir.Model | None:
         lower=found_bounds.get("lower"),
         success=conditions["success"],
         key=key,
+        history=history,
         spans=_spans(program.file),
     )
     for name in ("upper", "tail"):
@@ -185,12 +188,12 @@ def _action(program: Program) -> ir.Action:
     return program.action(items[0])
 
 
-def _readers(inits: list[ir.Assign], found_bounds: Mapping[str, ir.Expr]) -> list[str]:
+def _readers(program: Program, inits: list[ir.Assign], found_bounds: Mapping[str, ir.Expr]) -> list[str]:
     """Return the declarations that may not read everything."""
     return [
         *(f"init {i.variable}" for i in inits),
         "legal when",
-        "policy default",
+        *policies.readers(program),
         *(f"bound {name}" for name in found_bounds),
     ]
 

@@ -1,4 +1,4 @@
-"""What elements and the model do: inits, updates, observations, rewards, conditions, policy and bounds."""
+"""What elements and the model do: inits, updates, observations, rewards, conditions and bounds."""
 
 from __future__ import annotations
 
@@ -219,26 +219,6 @@ def condition(program: Program, kind: str) -> ir.Expr | None:
     return result
 
 
-def policy(program: Program, action: ir.Action) -> ir.Policy | None:
-    """Return the default policy, None if there is none."""
-    items = [i for i in program.file.items if isinstance(i, ast.Policy)]
-    for item in items:
-        if item.name != "default":
-            raise mistake(
-                "E0805",
-                f"there is no policy '{item.name}'",
-                item.span,
-                did_you_mean(item.name, ["default"]) or "the one policy is called default",
-            )
-    if len(items) > 1:
-        raise duplicate("policy default", items[1].span, items[0].span)
-    if not items:
-        return None
-    scope = Scope(program, owner="policy default")
-    binders, dist = array_of(items[0].rhs, action.indices, scope, action.type, action.name)
-    return ir.Policy(binders, dist, ir.Site("policy:default"), items[0].span)
-
-
 def bounds(program: Program) -> dict[str, ir.Expr]:
     """Return the declared bounds as floats, by name."""
     found: dict[str, ir.Expr] = {}
@@ -259,7 +239,7 @@ def bounds(program: Program) -> dict[str, ir.Expr]:
             program.report.add(duplicate(f"bound {item.name}", item.span, seen[item.name].span))
         else:
             seen[item.name] = item
-            scope = Scope(program, owner=f"bound {item.name}")
+            scope = Scope(program, owner=f"bound {item.name}", history=item.name == "lower")
             value = program.report.attempt(partial(check_as, item.value, scope, FLOAT, f"bound {item.name}"))
             if value is not None:
                 found[item.name] = value

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TypeVar
 
-from hypgen.dsl import ast, constants, declarations, expressions, ir, settings, type_expressions
+from hypgen.dsl import ast, constants, declarations, expressions, ir, policies, settings, type_expressions
 from hypgen.dsl.mistakes import Mistake, Report, mistake
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
@@ -110,6 +110,14 @@ class Program:
         """Return a let of ``element``."""
         key = f"let {element}.{item.name}"
         return self._demand(key, item.span, lambda: declarations.let(element, item, self))
+
+    def policy_let(self, item: ast.Let) -> ir.Let:
+        """Return a let of the policy."""
+        return self._demand(f"let {item.name} of the policy", item.span, lambda: policies.let(item, self))
+
+    def memory(self, item: ast.Memory) -> tuple[Type, tuple[Type, ...]]:
+        """Return the types of a register's entries and of its indexes."""
+        return self._demand(f"memory {item.name}", item.span, lambda: policies.memory(item, self))
 
     def formals(self, item: ast.Function) -> tuple[ir.Binder, ...]:
         """Return a function's formals."""

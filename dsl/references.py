@@ -37,15 +37,16 @@ def check(node: ast.Name | ast.Member | ast.Index, scope: Scope, expected: Type 
     if isinstance(node, ast.Index):
         if reference is None:
             raise _not_indexable(node, scope)
-        return _entry(reference, node.indices, node.span, scope)
+        return entry(reference, node.indices, node.span, scope)
     if reference is not None:
-        return _entry(reference, (), node.span, scope)
+        return entry(reference, (), node.span, scope)
     if isinstance(node, ast.Name):
         return _plain_name(node, scope, expected)
     return _member(node, scope)
 
 
-def _entry(reference: Reference, nodes: tuple[ast.Expr, ...], span: Span, scope: Scope) -> ir.Expr:
+def entry(reference: Reference, nodes: tuple[ast.Expr, ...], span: Span, scope: Scope) -> ir.Expr:
+    """Return the read of ``reference`` at the indexes that ``nodes`` write."""
     if len(nodes) != len(reference.indices):
         wanted = ", ".join(map(str, reference.indices))
         raise mistake(
@@ -71,7 +72,7 @@ def _reference(node: ast.Expr, scope: Scope) -> Reference | None:
         case ast.Name(span, name):
             return _named(name, span, scope)
         case ast.Member(span, operand, name):
-            owner = _element_of(operand, scope)
+            owner = element_of(operand, scope)
             return None if owner is None else _element_member(*owner, name, span, scope)
     return None
 
@@ -81,6 +82,8 @@ def _named(name: str, span: Span, scope: Scope) -> Reference | None:
         local = scope.locals[name]
         return Reference(name, (), lambda _: local)
     program = scope.program
+    if scope.history and name in program.symbols.policy:
+        return _policy_member(name, span, scope)
     if scope.element is not None and name in program.symbols.members[scope.element]:
         binder = program.element(scope.element).binder
         own = () if binder is None else (scope.locals.get(binder.name, ir.Local(binder.type, binder.name)),)
@@ -100,6 +103,29 @@ def _named(name: str, span: Span, scope: Scope) -> Reference | None:
             action = program.action(item)
             return Reference(name, action.indices, partial(_action_entry, action, span, scope))
     return None
+
+
+def _policy_member(name: str, span: Span, scope: Scope) -> Reference:
+    """Return a register or let of the policy."""
+    if scope.primed:
+        raise mistake(
+            "E0407",
+            f"'{name}' has no next value here",
+            span,
+            "remove the prime; to use what memory will hold, name it with a let",
+        )
+    program = scope.program
+    item = program.symbols.policy[name]
+    if isinstance(item, ast.Memory):
+        t, indices = program.memory(item)
+        return Reference(
+            name,
+            indices,
+            lambda i: record(ir.MemoryRead(t, name, i), Use("memory", name, False, span), scope),
+        )
+    let = program.policy_let(item)
+    use = Use("draw" if let.draws else "let", let.name, False, span)
+    return Reference(name, (), lambda _: record(ir.LetRead(let.dist.type, let.name), use, scope))
 
 
 def _table_entry(table: ir.ConstantArray, indices: tuple[ir.Expr, ...]) -> ir.Expr:
@@ -137,7 +163,7 @@ def _refuse_constant(what: str, span: Span, scope: Scope) -> None:
         )
 
 
-def _element_of(node: ast.Expr, scope: Scope) -> tuple[str, tuple[ir.Expr, ...]] | None:
+def element_of(node: ast.Expr, scope: Scope) -> tuple[str, tuple[ir.Expr, ...]] | None:
     """Return the element that ``node`` names, with the member's index if it is a family."""
     name = node.operand if isinstance(node, ast.Index) else node
     if not isinstance(name, ast.Name) or name.name in scope.locals:
@@ -166,7 +192,7 @@ def _element_member(
     if name in members:
         return _state(element, name, indices, span, scope)
     if f"{element}.{name}" in scope.program.symbols.observations:
-        raise observation_read(name, span)
+        raise observation_read(f"{element}.{name}", span, scope)
     raise mistake(
         "E0205",
         f"element '{element}' has no variable or let '{name}'",
@@ -175,8 +201,12 @@ def _element_member(
     )
 
 
-def observation_read(name: str, span: Span) -> Mistake:
+def observation_read(path: str, span: Span, scope: Scope) -> Mistake:
     """Return the mistake of reading an observation."""
+    name = path.rpartition(".")[2]
+    if scope.history:
+        message = f"'{name}' is an observation, which comes only after the policy has chosen"
+        return mistake("E0207", message, span, "write last(.., first) for what was seen in the step before")
     return mistake(
         "E0207",
         f"'{name}' is an observation, which the model cannot read",
@@ -198,8 +228,10 @@ def _state(element: str, name: str, member: tuple[ir.Expr, ...], span: Span, sco
         return Reference(
             path,
             own,
-            lambda i: _record(
-                ir.StateRead(variable.type, path, (*member, *i), primed), "variable", path, scope, span
+            lambda i: record(
+                ir.StateRead(variable.type, path, (*member, *i), primed),
+                Use("variable", path, primed, span),
+                scope,
             ),
         )
     let = program.let(element, item)
@@ -210,13 +242,16 @@ def _state(element: str, name: str, member: tuple[ir.Expr, ...], span: Span, sco
     return Reference(
         path,
         (),
-        lambda _: _record(ir.LetRead(let.dist.type, path, member, primed), kind, path, scope, span),
+        lambda _: record(
+            ir.LetRead(let.dist.type, path, member, primed), Use(kind, path, primed, span), scope
+        ),
     )
 
 
-def _record(read: ir.StateRead | ir.LetRead, kind: str, path: str, scope: Scope, span: Span) -> ir.Expr:
+def record(read: ir.Expr, use: Use, scope: Scope) -> ir.Expr:
+    """Return ``read`` and note that the declaration in work makes ``use`` of what it names."""
     if scope.owner is not None:
-        scope.program.uses.add(scope.owner, Use(kind, path, read.primed, span))
+        scope.program.uses.add(scope.owner, use)
     return read
 
 
@@ -249,15 +284,26 @@ def _plain_name(node: ast.Name, scope: Scope, expected: Type | None) -> ir.Expr:
         raise mistake("E0207", f"'{name}' is {kind_of(item)}, not a value", node.span, "name a value here")
     own = f"{scope.element}.{name}"
     if name in program.symbols.observations or own in program.symbols.observations:
-        raise observation_read(name, node.span)
+        raise observation_read(name, node.span, scope)
+    if name in program.symbols.policy:
+        raise mistake(
+            "E0505",
+            f"'{name}' is {kind_of(program.symbols.policy[name])} of the policy, which is not known here",
+            node.span,
+            "read it in the policy or in 'bound lower'; a fn can be given its value",
+        )
     if not any(isinstance(declared, ast.Action) for declared in program.symbols.globals.values()):
         raise Mistake  # that the model has no action is reported: this may be its name
     raise mistake(
         "E0201",
         f"there is nothing called '{name}' here",
         node.span,
-        program.symbols.suggestion(name, scope.element, set(scope.locals), expected),
+        program.symbols.suggestion(name, scope.element, _local_names(scope), expected),
     )
+
+
+def _local_names(scope: Scope) -> set[str]:
+    return set(scope.locals) | (set(scope.program.symbols.policy) if scope.history else set())
 
 
 def owner_of(name: str, span: Span, scope: Scope, expected: Type | None) -> Enum:
@@ -343,7 +389,7 @@ def is_atomic(e: ir.Expr) -> bool:
     match e:
         case ir.Const() | ir.Local():
             return True
-        case ir.StateRead() | ir.ParamRead() | ir.TableRead() | ir.ActionRead():
+        case ir.StateRead() | ir.ParamRead() | ir.TableRead() | ir.ActionRead() | ir.MemoryRead():
             return all(map(is_atomic, e.indices))
     return False
 

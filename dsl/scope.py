@@ -26,7 +26,7 @@ class Scope:
     ``owner`` is the declaration whose reads are recorded (``update rover.x``), None where reads do not count:
     in constant expressions and where ``evaluate`` follows calls and lets and unfolds quantifiers to find
     values. ``action`` is then the action's value, if it is known. ``constant`` refuses what is not known when
-    the model is compiled.
+    the model is compiled. ``history``: the policy's memory, lets and ``last(..)`` can be read.
     """
 
     program: Program
@@ -38,6 +38,7 @@ class Scope:
     evaluate: bool = False
     constant: bool = False
     action: ir.Const | None = None
+    history: bool = False
 
     def check(self, node: ast.Expr, expected: Type | None = None) -> ir.Expr:
         """Return ``node`` as a typed expression; ``expected`` helps to resolve names but is not enforced."""
@@ -49,7 +50,7 @@ class Scope:
             raise mistake(
                 "E0202", f"'{name}' shadows an outer local of that name", span, "choose another name"
             )
-        self.program.symbols.refuse_shadow(name, self.element, span)
+        self.program.symbols.refuse_shadow(name, self.element, span, in_policy=self.history)
         return replace(self, locals={**self.locals, name: value})
 
     def fresh(self, stem: str) -> str:
@@ -103,6 +104,8 @@ def _key(e: ir.Expr) -> Hashable:
             return _read_key(("table", name), indices)
         case ir.ActionRead(_, indices):
             return _read_key(("action",), indices)
+        case ir.MemoryRead(_, name, indices):
+            return _read_key(("memory", name), indices)
     return None
 
 

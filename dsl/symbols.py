@@ -23,6 +23,7 @@ Global = (
     | ast.Element
 )
 StateMember = ast.Variable | ast.Let
+PolicyMember = ast.Memory | ast.Let
 
 _KINDS: dict[type[ast.Item], str] = {
     ast.Const: "a const",
@@ -35,6 +36,7 @@ _KINDS: dict[type[ast.Item], str] = {
     ast.Element: "an element",
     ast.Variable: "a variable",
     ast.Let: "a let",
+    ast.Memory: "memory",
 }
 
 
@@ -45,21 +47,27 @@ def kind_of(item: ast.Item) -> str:
 
 @dataclass
 class Symbols:
-    """All declared names: global ones, each element's variables and lets, and variants with their enums."""
+    """All declared names: global ones, each element's variables and lets, and variants with their enums.
+
+    ``policy`` has the default policy's memory and lets.
+    """
 
     globals: dict[str, Global] = field(default_factory=dict)
     members: dict[str, dict[str, StateMember]] = field(default_factory=dict)
     variants: dict[str, list[ast.EnumDecl]] = field(default_factory=dict)
     observations: dict[str, ast.Observe] = field(default_factory=dict)
+    policy: dict[str, PolicyMember] = field(default_factory=dict)
 
-    def refuse_shadow(self, name: str, element: str | None, span: Span) -> None:
-        """Raise if a local called ``name`` would hide something visible in ``element``."""
+    def refuse_shadow(self, name: str, element: str | None, span: Span, *, in_policy: bool = False) -> None:
+        """Raise if a local called ``name`` would hide something visible in ``element`` or the policy."""
         taken: tuple[str, Span] | None = None
         if name in self.globals:
             taken = kind_of(self.globals[name]), self.globals[name].span
         elif element is not None and name in self.members[element]:
             member = self.members[element][name]
             taken = f"{kind_of(member)} of '{element}'", member.span
+        elif in_policy and name in self.policy:
+            taken = f"{kind_of(self.policy[name])} of the policy", self.policy[name].span
         elif name in self.variants:
             taken = f"a variant of '{self.variants[name][0].name}'", self.variants[name][0].span
         elif name in RESERVED_VALUES:
@@ -78,6 +86,7 @@ class Symbols:
         return (
             name in self.globals
             or name in self.variants
+            or name in self.policy
             or any(name in members for members in self.members.values())
         )
 
@@ -110,6 +119,9 @@ def collect(file: ast.ModelFile, report: Report) -> Symbols:
                 report.attempt(partial(_declare_variants, symbols, item))
             case ast.Observe(name=name):
                 report.attempt(partial(_declare_observation, symbols, item, name))
+            case ast.Policy(members=members):
+                for part in members:
+                    report.attempt(partial(_declare_policy_member, symbols, part))
     for element in declarations:
         if isinstance(element, ast.Element) and symbols.globals.get(element.name) is element:
             for member in element.members:
@@ -160,6 +172,17 @@ def _declare_observation(symbols: Symbols, item: ast.Observe, name: str) -> None
     if name in symbols.observations:
         raise duplicate(name, item.span, symbols.observations[name].span)
     symbols.observations[name] = item
+
+
+def _declare_policy_member(symbols: Symbols, member: ast.Item) -> None:
+    if not isinstance(member, PolicyMember):
+        return
+    if member.name in symbols.policy:
+        raise duplicate(member.name, member.span, symbols.policy[member.name].span)
+    symbols.refuse_shadow(member.name, None, member.span)
+    symbols.policy[member.name] = member
+    if member.name == "default":
+        raise mistake("E0202", "'default' is the policy itself", member.span, "choose another name")
 
 
 def _declare_member(symbols: Symbols, element: ast.Element, member: ast.Item) -> None:

@@ -155,12 +155,11 @@ class _Builder:
     def policy(self, span: Span, name: Token, rhs: ast.Rhs) -> ast.Policy:
         return ast.Policy(span, str(name), rhs)
 
-    def policy_block(self, span: Span, name: Token, *_: Any) -> None:
-        remedy = f"write `policy {name} = ...`; a visible variable can remember things"
-        self._later(span, "a policy block with memory", remedy)
+    def policy_block(self, span: Span, name: Token, *parts: Any) -> ast.Policy:
+        return ast.Policy(span, str(name), parts[-1], parts[:-1])
 
-    def memory(self, *_: Any) -> None:
-        return None
+    def memory(self, span: Span, name: Token, type_: ast.TypeExpr, first: ast.Expr) -> ast.Memory:
+        return ast.Memory(span, str(name), type_, first)
 
     def bound(self, span: Span, name: Token, value: ast.Expr) -> ast.Bound:
         return ast.Bound(span, str(name), value)

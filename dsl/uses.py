@@ -14,7 +14,10 @@ from hypgen.dsl.source import Span
 
 @dataclass(frozen=True)
 class Use:
-    """A read of ``name``: a ``variable``, ``let``, ``draw`` (a let that draws), ``fn`` or the ``action``."""
+    """A read of ``name``: a ``variable``, ``let``, ``draw`` (a let that draws), ``fn`` or the ``action``.
+
+    Of the history: ``memory``, ``last`` (an observation) and ``last action``.
+    """
 
     kind: str
     name: str
@@ -56,6 +59,10 @@ class Uses:
     def add(self, owner: str, use: Use) -> None:
         """Note that ``owner`` reads what ``use`` says."""
         self._of.setdefault(owner, {})[use] = None
+
+    def of(self, owner: str) -> tuple[Use, ...]:
+        """Return what ``owner`` itself reads."""
+        return tuple(self._of.get(owner, ()))
 
     def owners(self) -> tuple[str, ...]:
         """Return all declarations that read something."""

@@ -19,22 +19,31 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Allowance:
-    """What a kind of declaration may read besides params and unprimed visible state."""
+    """What a kind of declaration may read besides params and unprimed visible state.
+
+    ``history``: memory and ``last(..)`` too; ``own_draws``: the draws of the policy.
+    """
 
     what: str
     hidden: bool = False
     primed: bool = False
     action: bool = False
     draws: bool = False
+    history: bool = False
+    own_draws: bool = False
 
 
+# What a let of the policy is called: no element has this name.
+OF_POLICY = "policy."
 _EVERYTHING = {"hidden": True, "primed": True, "action": True, "draws": True}
 _ALLOWED = {
-    "policy default": Allowance("the default policy"),
+    "policy default": Allowance("the default policy", history=True, own_draws=True),
+    "first": Allowance("the first value of a policy's memory"),
+    "update": Allowance("the update of a policy's memory", history=True),
     "legal when": Allowance("'legal when'", action=True),
     "bound upper": Allowance("bound upper", hidden=True),
     "bound tail": Allowance("bound tail", hidden=True),
-    "bound lower": Allowance("bound lower"),
+    "bound lower": Allowance("bound lower", history=True),
     "hidden init": Allowance("an init", hidden=True),
     "visible init": Allowance("the init of a visible variable"),
     "step": Allowance("a step", **_EVERYTHING),
@@ -47,6 +56,8 @@ def check_reads(program: Program, variables: dict[str, ir.Variable], owners: lis
         allowed = _allowance(owner, variables)
         reported: set[tuple[str, Span]] = set()
         for reach in program.uses.closure(owner):
+            if _told_at_let(reach):
+                continue
             error = _refusal(owner, allowed, reach, variables)
             if error is None:
                 continue
@@ -61,7 +72,17 @@ def _allowance(owner: str, variables: dict[str, ir.Variable]) -> Allowance:
     if owner.startswith("init "):
         variable = variables.get(owner.removeprefix("init "))
         return _ALLOWED["visible init" if variable is not None and variable.visible else "hidden init"]
+    if owner.startswith(f"let {OF_POLICY}"):
+        return _ALLOWED["policy default"]
+    if owner.startswith("memory "):
+        return _ALLOWED["update" if owner.endswith("'") else "first"]
     return _ALLOWED.get(owner, _ALLOWED["step"])
+
+
+def _told_at_let(reach: Reach) -> bool:
+    """Return whether a let of the policy leads to the read, which is then checked as the let's own."""
+    through = any(u.name.startswith(OF_POLICY) for u in reach.path[:-1])
+    return through and not reach.name.startswith(OF_POLICY)
 
 
 def _refusal(
@@ -71,8 +92,14 @@ def _refusal(
     notes = [(reach.path[-1].span, f"'{reach.name}' is read here")] if len(reach.path) > 1 else []
     if reach.kind == "action" and not allowed.action:
         remedy = "state the value without the action"
+        if allowed.history:
+            remedy = f"it is about to be chosen: last({reach.name}, first) is that of the step before"
         return mistake("E0411", f"{allowed.what} cannot read the action: {route}", reach.span, remedy, notes)
-    if reach.kind == "draw" and not allowed.draws:
+    if reach.kind == "draw" and reach.name.startswith(OF_POLICY) and not allowed.own_draws:
+        remedy = "the policy draws only where it is followed; read what came of it, last(action, first)"
+        message = f"{allowed.what} cannot read a draw of the policy: {route}"
+        return mistake("E0503", message, reach.span, remedy, notes)
+    if reach.kind == "draw" and not (allowed.draws or reach.name.startswith(OF_POLICY)):
         remedy = "draws that lets name belong to a step; draw directly, or read the state"
         return mistake("E0503", f"{allowed.what} cannot read a draw: {route}", reach.span, remedy, notes)
     if reach.kind != "variable" or reach.name not in variables:
@@ -85,6 +112,8 @@ def _refusal(
     if not variables[reach.name].visible and not allowed.hidden:
         code = "E0502" if owner.startswith("init ") else "E0501"
         remedy = "read visible variables only, or declare this one visible"
+        if allowed.history:
+            remedy = "read visible variables, last(..) and memory, or declare this one visible"
         declared = (variables[reach.name].span, f"'{reach.name}' is declared hidden here")
         message = f"{allowed.what} cannot read hidden state: {route}"
         return mistake(code, message, reach.span, remedy, [*notes, declared])

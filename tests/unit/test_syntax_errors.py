@@ -100,7 +100,6 @@ CASES = {
     "missing expression": (model("reward r =\nhorizon 3"), "E0101", 3, 1, 8, "reward name = expression"),
     "instance with a colon": ('instance i of "a" { n: 3 }', "E0101", 1, 22, 23, "instance name of"),
     "state in a library": ("library L\nelement e { }", "E0139", 2, 1, 14, "move it to the model"),
-    "policy block": (model("policy default { choose = a }"), "E0901", 2, 1, 30, "policy default = ..."),
 }
 
 
