@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hypgen.dsl import float_math, ir
+from hypgen.dsl import float_exponentials, float_math, float_trigonometry, ir
 from hypgen.dsl.eval_values import (
     Array,
     Frame,
@@ -33,10 +33,11 @@ _BINARY: dict[str, Callable[[Any, Any], Any]] = {
     "div": np.divide,
     "floordiv": float_math.floordiv,
     "mod": float_math.mod,
-    "pow": float_math.pow,
+    "pow": float_exponentials.pow,
     "min": float_math.minimum,
     "max": float_math.maximum,
-    "hypot": float_math.hypot,
+    "hypot": float_exponentials.hypot,
+    "atan2": float_trigonometry.atan2,
     "eq": np.equal,
     "ne": np.not_equal,
     "lt": np.less,
@@ -51,10 +52,15 @@ _UNARY: dict[str, Callable[[Any], Any]] = {
     "not": np.logical_not,
     "abs": np.abs,
     "sign": float_math.sign,
-    "sqrt": float_math.sqrt,
-    "exp": float_math.exp,
-    "log": float_math.log,
-    "log2": float_math.log2,
+    "sqrt": float_exponentials.sqrt,
+    "exp": float_exponentials.exp,
+    "log": float_exponentials.log,
+    "log2": float_exponentials.log2,
+    "sin": float_trigonometry.sin,
+    "cos": float_trigonometry.cos,
+    "tan": float_trigonometry.tan,
+    "asin": float_trigonometry.asin,
+    "acos": float_trigonometry.acos,
 }
 _TO_INT: dict[str, Callable[[Any, int, int], Any]] = {
     "floor": float_math.floor_to_int,

@@ -127,7 +127,10 @@ class ToFloat(Expr):
 
 @dataclass(frozen=True)
 class Unary(Expr):
-    """``neg not`` and the built-ins of one argument: ``abs sign floor ceil round sqrt exp log log2``.
+    """``neg not`` and the built-ins of one argument.
+
+    ``abs sign floor ceil round``, and of floats ``sqrt exp log log2 sin cos tan asin acos``. A sine, cosine
+    or tangent of what is not finite is NaN, and so is the arc of what lies beyond +-1.
 
     ``floor ceil round`` take a float and give an int, saturated to the node's interval.
     """
@@ -138,10 +141,10 @@ class Unary(Expr):
 
 @dataclass(frozen=True)
 class Binary(Expr):
-    """``add sub mul div floordiv mod pow min max hypot eq ne lt le gt ge and or``.
+    """``add sub mul div floordiv mod pow min max hypot atan2 eq ne lt le gt ge and or``.
 
     ``div`` is of floats; ``floordiv`` and ``mod`` floor, of ints, and give 0 where the divisor is 0;
-    ``pow`` and ``hypot`` are of floats (ints to a constant power are lowered to products);
+    ``pow``, ``hypot`` and ``atan2`` are of floats (ints to a constant power are lowered to products);
     ``min`` is ``b < a ? b : a`` and ``max`` is ``a < b ? b : a``.
     """
 

@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 LAYERS = {"dsl": ROOT / "dsl", "codegen": ROOT / "codegen", "cli": ROOT / "cli", "runtime": ROOT / "runtime"}
-NUMPY_MODULES = re.compile(r"interpreter\w*|eval_\w+|float_math|philox|trace")
+NUMPY_MODULES = re.compile(r"interpreter\w*|eval_\w+|float_\w+|philox|trace")
 MAX_SOURCE_LINES = 500
 MAX_TEMPLATE_LINES = 150
 
