@@ -11,11 +11,12 @@ from functools import partial
 from pathlib import PurePath
 
 from hypgen.dsl import analysis, ast, bounds, ir, members, operators, policies, settings
+from hypgen.dsl.leaves import flatten
 from hypgen.dsl.mistakes import Report, mistake
 from hypgen.dsl.program import Program
 from hypgen.dsl.source import Source, Span
 from hypgen.dsl.symbols import collect
-from hypgen.dsl.types import Enum, Record
+from hypgen.dsl.types import Enum, Record, is_finite
 from hypgen.dsl.visibility import check_reads
 
 # The parser limits nesting; each level takes some ten frames here.
@@ -32,6 +33,8 @@ def lower(
     """
     with _deep_recursion():
         report = Report()
+        file, overrides = flatten(file, overrides, report)
+        report.raise_if_any()
         program = Program(file, overrides, collect(file, report), report)
         settings.refuse_unknown(program)
         model = _model(program, (source, *imported))
@@ -151,7 +154,7 @@ class _Declared:
                 found = program.named_type(item)
                 if isinstance(found, Enum) and found not in self.enums:
                     self.enums.append(found)
-                if isinstance(found, Record) and found not in self.records:
+                if isinstance(found, Record) and is_finite(found) and found not in self.records:
                     self.records.append(found)
             case ast.Const():
                 value = program.const(item)

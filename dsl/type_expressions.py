@@ -19,6 +19,7 @@ from hypgen.dsl.types import (
     PROB,
     Array,
     Enum,
+    Float,
     Int,
     Record,
     Type,
@@ -162,5 +163,6 @@ def _variant(node: ast.VariantDecl, program: Program) -> Variant:
 
 def _field(node: ast.FieldDecl, program: Program) -> tuple[str, Type]:
     found = resolve(node.type, program)
-    require_finite(found, node.type.span, "a record's field")
+    if not isinstance(found, Record | Float):
+        require_finite(found, node.type.span, "a record's field", "a float, or a finite type")
     return node.name, found

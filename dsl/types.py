@@ -90,7 +90,10 @@ class Enum(Type):
 
 @dataclass(frozen=True)
 class Record(Type):
-    """A named product of finite fields, ordered lexicographically."""
+    """A named product of finite fields, ordered lexicographically.
+
+    One with a float among its fields exists in a file only: ``leaves`` takes what has its type apart.
+    """
 
     name: str
     fields: tuple[tuple[str, Type], ...]
@@ -127,7 +130,9 @@ PROB = Float(0.0, 1.0, prob=True)
 
 def is_finite(t: Type) -> bool:
     """Return whether ``t`` has finitely many values that index, bind and branch (``int`` itself does not)."""
-    return isinstance(t, Bool | Enum | Record) or (isinstance(t, Int) and t != INT)
+    if isinstance(t, Record):
+        return all(is_finite(f) for _, f in t.fields)
+    return isinstance(t, Bool | Enum) or (isinstance(t, Int) and t != INT)
 
 
 def size_of(t: Type) -> int:
