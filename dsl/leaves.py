@@ -321,7 +321,7 @@ class _Flattener:
                 "E0706",
                 f"this draws '{shape.record.name}' as a whole, and each of its fields is a draw",
                 e.span,
-                f"write {wanted} of draws, or draw under a name of its own which one it is, and choose by that",
+                f"write {wanted} of draws, or draw which one it is under a name of its own, and use that",
             )
         given = "" if found is None else f", but this is {_described(found)}"
         array = "write [i in ..: " + wanted + "]"
