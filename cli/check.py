@@ -61,12 +61,14 @@ def summary(model: ir.Model) -> dict[str, Any]:
     def bits(variable: ir.Variable) -> int:
         return (digits_of(variable.type) - 1).bit_length() * length_of(variable.indices)
 
+    seen = math.prod(field.size**field.length for field in model.key)
     return {
         "model": model.name,
         "state_bits": sum(map(bits, model.variables)),
         "hidden_bits": sum(bits(v) for v in model.variables if not v.visible),
         "actions": model.action.count,
-        "observations": math.prod(field.size**field.length for field in model.key),
+        "observations": seen if seen <= 2**64 else None,
+        "observation_bits": (seen - 1).bit_length(),
         "stages": len(model.stages()),
     }
 
@@ -77,8 +79,11 @@ def describe(facts: dict[str, Any]) -> str:
     def some(number: int, noun: str) -> str:
         return f"{number} {noun}{'' if number == 1 else 's'}"
 
+    seen = f"observations of {facts['observation_bits']} bits"
+    if facts["observations"] is not None:
+        seen = some(facts["observations"], "observation")
     return (
         f"{facts['model']}: {some(facts['state_bits'], 'bit')} of state ({facts['hidden_bits']} hidden), "
-        f"{some(facts['actions'], 'action')}, {some(facts['observations'], 'observation')}, "
+        f"{some(facts['actions'], 'action')}, {seen}, "
         f"{some(facts['stages'], 'stage')} of updates"
     )

@@ -9,6 +9,7 @@ import math
 from hypgen.codegen import views
 from hypgen.codegen.cpp import Code, from_int32, value_of, wrapped
 from hypgen.codegen.expr_printer import Context
+from hypgen.codegen.keys import KeyLayout
 from hypgen.codegen.naming import Scope
 from hypgen.dsl import ir
 from hypgen.dsl.types import (
@@ -18,7 +19,6 @@ from hypgen.dsl.types import (
     Int,
     Record,
     Type,
-    digits_of,
     flat_indices,
     length_of,
     low_of,
@@ -108,23 +108,17 @@ class _Descriptor:
         head = f"std::string {self.name_functions[type_.name]}(std::int32_t value) {{"
         return views.Function((), (head,), tuple(code.lines))
 
-    def _digits(self, code: Code, number: str, type_: Type, count: int, text: str) -> None:
-        """Append what turns the last ``count`` digits of ``number`` into ``(a, b)`` in ``text``."""
-        size = digits_of(type_)
-        digit = f"static_cast<std::int32_t>({number} % {size})"
-        digit = f"hypgen::{from_int32(digit, type_)}" if isinstance(type_, Float) else value_of(digit, type_)
-        code.add(f"std::string {text};")
-        with code.block(f"for (int i = 0; i < {count}; ++i)"):
-            code.add(f'{text} = {self._name(type_, digit)} + (i == 0 ? "" : ", ") + {text};')
-            code.add(f"{number} /= {size};")
-
     def _action_names(self) -> views.Function:
         code, action = Code(), self.model.action
         code.add("std::vector<std::string> names;")
         with code.block("for (int action = 0; action < Model::kActionCount; ++action)"):
             if action.indices:
                 code.add("int rest = action;")
-                self._digits(code, "rest", action.type, length_of(action.indices), "components")
+                code.add("std::string components;")
+                with code.block(f"for (int i = 0; i < {length_of(action.indices)}; ++i)"):
+                    value = self._name(action.type, value_of(f"rest % {size_of(action.type)}", action.type))
+                    code.add(f'components = {value} + (i == 0 ? "" : ", ") + components;')
+                    code.add(f"rest /= {size_of(action.type)};")
                 code.add('names.push_back("(" + components + ")");')
             else:
                 code.add(f"names.push_back({self._name(action.type, value_of('action', action.type))});")
@@ -132,13 +126,29 @@ class _Descriptor:
         return views.Function((), ("std::vector<std::string> action_names() {",), tuple(code.lines))
 
     def _observation_name(self) -> views.Function:
-        code, scope = Code(), Scope({"key"})
+        code, scope = Code(), Scope({"key", "rest", "value"})
+        layout = KeyLayout(self.model.key)
+        if layout.fields:
+            code.add(f"{'hypgen::KeyReader rest(key)' if layout.wide else 'Model::Key rest = key[0]'};")
+        texts: dict[str, str] = {}
+        for field in layout.reading():
+            texts[field.name] = text = scope.unique(field.name)
+            code.add(f"std::string {text};")
+            with layout.entries(code, field):
+                layout.take(code, field, "const std::int32_t value")
+                value = from_int32("value", field.type)
+                if isinstance(field.type, Float):
+                    value = f"hypgen::{value}"
+                value = self._name(field.type, value)
+                if layout.wide:
+                    code.add(f'{text} += (i == 0 ? "" : ", ") + {value};')
+                else:
+                    code.add(f'{text} = {value} + (i == {field.length - 1} ? "" : ", ") + {text};')
         parts: list[tuple[str, str, str]] = []
-        for field in reversed(self.model.key):
-            text = scope.unique(field.name)
-            self._digits(code, "key", field.type, field.length, text)
-            label = f"{field.name}=" if len(self.model.key) > 1 else ""
-            parts.insert(0, (label + "(" if field.indices else label, text, ")" if field.indices else ""))
+        for field in layout.fields:
+            label = f"{field.name}=" if len(layout.fields) > 1 else ""
+            before, after = (f"{label}(", ")") if field.indices else (label, "")
+            parts.append((before, texts[field.name], after))
         joined, pending = "", ""
         for n, (before, text, after) in enumerate(parts):
             before = f"{pending}{', ' if n else ''}{before}"
@@ -147,7 +157,7 @@ class _Descriptor:
         joined = joined + _string(pending) if pending else joined.removesuffix(" + ")
         code.add(f"return {joined};" if parts else 'return "none";')
         key = "key" if parts else ""
-        head = f"std::string observation_name(Model::Key {key}) {{".replace(" )", ")")
+        head = f"std::string observation_name(hypgen::KeyWords {key}) {{".replace(" )", ")")
         return views.Function((), (head,), tuple(code.lines))
 
     def _settings(self, project: views.Project) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from hypgen.codegen.functions import (
     update_needs,
 )
 from hypgen.codegen.guards import Guards
+from hypgen.codegen.keys import KeyLayout
 from hypgen.codegen.partition import ElementUpdate
 from hypgen.dsl import ir
 from hypgen.dsl.types import Bool, Float, Type, length_of, low_of, size_of
@@ -37,6 +38,7 @@ class Interface:
         self.parts = parts
         self.stages = stages
         self.action = context.names.action
+        self.key = KeyLayout(self.model.key)
 
     def _builder(self, arguments: Sequence[tuple[str, str]]) -> Builder:
         builder = Builder(self.context)
@@ -175,16 +177,15 @@ class Interface:
     # What the agent sees -------------------------------------------------------------------------
 
     def observe(self) -> views.Function:
-        """Return ``observe``: the digits of the key, the first the most significant."""
+        """Return ``observe``: the digits of the key, in order."""
         builder = self._acting([*_PLACE, ("int", "action"), ("D&", "draws"), ("const State&", "next")])
         code = builder.code
-        code.add("Key key = 0;")
+        self.key.begin(code)
         for field in self.model.key:
             binders = self._key_binders(field)
             with builder.printer.loops(binders):
-                digit = self._digit(field, binders, builder)
-                code.add(f"key = key * {field.size} + static_cast<Key>({digit});")
-        code.add("return key;")
+                self.key.put(code, field, self._digit(field, binders, builder))
+        self.key.end(code)
         return builder.done("Key", "observe")
 
     def _key_binders(self, field: ir.KeyField) -> list[ir.Binder]:
@@ -209,7 +210,7 @@ class Interface:
     def filter(self) -> views.Function:
         """Return ``filter``: ``step`` with what the key tells instead of draws, and how likely that was."""
         builder = self._acting(
-            [*_PLACE, ("int", "action"), ("Key", "key"), ("D&", "draws"), ("State&", "next")]
+            [*_PLACE, ("int", "action"), (self.key.argument, "key"), ("D&", "draws"), ("State&", "next")]
         )
         code = builder.code
         digits = self._digits(builder)
@@ -253,20 +254,15 @@ class Interface:
     def _digits(self, builder: Builder) -> dict[str, Digit]:
         """Append the key's digits as locals; return the text of a field's entry, given its binders."""
         result: dict[str, Digit] = {}
-        if self.model.key:
-            builder.code.add("Key rest = key;")
-        for field in reversed(self.model.key):
+        self.key.begin_reading(builder.code)
+        for field in self.key.reading():
             name = builder.printer.scope.unique(f"{field.name.replace('.', '_')}_seen")
-            size = field.size
-            digit = shifted(f"static_cast<std::int32_t>(rest % {size})", low_of(field.type))
             if field.indices:
                 builder.code.add(f"std::int32_t {name}[{length_of(field.indices)}];")
-                with builder.printer.block(f"for (int i = {length_of(field.indices) - 1}; i >= 0; --i)"):
-                    builder.code.add(f"{name}[i] = {digit};")
-                    builder.code.add(f"rest /= {size};")
+                with self.key.entries(builder.code, field):
+                    self.key.take(builder.code, field, f"{name}[i]")
             else:
-                builder.code.add(f"const std::int32_t {name} = {digit};")
-                builder.code.add(f"rest /= {size};")
+                self.key.take(builder.code, field, f"const std::int32_t {name}")
 
             def entry(binders: Sequence[ir.Binder], name: str = name, type_: Type = field.type) -> str:
                 text = f"{name}[{position(binders, builder.printer)}]" if binders else name

@@ -22,6 +22,7 @@ from hypgen.codegen.functions import (
     table_fill,
 )
 from hypgen.codegen.interface import Interface
+from hypgen.codegen.keys import KeyLayout
 from hypgen.codegen.layout import pack
 from hypgen.codegen.naming import Names, base_name, file_stem, sites_of
 from hypgen.codegen.needs import NeedsAnalysis
@@ -98,7 +99,7 @@ def _constants(model: ir.Model) -> tuple[str, ...]:
         f"static constexpr int kVisibleCount = {visible};",
         f"static constexpr int kVariableCount = {sum(length_of(v.indices) for v in model.variables)};",
         f"static constexpr bool kHasLower = {'false' if model.lower is None else 'true'};",
-        "using Key = std::uint64_t;",
+        f"using Key = {KeyLayout(model.key).type};",
     ]
     return tuple(lines)
 

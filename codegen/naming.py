@@ -38,7 +38,8 @@ _TAKEN = _words(
 # What the generated struct is made of.
 _CONCEPT = _words(
     """
-    Key ParamValues StepResult Params Fixed State Site Joint kActionCount kVisibleCount
+    Key KeyReader KeyWriter WideKey words_of
+    ParamValues StepResult Params Fixed State Site Joint kActionCount kVisibleCount
     kVariableCount kHasLower init_visible init_hidden export_visible import_visible export_state
     is_legal is_terminal is_success step observe filter default_policy choose first_legal lower
     upper tail load joint

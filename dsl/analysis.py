@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from hypgen.dsl import ir
+from hypgen.dsl import ir, keys
 from hypgen.dsl.mistakes import Mistake, Report, mistake
 from hypgen.dsl.source import Span
-from hypgen.dsl.types import Float, length_of
+from hypgen.dsl.types import Float
 from hypgen.dsl.uses import Reach, Uses
 
 Edges = dict[str, dict[str, Reach]]
+
+# Of 64 bits: 32 KiB for each step that a search simulates at once.
+MOST_KEY_WORDS = 4096
 
 
 def stage_updates(updates: list[ir.Assign], uses: Uses, report: Report) -> list[ir.Assign]:
@@ -206,23 +209,18 @@ def key_fields(observations: list[ir.Observation], variables: list[ir.Variable])
 
 
 def check_key(key: tuple[ir.KeyField, ...], model_span: Span, report: Report) -> None:
-    """Report a key that needs more than 64 bits."""
-    bits = [(f.size.bit_length() * length_of(f.indices), f.name) for f in key]
-    if sum(b for b, _ in bits) <= 64:
+    """Report a key of too many words to keep one for each simulated step."""
+    if keys.word_count(key, most=MOST_KEY_WORDS) <= MOST_KEY_WORDS:
         return
-    total = 1
-    for field in key:
-        total *= field.size ** min(length_of(field.indices), 65 if field.size > 1 else 1)
-    if total > 2**64:
-        largest = max(bits)[1]
-        report.add(
-            mistake(
-                "E0806",
-                f"what the agent sees in a step takes {(total - 1).bit_length()} bits, more than 64",
-                model_span,
-                f"make observations smaller, '{largest}' first: coarser types, or fewer of them",
-            )
+    largest = max(key, key=lambda f: f.size.bit_length() * f.length).name
+    report.add(
+        mistake(
+            "E0806",
+            f"what the agent sees in a step takes more than {MOST_KEY_WORDS * 64} bits",
+            model_span,
+            f"make observations smaller, '{largest}' first: coarser types, or fewer of them",
         )
+    )
 
 
 def check_sites(sites: Iterable[tuple[ir.Site, Span]], report: Report) -> None:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from hypgen.dsl import ir
+from hypgen.dsl import ir, keys
 from hypgen.dsl.eval_distributions import Evaluator
 from hypgen.dsl.eval_values import (
     Array,
@@ -59,7 +59,8 @@ class Interpreter:
         self.lanes = lanes
         self._lanes = np.arange(lanes)
         self._evaluator = Evaluator(model, params or {})
-        self._digits = [(f, f.size) for f in model.key for _ in range(f.length)]
+        self._digits = keys.digits(model.key)
+        self._key_words = keys.word_count(model.key)
 
     # Episode start ---------------------------------------------------------------------------
 
@@ -119,14 +120,16 @@ class Interpreter:
         return Step(self._after(frame), saturate_fixed(reward), terminal, success, error)
 
     def observe(self, state: State, action: npt.ArrayLike, draws: DrawSource, after: State) -> Array:
-        """Return the observation key of a step that was not terminal."""
+        """Return the observation keys of steps that were not terminal: lanes by words, uint64."""
         frame = self._frame(state, after=after, action=np.asarray(action), draws=draws)
         seen = {o.name: self._observe(o, frame) for o in self.model.observations}
-        key = np.zeros(self.lanes, dtype=np.uint64)
+        key = np.zeros((self.lanes, self._key_words), dtype=np.uint64)
+        columns: dict[str, Array] = {}
         for field in self.model.key:
             values = (seen if field.observed else after)[field.name].reshape(self.lanes, -1)
-            for column in to_digit(values, field.type).T:
-                key = key * np.uint64(field.size) + column.astype(np.uint64)
+            columns[field.name] = to_digit(values, field.type).astype(np.uint64)
+        for digit in self._digits:
+            key[:, digit.word] += columns[digit.field.name][:, digit.entry] * np.uint64(digit.place)
         return key
 
     def _observe(self, observation: ir.Observation, frame: Frame) -> Array:
@@ -146,7 +149,7 @@ class Interpreter:
         Variables are treated stage by stage in the order of ``updates``, entries row-major. One that the key
         holds takes its value from there and multiplies the weight by that value's density unless it is
         ``copied``; the others are drawn. Then the weight is multiplied by the density of each observation
-        digit, in the key's order.
+        digit, in the key's order. ``key`` is lanes by words, or one for all lanes.
         """
         seen = self._decode(np.asarray(key))
         frame = self._next_frame(state, np.asarray(action), draws)
@@ -169,12 +172,11 @@ class Interpreter:
 
     def _decode(self, key: Array) -> dict[str, Array]:
         """Return the values that the key holds: lanes by entries for each field."""
-        rest = np.broadcast_to(key, (self.lanes,)).astype(np.uint64)
+        words = np.broadcast_to(key, (self.lanes, self._key_words)).astype(np.uint64)
         columns: dict[str, list[Array]] = {f.name: [] for f in self.model.key}
-        for field, size in reversed(self._digits):
-            digit = (rest % np.uint64(size)).astype(np.int64)
-            columns[field.name].insert(0, from_digit(digit, field.type))
-            rest = rest // np.uint64(size)
+        for digit in self._digits:
+            value = words[:, digit.word] // np.uint64(max(digit.place, 1)) % np.uint64(digit.size)
+            columns[digit.field.name].append(from_digit(value.astype(np.int64), digit.field.type))
         return {name: np.stack(values, axis=1) for name, values in columns.items()}
 
     def _weigh(

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from hypgen.dsl import ir
+from hypgen.dsl import ir, keys
 from hypgen.dsl.eval_values import Array, State
 from hypgen.dsl.float_math import canonical_bits
 from hypgen.dsl.interpreter import Interpreter, pick_legal
@@ -28,8 +28,10 @@ def columns(model: ir.Model) -> list[str]:
         for v in model.variables
         for place in np.ndindex(*(size_of(t) for t in v.indices))
     ]
-    middle = ["policy", "action", "reward", "terminal", "success", "key", "upper", "tail", "lower", "weight"]
-    return [*flat, *middle, *(f"filter {name}" for name in flat)]
+    words = keys.word_count(model.key)
+    key = ["key"] if words == 1 else [f"key[{i}]" for i in range(words)]
+    before = ["policy", "action", "reward", "terminal", "success"]
+    return [*flat, *before, *key, "upper", "tail", "lower", "weight", *(f"filter {name}" for name in flat)]
 
 
 def trace(
@@ -55,7 +57,7 @@ def trace(
         taken = np.where(stuck, 0, action)
         after, reward, terminal, success, _ = interpreter.step(state, taken, draws)
         ended = stuck | terminal
-        key = np.where(ended, np.uint64(0), interpreter.observe(state, taken, draws, after))
+        key = np.where(ended[:, np.newaxis], np.uint64(0), interpreter.observe(state, taken, draws, after))
         weight, filtered = interpreter.filter(state, taken, key, PhiloxDraws(own, lanes, t))
         bounds = [interpreter.upper(state), interpreter.tail(state), interpreter.lower(state, history)]
         rows.append(

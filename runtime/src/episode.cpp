@@ -31,8 +31,9 @@ EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int vi
     episode.steps = t + 1;
     episode.success = episode.success || step.result.success;
     const Status believed = step.result.terminal ? Status::kOk : belief.update(decision.action, step.key);
-    report(
-        {run, t, decision, reward, step.result.terminal, step.key, believed, belief.effective_sample_size()});
+    std::vector<std::uint64_t> seen(step.key.begin(), step.key.end());
+    report({run, t, decision, reward, step.result.terminal, std::move(seen), believed,
+            belief.effective_sample_size()});
     if (step.result.terminal) {
       episode.terminal = true;
       episode.status = Status::kTerminal;

@@ -91,7 +91,11 @@ void JsonLines::write(const StepRecord& step) {
   if (decision.signature != 0) json["signature"] = hexadecimal(decision.signature);
   if (!step.terminal) {
     json["observation"] = model_.observation_name(step.observation);
-    json["observation_key"] = step.observation;
+    if (step.observation.size() == 1) {
+      json["observation_key"] = step.observation[0];
+    } else {
+      json["observation_key"] = step.observation;
+    }
   }
   write_line(json.dump());
 }

@@ -40,7 +40,7 @@ TEST(Allocation, NoneInASearch) {
 TEST(Allocation, NoneInABeliefUpdate) {
   Solver solver(tiger_descriptor(), trials(1));
   const long before = allocations;
-  for (int i = 0; i < 5; ++i) solver.belief->update(0, 0);
+  for (int i = 0; i < 5; ++i) solver.see(0, 0);
   EXPECT_EQ(allocations, before);
 }
 

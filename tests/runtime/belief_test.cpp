@@ -13,13 +13,13 @@ TEST(Belief, FollowsTheExactTigerPosterior) {
   double left = solver.belief->marginal(0, 0);
   EXPECT_NEAR(left, 0.5, 0.02);
   for (const std::uint64_t heard : {0U, 0U, 1U, 0U}) {
-    ASSERT_EQ(solver.belief->update(0, heard), Status::kOk);
+    ASSERT_EQ(solver.see(0, heard), Status::kOk);
     const double right = (1.0 - left) * (heard == 1 ? hearing : 1.0 - hearing);
     left *= heard == 0 ? hearing : 1.0 - hearing;
     left /= left + right;
     EXPECT_NEAR(solver.belief->marginal(0, 0), left, 1e-3);
   }
-  ASSERT_EQ(solver.belief->update(1, 0), Status::kOk);  // opening a door starts again
+  ASSERT_EQ(solver.see(1, 0), Status::kOk);  // opening a door starts again
   EXPECT_NEAR(solver.belief->marginal(0, 0), 0.5, 0.02);
 }
 
@@ -27,14 +27,14 @@ TEST(Belief, ResamplesBeforeWeightsDegenerate) {
   Solver solver(tiger_descriptor(), trials(1), 1000);
   EXPECT_NEAR(solver.belief->effective_sample_size(), 1000.0, 1e-6);
   for (int i = 0; i < 6; ++i) {
-    solver.belief->update(0, 1);
+    solver.see(0, 1);
     EXPECT_GE(solver.belief->effective_sample_size(), 499.0);
   }
 }
 
 TEST(Belief, SamplesInProportionToWeights) {
   Solver solver(tiger_descriptor(), trials(1), 1000);
-  solver.belief->update(0, 0);
+  solver.see(0, 0);
   ScenarioBuffer scenarios;
   solver.belief->reserve(scenarios, 200);
   solver.belief->sample(derive(0, StreamKind::kPlan, 0), 0, 200, scenarios);
@@ -49,7 +49,7 @@ TEST(Belief, SamplesInProportionToWeights) {
 
 TEST(Belief, ParticlesCanBeMovedToAnotherBelief) {
   Solver from(tiger_descriptor(), trials(1), 100), to(tiger_descriptor(), trials(1), 100);
-  from.belief->update(0, 0);
+  from.see(0, 0);
   ScenarioBuffer particles;
   std::vector<double> weights;
   from.belief->reserve(particles, from.belief->size());
@@ -62,14 +62,14 @@ TEST(Belief, ParticlesCanBeMovedToAnotherBelief) {
 
 TEST(Belief, TellsFailuresApart) {
   Solver tiger(tiger_descriptor(), trials(1), 100);
-  EXPECT_EQ(tiger.belief->update(0, 7), Status::kImpossibleObservation);
+  EXPECT_EQ(tiger.see(0, 7), Status::kImpossibleObservation);
   EXPECT_NEAR(tiger.belief->effective_sample_size(), 100.0, 1e-9);  // it stays as it was
 
   Solver counter(mishaps_descriptor(9.0, 9), trials(1), 100);
-  EXPECT_EQ(counter.belief->update(0, 1), Status::kOk);
-  EXPECT_EQ(counter.belief->update(0, 0), Status::kDepletedBelief);  // only hidden = 1 is left
-  EXPECT_EQ(counter.belief->update(0, 1), Status::kOk);
-  EXPECT_EQ(counter.belief->update(0, 1), Status::kAllParticlesTerminal);
+  EXPECT_EQ(counter.see(0, 1), Status::kOk);
+  EXPECT_EQ(counter.see(0, 0), Status::kDepletedBelief);  // only hidden = 1 is left
+  EXPECT_EQ(counter.see(0, 1), Status::kOk);
+  EXPECT_EQ(counter.see(0, 1), Status::kAllParticlesTerminal);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ TEST(Arena, HandsOutInOrderUntilFull) {
 }
 
 TEST(Grouping, NumbersByFirstAppearance) {
-  ActionGrouping grouping(4);
+  ActionGrouping<std::uint64_t> grouping(4);
   grouping.clear();
   EXPECT_EQ(grouping.number(false, 77), 0U);
   EXPECT_EQ(grouping.number(true, 0), 1U);
@@ -31,7 +31,7 @@ TEST(Grouping, NumbersByFirstAppearance) {
 }
 
 TEST(Grouping, HoldsAsManyKeysAsPromised) {
-  Grouping grouping(1000);
+  Grouping<std::uint64_t> grouping(1000);
   for (int repeat = 0; repeat < 3; ++repeat) {
     grouping.clear();
     for (std::uint64_t key = 0; key < 1000; ++key) EXPECT_EQ(grouping.number(key << 32), key);

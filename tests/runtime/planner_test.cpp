@@ -22,7 +22,7 @@ TEST(Planner, TigerListensFirst) {
 
 TEST(Planner, TigerOpensOnceItIsSure) {
   Solver solver(tiger_descriptor(), trials(500));
-  for (int i = 0; i < 3; ++i) ASSERT_EQ(solver.belief->update(0, 0), Status::kOk);
+  for (int i = 0; i < 3; ++i) ASSERT_EQ(solver.see(0, 0), Status::kOk);
   EXPECT_EQ(solver.plan(3).action, 2);  // the tiger is on the left
 }
 
@@ -123,7 +123,7 @@ TEST(Planner, RolloutModeLeavesThePolicyForASureGain) {
   options.mode = Mode::kRollout;
   Solver solver(tiger_descriptor(), options);
   EXPECT_EQ(solver.plan().action, 0);  // opening either door loses
-  for (int i = 0; i < 5; ++i) solver.belief->update(0, 1);
+  for (int i = 0; i < 5; ++i) solver.see(0, 1);
   const Decision decision = solver.plan(5);
   EXPECT_EQ(decision.action, 1);
   EXPECT_EQ(decision.status, Status::kTrialLimit);

@@ -16,7 +16,7 @@ inline ModelDescriptor tiger_descriptor() {
   model.name = "Tiger";
   model.hash = "0";
   model.action_names = {"listen", "open_left", "open_right"};
-  model.observation_name = [](std::uint64_t key) { return std::string(key == 0 ? "left" : "right"); };
+  model.observation_name = [](KeyWords key) { return std::string(key[0] == 0 ? "left" : "right"); };
   model.params = {{"hearing", ParamKind::kProb, 0.0, 1.0, {}, {0.85F}, {}}};
   return model;
 }
@@ -31,7 +31,7 @@ ModelDescriptor rock_sample_descriptor() {
   model.has_success = true;
   model.action_names = {"north", "south", "east", "west", "sample"};
   for (int r = 0; r < K; ++r) model.action_names.push_back("check(" + std::to_string(r) + ")");
-  model.observation_name = [](std::uint64_t key) { return std::to_string(key); };
+  model.observation_name = [](KeyWords key) { return std::to_string(key[0]); };
   return model;
 }
 
@@ -41,7 +41,7 @@ inline ModelDescriptor mishaps_descriptor(double upper, int illegal_from) {
   model.discount = 1.0;
   model.horizon = 5;
   model.action_names = {"zero", "one"};
-  model.observation_name = [](std::uint64_t key) { return std::to_string(key); };
+  model.observation_name = [](KeyWords key) { return std::to_string(key[0]); };
   model.params = {{"upper", ParamKind::kFloat, -1e9, 1e9, {}, {upper}, {}},
                   {"illegal_from", ParamKind::kInt, 0, 9, {}, {static_cast<double>(illegal_from)}, {}}};
   return model;
@@ -63,6 +63,9 @@ struct Solver {
   }
 
   Decision plan(int step = 0) { return planner.plan(*belief, 0, step); }
+
+  // Tells the belief what was done and seen.
+  Status see(int action, std::uint64_t key) { return belief->update(action, words_of(key)); }
 
   ModelDescriptor model;
   std::string error;

@@ -95,14 +95,12 @@ def test_weighting_equals_rejection(trap: str, action: int) -> None:
     world, belief = (PhiloxDraws(derive(1, Stream.TEST, n), lanes, 0) for n in (0, 1))
     start = interpreter.init_hidden(interpreter.init_visible(world), world)
     after = interpreter.step(start, np.full(LANES, action), world).after
-    keys = interpreter.observe(start, np.full(LANES, action), world, after)
+    keys = interpreter.observe(start, np.full(LANES, action), world, after)[:, 0]
     truth = hidden_codes(model, after)
     again = interpreter.init_hidden(interpreter.init_visible(belief), belief)
     for key in np.unique(keys):
         seen = truth[keys == key]
-        weight, filtered = interpreter.filter(
-            again, np.full(LANES, action), np.full(LANES, key, dtype=np.uint64), belief
-        )
+        weight, filtered = interpreter.filter(again, np.full(LANES, action), [key], belief)
         assert weight.sum() > 0
         drawn = hidden_codes(model, filtered)
         effective = weight.sum() ** 2 / (weight**2).sum()

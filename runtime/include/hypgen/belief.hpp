@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "hypgen/key.hpp"
 #include "hypgen/philox.hpp"
 #include "hypgen/scenario_buffer.hpp"
 #include "hypgen/status.hpp"
@@ -29,7 +30,7 @@ class Belief {
   virtual void init(const std::int32_t* visible, std::uint64_t run) = 0;
 
   // Takes in an action and what was seen after it. Unless the status is kOk the belief stays as it was.
-  virtual Status update(int action, std::uint64_t key) = 0;
+  virtual Status update(int action, KeyWords key) = 0;
 
   // Gives a buffer the room that `sample` and `export_particles` need.
   virtual void reserve(ScenarioBuffer& buffer, std::size_t capacity) const = 0;

@@ -25,8 +25,9 @@ class CpuEvaluator final : public LeafEvaluator {
         states_(options.max_scenarios),
         members_(options.max_scenarios),
         baseline_(options.max_scenarios),
-        outcomes_(std::max<std::size_t>(options.max_scenarios,
-                                        std::min(options.max_scenarios * M::kActionCount, kMaxOutcomes))),
+        outcomes_(std::max<std::size_t>(
+            options.max_scenarios,
+            std::min(options.max_scenarios * M::kActionCount, kOutcomeBytes / sizeof(Outcome)))),
         grouping_(options.max_scenarios),
         cache_(options.max_scenarios, options.max_depth),
         rollout_(params_, cache_, options.discount, options.max_depth),
@@ -81,8 +82,8 @@ class CpuEvaluator final : public LeafEvaluator {
   }
 
  private:
-  // Outcomes held at once: more actions than fit are simulated in blocks.
-  static constexpr std::size_t kMaxOutcomes = std::size_t{1} << 19;
+  // Of the outcomes held at once: more actions than fit are simulated in blocks.
+  static constexpr std::size_t kOutcomeBytes = std::size_t{20} << 20;
   static constexpr std::size_t kMaxQueue = 256;
   static constexpr std::uint64_t kStepsBetweenChecks = 2048;  // of the clock: tens of microseconds
 
@@ -157,8 +158,9 @@ class CpuEvaluator final : public LeafEvaluator {
       SearchDraws words = draws(from.scenario, request.depth - 1);
       typename M::State next;
       const StepResult step = M::step(params_, fixed, from.state, request.action, words, next);
-      const typename M::Key key =
-          step.terminal ? 0 : M::observe(params_, fixed, from.state, request.action, words, next);
+      const typename M::Key key = step.terminal
+                                      ? typename M::Key{}
+                                      : M::observe(params_, fixed, from.state, request.action, words, next);
       if (grouping_.number(step.terminal, key) == request.group) members_[count++] = {from.scenario, next};
     }
     steps_ += parent.count;
@@ -199,7 +201,7 @@ class CpuEvaluator final : public LeafEvaluator {
         typename M::State next;
         const StepResult step = M::step(params_, fixed, member.state, actions[a], words, next);
         rollout_.note_error(step.error);
-        outcome = {step.reward, 0, {0, 0}, step.terminal};
+        outcome = {step.reward, {}, {0, 0}, step.terminal};
         if (step.terminal) continue;
         outcome.key = M::observe(params_, fixed, member.state, actions[a], words, next);
         outcome.bounds =
@@ -273,7 +275,7 @@ class CpuEvaluator final : public LeafEvaluator {
   std::vector<LeafRequest> queue_;
   std::vector<ActionRow> action_rows_;
   std::vector<ChildRow> child_rows_;
-  ActionGrouping grouping_;
+  ActionGrouping<typename M::Key> grouping_;
   DrawCache cache_;
   Rollout<M> rollout_;
   BoundsMemo<M> memo_;

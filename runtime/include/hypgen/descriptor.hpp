@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "hypgen/key.hpp"
+
 namespace hypgen {
 
 class Belief;
@@ -94,7 +96,7 @@ struct ModelDescriptor {
   int variable_count = 0;
   std::vector<std::string> action_names;
   std::vector<std::string> variable_names;  // flattened, in the order of export_state; may be empty
-  std::function<std::string(std::uint64_t)> observation_name;
+  std::function<std::string(KeyWords)> observation_name;
   std::vector<ParamSpec> params;
   std::function<std::unique_ptr<ModelInstance>(const ParamValues&, std::string& error)> create;
 };

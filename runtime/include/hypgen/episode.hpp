@@ -12,14 +12,14 @@
 
 namespace hypgen {
 
-// What happened in a step. `observation` means nothing if the step was terminal.
+// What happened in a step. `observation` is all zeroes if the step was terminal.
 struct StepRecord {
   std::uint64_t episode;
   int step;
   Decision decision;
   double reward;
   bool terminal;
-  std::uint64_t observation;
+  std::vector<std::uint64_t> observation;  // the words of its key
   Status belief_status;
   double effective_sample_size;
 };

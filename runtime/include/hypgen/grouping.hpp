@@ -5,9 +5,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "hypgen/key.hpp"
+
 namespace hypgen {
 
 // A hash table with linear probing whose entries expire all at once, by a stamp.
+template <class Key>
 class Grouping {
  public:
   explicit Grouping(std::size_t max_keys) {
@@ -25,8 +28,8 @@ class Grouping {
   }
 
   // The number of `key`; a new key gets the next number.
-  std::uint32_t number(std::uint64_t key) {
-    std::size_t at = (key * 0x9E3779B97F4A7C15U) >> (64 - bits_);
+  std::uint32_t number(const Key& key) {
+    std::size_t at = key_hash(key) >> (64 - bits_);
     while (slots_[at].stamp == stamp_) {
       if (slots_[at].key == key) return slots_[at].group;
       at = (at + 1) & (slots_.size() - 1);
@@ -42,7 +45,7 @@ class Grouping {
 
  private:
   struct Slot {
-    std::uint64_t key = 0;
+    Key key{};
     std::uint32_t stamp = 0;
     std::uint32_t group = 0;
   };
@@ -54,6 +57,7 @@ class Grouping {
 };
 
 // Groups the scenarios of one action: by observation key, with the terminal ones apart.
+template <class Key>
 class ActionGrouping {
  public:
   explicit ActionGrouping(std::size_t max_scenarios) : keys_(max_scenarios) {}
@@ -63,7 +67,7 @@ class ActionGrouping {
     terminal_ = kNone;
   }
 
-  std::uint32_t number(bool terminal, std::uint64_t key) {
+  std::uint32_t number(bool terminal, const Key& key) {
     if (!terminal) return keys_.number(key);
     if (terminal_ == kNone) terminal_ = keys_.next_number();
     return terminal_;
@@ -73,7 +77,7 @@ class ActionGrouping {
 
  private:
   static constexpr std::uint32_t kNone = UINT32_MAX;
-  Grouping keys_;
+  Grouping<Key> keys_;
   std::uint32_t terminal_ = kNone;
 };
 

@@ -5,7 +5,7 @@
 //
 //   static constexpr int kActionCount, kVisibleCount, kVariableCount;
 //   static constexpr bool kHasLower;                // `bound lower` is declared
-//   using Key = std::uint64_t;                      // of observations
+//   using Key = std::uint64_t;                      // of observations, or WideKey<N>
 //   struct Params;                                  // tables derived at load included
 //   struct Fixed { std::uint32_t words[..]; };      // once a scenario
 //   struct State { std::uint32_t words[..]; };      // the rest, packed
@@ -20,7 +20,8 @@
 //                                             State& next);
 //   template <class D> static Key observe(const Params&, const Fixed&, const State&, int action, D&,
 //                                         const State& next);
-//   template <class D> static double filter(const Params&, const Fixed&, const State&, int action, Key, D&,
+//   template <class D> static double filter(const Params&, const Fixed&, const State&, int action, const
+//   Key&, D&,
 //                                           State& next);        // 0: contradictory or terminal
 //   template <class D> static int default_policy(const Params&, const Fixed&, const State&, D&);  // legal or
 //   -1 static float upper(const Params&, const Fixed&, const State&);    // and lower, tail static bool

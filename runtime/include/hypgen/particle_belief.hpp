@@ -32,7 +32,8 @@ class ParticleBelief final : public Belief {
     hypotheses_ = count_distinct();
   }
 
-  Status update(int action, std::uint64_t key) override {
+  Status update(int action, KeyWords words) override {
+    const auto key = key_from<typename M::Key>(words);
     double total = filter(action, key, 0);
     // Particles that contradict the observation may not do so with other draws.
     for (std::uint32_t round = 1; round <= kRedraws && !(total > 0.0); ++round)
@@ -115,7 +116,7 @@ class ParticleBelief final : public Belief {
   }
 
   // Fills next_ with unnormalised weights and gives their sum.
-  double filter(int action, std::uint64_t key, std::uint32_t round) {
+  double filter(int action, const typename M::Key& key, std::uint32_t round) {
     double total = 0.0;
     for (std::uint32_t i = 0; i < now_.size(); ++i) {
       const Particle& from = now_[i];

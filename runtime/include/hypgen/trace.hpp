@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "hypgen/key.hpp"
 #include "hypgen/math.hpp"
 #include "hypgen/model.hpp"
 #include "hypgen/philox.hpp"
@@ -20,8 +21,8 @@ struct TraceOptions {
 };
 
 // Writes int64 rows, step-major: variables before the step, default policy's action, action, reward,
-// terminal, success, key, bits of upper, tail and lower, bits of the filter's weight, variables of the
-// filter's next state.
+// terminal, success, words of the key, bits of upper, tail and lower, bits of the filter's weight, variables
+// of the filter's next state.
 template <class M>
 class Tracer {
  public:
@@ -49,7 +50,7 @@ class Tracer {
 
  private:
   static constexpr std::uint32_t kActionSite = 0xAC7;
-  static constexpr std::size_t kColumns = 2 * M::kVariableCount + 10;
+  static constexpr std::size_t kColumns = 2 * M::kVariableCount + 9 + kKeyWords<typename M::Key>;
 
   struct Lane {
     typename M::Fixed fixed;
@@ -77,12 +78,12 @@ class Tracer {
     typename M::State next{};
     const StepResult result = M::step(params_, lane.fixed, lane.state, action, draws, next);
     const bool goes_on = !result.terminal;
-    typename M::Key key = 0;
+    typename M::Key key{};
     if (goes_on) key = M::observe(params_, lane.fixed, lane.state, action, draws, next);
     put(result.reward);
     put(result.terminal);
     put(result.success);
-    put(static_cast<std::int64_t>(key));
+    for (const std::uint64_t word : words_of(key)) put(static_cast<std::int64_t>(word));
     put_float(M::upper(params_, lane.fixed, lane.state));
     put_float(M::tail(params_, lane.fixed, lane.state));
     put_float(M::kHasLower ? M::lower(params_, lane.fixed, lane.state) : 0.0F);
@@ -95,7 +96,8 @@ class Tracer {
     return goes_on;
   }
 
-  void put_filter(const Lane& lane, std::uint32_t i, std::uint32_t t, int action, typename M::Key key) {
+  void put_filter(const Lane& lane, std::uint32_t i, std::uint32_t t, int action,
+                  const typename M::Key& key) {
     PhiloxDraws draws(filter_key_, i, t);
     typename M::State next{};
     const double weight = M::filter(params_, lane.fixed, lane.state, action, key, draws, next);

@@ -3,15 +3,17 @@
 
 #include <cstdint>
 
+#include "hypgen/key.hpp"
 #include "hypgen/model.hpp"
 #include "hypgen/philox.hpp"
 
 namespace hypgen {
 
-// What a step of the world gives back; `key` is the observation, 0 after a terminal step.
+// What a step of the world gives back; `key` is the observation, valid until the next step, and
+// zeroes after a terminal one.
 struct WorldStep {
   StepResult result;
-  std::uint64_t key;
+  KeyWords key;
 };
 
 class World {
@@ -48,9 +50,9 @@ class ModelWorld final : public World {
     PhiloxDraws draws(key_, run_, time_++);
     typename M::State next;
     const StepResult result = M::step(params_, fixed_, state_, action, draws, next);
-    const std::uint64_t key = result.terminal ? 0 : M::observe(params_, fixed_, state_, action, draws, next);
+    seen_ = result.terminal ? typename M::Key{} : M::observe(params_, fixed_, state_, action, draws, next);
     state_ = next;
-    return {result, key};
+    return {result, words_of(seen_)};
   }
 
  private:
@@ -60,6 +62,7 @@ class ModelWorld final : public World {
   std::uint32_t time_ = 0;
   typename M::Fixed fixed_{};
   typename M::State state_{};
+  typename M::Key seen_{};
 };
 
 }  // namespace hypgen

@@ -40,11 +40,13 @@ std::vector<std::string> action_names() {
   return names;
 }
 
-std::string observation_name(Model::Key key) {
+std::string observation_name(hypgen::KeyWords key) {
+  Model::Key rest = key[0];
   std::string reading;
-  for (int i = 0; i < 1; ++i) {
-    reading = name_of_Reading(static_cast<std::int32_t>(key % 3)) + (i == 0 ? "" : ", ") + reading;
-    key /= 3;
+  for (int i = 0; i >= 0; --i) {
+    const std::int32_t value = static_cast<std::int32_t>(rest % 3);
+    rest /= 3;
+    reading = name_of_Reading(value) + (i == 0 ? "" : ", ") + reading;
   }
   return reading;
 }

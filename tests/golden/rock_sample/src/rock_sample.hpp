@@ -8,6 +8,7 @@
 #include <hypgen/bits.hpp>
 #include <hypgen/descriptor.hpp>
 #include <hypgen/distributions.hpp>
+#include <hypgen/key.hpp>
 #include <hypgen/math.hpp>
 #include <hypgen/model.hpp>
 

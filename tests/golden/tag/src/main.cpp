@@ -37,12 +37,13 @@ std::vector<std::string> action_names() {
   return names;
 }
 
-std::string observation_name(Model::Key key) {
+std::string observation_name(hypgen::KeyWords key) {
+  Model::Key rest = key[0];
   std::string robot_seen;
-  for (int i = 0; i < 1; ++i) {
-    robot_seen = std::string((static_cast<std::int32_t>(key % 2)) != 0 ? "true" : "false") + (i == 0 ? ""
-        : ", ") + robot_seen;
-    key /= 2;
+  for (int i = 0; i >= 0; --i) {
+    const std::int32_t value = static_cast<std::int32_t>(rest % 2);
+    rest /= 2;
+    robot_seen = std::string(value != 0 ? "true" : "false") + (i == 0 ? "" : ", ") + robot_seen;
   }
   return robot_seen;
 }

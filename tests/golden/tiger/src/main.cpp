@@ -34,11 +34,13 @@ std::vector<std::string> action_names() {
   return names;
 }
 
-std::string observation_name(Model::Key key) {
+std::string observation_name(hypgen::KeyWords key) {
+  Model::Key rest = key[0];
   std::string heard;
-  for (int i = 0; i < 1; ++i) {
-    heard = name_of_Door(static_cast<std::int32_t>(key % 2)) + (i == 0 ? "" : ", ") + heard;
-    key /= 2;
+  for (int i = 0; i >= 0; --i) {
+    const std::int32_t value = static_cast<std::int32_t>(rest % 2);
+    rest /= 2;
+    heard = name_of_Door(value) + (i == 0 ? "" : ", ") + heard;
   }
   return heard;
 }

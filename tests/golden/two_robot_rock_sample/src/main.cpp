@@ -38,7 +38,7 @@ std::vector<std::string> action_names() {
     int rest = action;
     std::string components;
     for (int i = 0; i < 2; ++i) {
-      components = name_of_Move(static_cast<std::int32_t>(rest % 25)) + (i == 0 ? "" : ", ") + components;
+      components = name_of_Move(rest % 25) + (i == 0 ? "" : ", ") + components;
       rest /= 25;
     }
     names.push_back("(" + components + ")");
@@ -46,11 +46,13 @@ std::vector<std::string> action_names() {
   return names;
 }
 
-std::string observation_name(Model::Key key) {
+std::string observation_name(hypgen::KeyWords key) {
+  Model::Key rest = key[0];
   std::string bot_reading;
-  for (int i = 0; i < 2; ++i) {
-    bot_reading = name_of_Reading(static_cast<std::int32_t>(key % 3)) + (i == 0 ? "" : ", ") + bot_reading;
-    key /= 3;
+  for (int i = 1; i >= 0; --i) {
+    const std::int32_t value = static_cast<std::int32_t>(rest % 3);
+    rest /= 3;
+    bot_reading = name_of_Reading(value) + (i == 1 ? "" : ", ") + bot_reading;
   }
   return "(" + bot_reading + ")";
 }

@@ -25,7 +25,7 @@ std::vector<std::string> action_names() {
     int rest = action;
     std::string components;
     for (int i = 0; i < 2; ++i) {
-      components = name_of_Move(static_cast<std::int32_t>(rest % 2)) + (i == 0 ? "" : ", ") + components;
+      components = name_of_Move(rest % 2) + (i == 0 ? "" : ", ") + components;
       rest /= 2;
     }
     names.push_back("(" + components + ")");
@@ -33,16 +33,19 @@ std::vector<std::string> action_names() {
   return names;
 }
 
-std::string observation_name(Model::Key key) {
+std::string observation_name(hypgen::KeyWords key) {
+  Model::Key rest = key[0];
   std::string bot_seen;
-  for (int i = 0; i < 2; ++i) {
-    bot_seen = std::to_string(static_cast<std::int32_t>(key % 5) + 1) + (i == 0 ? "" : ", ") + bot_seen;
-    key /= 5;
+  for (int i = 1; i >= 0; --i) {
+    const std::int32_t value = static_cast<std::int32_t>(rest % 5) + 1;
+    rest /= 5;
+    bot_seen = std::to_string(value) + (i == 1 ? "" : ", ") + bot_seen;
   }
   std::string bot_bump;
-  for (int i = 0; i < 2; ++i) {
-    bot_bump = std::to_string(static_cast<std::int32_t>(key % 3) - 1) + (i == 0 ? "" : ", ") + bot_bump;
-    key /= 3;
+  for (int i = 1; i >= 0; --i) {
+    const std::int32_t value = static_cast<std::int32_t>(rest % 3) - 1;
+    rest /= 3;
+    bot_bump = std::to_string(value) + (i == 1 ? "" : ", ") + bot_bump;
   }
   return "bot.bump=(" + bot_bump + "), bot.seen=(" + bot_seen + ")";
 }
