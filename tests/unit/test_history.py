@@ -145,12 +145,12 @@ def test_arrays_families_products_and_draws() -> None:
     for digit in digits:
         key = key * 3 + int(digit)
     action = (0 * 4 + 1) * 4 + 3  # stay, go(-1), go(1)
-    after = interpreter.advance_history(state, action, np.array([key] * 2, np.uint64), history)
+    after = interpreter.advance_history(state, action, [key], history)
     assert after["last lamp.shade"][0].tolist() == shades.tolist()
     assert after["memory seen"][0].tolist() == [[1] * 3, [2] * 3, [3] * 3]
     # dark follows the action, which now is known: lamp 0 stays dark at the first step only.
     assert after["memory dark"].tolist() == history["memory dark"].tolist()
-    again = interpreter.advance_history(state, action, np.array([key] * 2, np.uint64), after)
+    again = interpreter.advance_history(state, action, [key], after)
     assert again["memory dark"].tolist() == [[True, False, True], [False, False, True]]
 
 
