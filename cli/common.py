@@ -22,6 +22,7 @@ class Exit(enum.IntEnum):
     """How a command ends; ``run`` gives the solver's own code where the solver was started."""
 
     OK = 0
+    DIFFERENT = 1  # `fmt --check` found something to do
     MISTAKE = 2  # the model, an option or the machine: the user can do something about it
     BUG = 70  # hypgen's own (sysexits' EX_SOFTWARE)
     INTERRUPTED = 130
@@ -30,6 +31,7 @@ class Exit(enum.IntEnum):
 EXIT_CODES = """\b
 Exit codes:
   0    fine
+  1    `fmt --check` only: a file is not formatted
   2    a mistake in the model or the options, or a missing tool
   70   a bug of hypgen; HYPGEN_DEBUG=1 shows where
   130  interrupted"""

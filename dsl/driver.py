@@ -95,6 +95,11 @@ def read_source(path: str, cited: Span | None = None) -> Source:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         remedy = "check the path and its permissions"
         raise _failure("E0003", f"'{path}' cannot be read: {reason}", remedy, cited) from None
+    return decode_source(path, content, cited)
+
+
+def decode_source(path: str, content: bytes, cited: Span | None = None) -> Source:
+    """Return what ``read_source`` does for a file's content."""
     if len(content) > MAX_BYTES:
         remedy = "a model is a description, not a table: declare large tables as params"
         raise _failure("E0006", f"'{path}' is larger than {MAX_BYTES // 1_000_000} MB", remedy, cited)

@@ -23,10 +23,14 @@ MAX_DEPTH = 200
 
 def parse(source: Source) -> ast.File:
     """Return the syntax tree of a model, library or instance file; raises ``ModelError``."""
-    foreign = recognise(source)
-    if foreign is not None:
-        raise ModelError([foreign], {source.name: source})
+    _refuse_foreign(source)
     return cast(ast.File, _parse(source, "file"))
+
+
+def parse_concrete(source: Source) -> tuple[Tree[Token], list[Token]]:
+    """Return the parse tree of a file and its tokens without comments; raises ``ModelError``."""
+    _refuse_foreign(source)
+    return _parse_tree(source, "file"), list(_load_lark().lex(source.text))
 
 
 def parse_expression(source: Source) -> ast.Expr:
@@ -34,17 +38,27 @@ def parse_expression(source: Source) -> ast.Expr:
     return cast(ast.Expr, _parse(source, "expression"))
 
 
+def _refuse_foreign(source: Source) -> None:
+    foreign = recognise(source)
+    if foreign is not None:
+        raise ModelError([foreign], {source.name: source})
+
+
 def _parse(source: Source, start: str) -> object:
+    content, diagnostics = build(_parse_tree(source, start), source)
+    if diagnostics:
+        raise ModelError(sorted(diagnostics, key=_position), {source.name: source})
+    return content
+
+
+def _parse_tree(source: Source, start: str) -> Tree[Token]:
     lark = _load_lark()
     try:
         tree = lark.parse(source.text, start=start)
     except UnexpectedInput as error:
         raise ModelError([explain(error, source, lark)], {source.name: source}) from None
     _check_depth(tree, source)
-    content, diagnostics = build(tree, source)
-    if diagnostics:
-        raise ModelError(sorted(diagnostics, key=_position), {source.name: source})
-    return content
+    return tree
 
 
 def _position(diagnostic: Diagnostic) -> tuple[int, int]:

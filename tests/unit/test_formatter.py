@@ -1,0 +1,181 @@
+"""The formatter: one layout, the same tokens and comments, and nothing left to do the second time."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hypgen.dsl.formatter import format_source
+from hypgen.dsl.parser import parse_concrete
+from hypgen.dsl.source import Source
+
+EXAMPLES = sorted((Path(__file__).parent.parent.parent / "examples").glob("*.pomdp"))
+
+
+def formatted(text: str) -> str:
+    return format_source(Source("x.pomdp", text))
+
+
+def tokens(text: str) -> list[str]:
+    return [str(token) for token in parse_concrete(Source("x.pomdp", text))[1]]
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.name)
+def test_the_examples_are_formatted(path: Path) -> None:
+    assert formatted(path.read_text()) == path.read_text()
+
+
+def check(before: str, after: str) -> None:
+    """Compare formatted text, given without the common indentation and the model's name."""
+    before, after = (f"model M\n\n{textwrap.dedent(text)}" for text in (before, after))
+    assert formatted(before) == after
+
+
+def test_spaces_follow_from_the_tokens() -> None:
+    check(
+        "const a:int=-3+4   *( -2 )//b [ 1,2 ]**-c\ntype T=bool [ R ,S]\n"
+        "reward r=if not(x'==- 1)then{a : 1.0,else b}else e . x\n",
+        "const a: int = -3 + 4 * (-2) // b[1, 2] ** -c\ntype T = bool[R, S]\n"
+        "reward r = if not (x' == -1) then { a: 1.0, else b } else e.x\n",
+    )
+    check("param v : float < m / s ^ 2 > [ I ]\n", "param v: float<m/s^2>[I]\n")
+
+
+def test_members_are_indented_and_blank_lines_are_single() -> None:
+    check(
+        """\
+        element e[ i in R ]{
+
+              hidden x:bool
+           # about the next line
+
+
+           init x=true
+
+
+           }
+        # the end
+
+
+        """,
+        """\
+        element e[i in R] {
+          hidden x: bool
+          # about the next line
+
+          init x = true
+        }
+        # the end
+        """,
+    )
+
+
+def test_what_is_aligned_stays_aligned_and_mends() -> None:
+    check(
+        """\
+        type Column  = 0 .. 3
+        type Row  = 0 .. 3     # rows
+        type Rock = 0 .. 3     # rocks
+        const a: int   = 1
+        const bcd: int = match  x {
+            north => 1
+            east  => 2
+            southern => 3
+        }
+        """,
+        """\
+        type Column = 0 .. 3
+        type Row    = 0 .. 3   # rows
+        type Rock   = 0 .. 3   # rocks
+        const a: int   = 1
+        const bcd: int = match x {
+          north    => 1
+          east     => 2
+          southern => 3
+        }
+        """,
+    )
+
+
+def test_continued_lines_keep_their_place() -> None:
+    check(
+        """\
+        reward a = if x  then 1
+                         else 2
+        reward b =  sum(r in R:
+                        c)
+                 +  3
+        reward c =
+              1
+        reward d =
+            1
+          + 2
+        """,
+        """\
+        reward a = if x then 1
+                        else 2
+        reward b = sum(r in R:
+                       c)
+                 + 3
+        reward c =
+            1
+        reward d =
+            1
+          + 2
+        """,
+    )
+
+
+def test_long_lines_are_broken() -> None:
+    term = "sum(r in Rock where rock[r].good: value_of_a_rock(r))"
+    check(f"reward a = {term} + {term}\n", f"reward a = {term}\n    + {term}\n")
+    check(
+        "discount 0.5 element e { hidden " + "x" * 80 + ": bool init x = true }\n",
+        "discount 0.5\nelement e {\n  hidden " + "x" * 80 + ": bool\n  init x = true\n}\n",
+    )
+
+
+def test_instances_and_libraries_are_files_too() -> None:
+    assert formatted('instance a of "b.pomdp" {n=1 k=2}') == 'instance a of "b.pomdp" { n = 1  k = 2 }\n'
+    assert formatted("library l const a:int=1") == "library l\nconst a: int = 1\n"
+
+
+# Between two tokens: what a careless or a careful author may have left there.
+SPACES = st.sampled_from(
+    [" ", "  ", "   ", "\t", "\n", "\n\n\n", "\n    ", "\n        ", " # why\n", "\n  # why\n"]
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.data(), st.sampled_from(EXAMPLES))
+def test_any_layout_of_the_same_tokens_settles_at_once(data: st.DataObject, path: Path) -> None:
+    words = tokens(path.read_text())
+    start = data.draw(st.integers(0, max(0, len(words) - 120)))
+    separators = data.draw(st.lists(SPACES, min_size=120, max_size=120))
+    pairs = zip(words[start:], separators, strict=False)
+    text = " ".join(words[:start]) + "\n" + "".join(w + s for w, s in pairs) + " ".join(words[start + 120 :])
+    once = formatted(text)
+    assert tokens(once) == words
+    assert re.findall("#.*", once) == re.findall("#.*", text)
+    assert formatted(once) == once
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.data(), st.sampled_from(EXAMPLES))
+def test_a_careless_edit_settles_at_once(data: st.DataObject, path: Path) -> None:
+    """Insert or remove space at a few places of a file that is formatted."""
+    text = path.read_text()
+    places = [m.span() for m in re.finditer(r"(?<=[,\s]) +|\n", text)]
+    for start, end in sorted(
+        data.draw(st.lists(st.sampled_from(places), max_size=8, unique=True)), reverse=True
+    ):
+        if "#" not in text[text.rfind("\n", 0, start) + 1 : start]:
+            text = text[:start] + data.draw(SPACES) + text[end:]
+    once = formatted(text)
+    assert tokens(once) == tokens(text)
+    assert formatted(once) == once
