@@ -27,6 +27,7 @@ from hypgen.dsl.eval_values import (
     to_position,
 )
 from hypgen.dsl.float_math import saturate_fixed, to_fixed
+from hypgen.dsl.interpreter_factors import Posterior, Posteriors
 from hypgen.dsl.ir import Binder
 from hypgen.dsl.philox import DrawSource
 from hypgen.dsl.types import Type, length_of, size_of
@@ -59,6 +60,7 @@ class Interpreter:
         self.lanes = lanes
         self._lanes = np.arange(lanes)
         self._evaluator = Evaluator(model, params or {})
+        self._posteriors = Posteriors(model, self._evaluator, lanes)
         self._digits = keys.digits(model.key)
         self._key_words = keys.word_count(model.key)
 
@@ -187,6 +189,22 @@ class Interpreter:
                 density = self._evaluator.density(dist, frame.bind(values), seen[:, number])
                 weight = weight * density
         return weight
+
+    # What the agent knows --------------------------------------------------------------------
+
+    def init_posterior(self, state: State) -> Posterior:
+        """Return the posterior of each exact factor at the start, given the visible variables."""
+        return self._posteriors.start(state)
+
+    def advance_posterior(
+        self, state: State, action: npt.ArrayLike, key: npt.ArrayLike, after: State, now: Posterior
+    ) -> tuple[Posterior, Array]:
+        """Return the posteriors after a step that was not terminal, and where none became impossible.
+
+        Of ``state`` and ``after`` only the visible variables are read.
+        """
+        seen = self._decode(np.asarray(key))
+        return self._posteriors.advance(state, np.asarray(action), after, seen, now)
 
     # Policy and bounds -----------------------------------------------------------------------
 

@@ -72,7 +72,9 @@ __all__ = [
     "Dist",
     "Element",
     "Entries",
+    "Evidence",
     "Expr",
+    "Factor",
     "FieldRead",
     "Function",
     "History",
@@ -93,6 +95,7 @@ __all__ = [
     "Model",
     "Noisy",
     "Observation",
+    "Obstacle",
     "Param",
     "ParamRead",
     "Policy",
@@ -355,6 +358,58 @@ class KeyField:
 
 
 @dataclass(frozen=True)
+class Evidence:
+    """What the agent learns in a step, and of which member of a factor it tells.
+
+    ``kind``: ``visible`` (the new value of the visible variable ``name``, by its density), ``observe`` (an
+    observation), ``end`` (that the episode goes on: ``condition`` is false); one for each value of
+    ``binders``. ``touch`` is the position, from 0, of the member whose hidden state it reads, -1 for none.
+    """
+
+    kind: str
+    name: str
+    binders: tuple[Binder, ...]
+    touch: Expr
+    condition: Expr | None = None
+
+
+@dataclass(frozen=True)
+class Factor:
+    """The hidden variables of an element, or of each member of a family: independent of all others given
+    what the agent has seen. ``evidence`` is in the order in which it is weighed.
+
+    ``size`` is the number of joint values, coded in mixed radix: ``variables`` in order, entries row-major,
+    the first the most significant; 0 where no exact posterior is kept, and then ``inexact`` says why.
+    """
+
+    element: str
+    binder: Binder | None
+    variables: tuple[str, ...]
+    size: int
+    inexact: str
+    evidence: tuple[Evidence, ...]
+
+    @property
+    def exact(self) -> bool:
+        """Return whether the factor's posterior is kept exactly, as a number for each joint value."""
+        return self.size > 0
+
+    @property
+    def members(self) -> int:
+        """Return how many factors of the kind there are: one for each member."""
+        return 1 if self.binder is None else size_of(self.binder.type)
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """Why the hidden variables of an element are no factor: the place that reads, and the reason."""
+
+    element: str
+    span: Span
+    reason: str
+
+
+@dataclass(frozen=True)
 class Model:
     """A whole model. ``updates`` has one entry for each variable that is not fixed.
 
@@ -363,7 +418,7 @@ class Model:
     False constants where the author wrote none; ``upper`` and ``tail`` are derived where the author wrote
     none; ``lower`` is None unless declared, and then replaces the rollout. ``policy`` None means uniform over
     the legal actions, drawn at the site ``policy:default``. ``source_hash`` is the SHA-256 of the text with
-    all settings applied.
+    all settings applied. Elements with hidden variables are ``factors``, or have one of the ``obstacles``.
     """
 
     name: str
@@ -393,12 +448,19 @@ class Model:
     success: Expr | None
     key: tuple[KeyField, ...]
     history: History = History()
+    factors: tuple[Factor, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
     spans: dict[str, Span] = field(default_factory=dict, compare=False)
 
     @property
     def all_lets(self) -> tuple[Let, ...]:
         """Return the lets of the elements, then those of the policy."""
         return self.lets + (() if self.policy is None else self.policy.lets)
+
+    @property
+    def factored(self) -> bool:
+        """Return whether every hidden variable belongs to a factor."""
+        return not self.obstacles
 
     def variable(self, name: str) -> Variable:
         """Return the variable with this qualified name."""

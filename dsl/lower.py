@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import PurePath
 
 from hypgen.dsl import analysis, ast, bounds, ir, members, operators, policies, settings
+from hypgen.dsl.factors import factorise
 from hypgen.dsl.leaves import flatten
 from hypgen.dsl.mistakes import Report, mistake
 from hypgen.dsl.program import Program
@@ -130,7 +131,8 @@ def _model(program: Program, sources: Sequence[Source]) -> ir.Model | None:
         if name not in found_bounds:
             bound = report.attempt(partial(bounds.derived, name, model, program))
             model = replace(model, **{name: bound or _ZERO})  # type: ignore[arg-type]  # both are expressions
-    return model
+    factors, obstacles = factorise(model, program.uses)
+    return replace(model, factors=factors, obstacles=obstacles)
 
 
 class _Declared:

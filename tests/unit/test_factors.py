@@ -1,0 +1,320 @@
+"""Factors: which hidden variables are independent, and that their posteriors are those of Bayes' rule."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from hypgen.dsl import ast, ir
+from hypgen.dsl.driver import load
+from hypgen.dsl.eval_values import Array, Frame, State, combinations
+from hypgen.dsl.interpreter import Interpreter
+from hypgen.dsl.interpreter_factors import Posterior
+from hypgen.dsl.lower import lower
+from hypgen.dsl.parser import parse
+from hypgen.dsl.philox import PhiloxDraws, Stream, derive
+from hypgen.dsl.source import Source
+from hypgen.dsl.types import low_of, size_of
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+HEAD = "model Trial\ndiscount 0.9\naction act: 0 .. 3\nreward none = 0\npolicy default = 1\n"
+
+
+def model_of(text: str) -> ir.Model:
+    source = Source("trial.pomdp", HEAD + text)
+    file = parse(source)
+    assert isinstance(file, ast.ModelFile)
+    return lower(file, {}, source)
+
+
+@pytest.mark.parametrize(
+    ("example", "element", "members", "size"),
+    [
+        ("rock_sample", "rock", 8, 2),
+        ("two_robot_rock_sample", "rock", 20, 2),
+        ("tiger", "room", 1, 2),
+        ("tag", "opponent", 1, 50),
+    ],
+)
+def test_examples_factor(example: str, element: str, members: int, size: int) -> None:
+    model = load(EXAMPLES / f"{example}.pomdp").model
+    (factor,) = model.factors
+    assert (factor.element, factor.members, factor.size) == (element, members, size)
+    assert model.factored and not factor.inexact
+
+
+# Models whose hidden variables are independent; each is checked against Bayes' rule by enumeration.
+FACTORED = {
+    # RockSample's dynamics: a family of flags, of which the action chooses one to look at.
+    "flags": """
+      type Rock = 1 .. 4
+      enum Look { nothing, fine, bad }
+      element rover { visible x: 0 .. 3  init x = 0  x' = clamp(x + (if act == 3 then 1 else 0)) }
+      element rock[r in Rock] {
+        hidden good: bool
+        init good ~ bernoulli(0.2 * r)
+        good' = good and not (act == 2 and rover.x == 1 and r == 2)
+      }
+      fn target(): Rock = rover.x + 1
+      observe look: Look ~
+        if act != 0 then nothing
+        else if rock[target()].good' then { fine: 0.8, else bad } else { bad: 0.7, else fine }""",
+    # Two elements of different kinds: correlated variables inside, a let without a draw, a fixed one; a
+    # visible variable tells of one and an observation of the other.
+    "mixed": """
+      type Low = 2 .. 3   type Level = 2 .. 5   type Grade = 0 .. 2   type Place = 0 .. 4
+      element tank {
+        hidden level: 2 .. 5   hidden leaks: bool   hidden fixed grade: 0 .. 2
+        init grade ~ uniform(Grade)
+        init leaks ~ bernoulli(0.1 + 0.2 * grade)
+        init level ~ if leaks then uniform(Low) else uniform(Level)
+        let inflow = if act == 1 then 1 else 0
+        level' ~ { clamp(level + inflow - (if leaks' then 1 else 0)): 0.7, else level }
+        leaks' ~ bernoulli(if leaks then 0.9 else 0.05 * grade)
+        observe gauge: 2 .. 5 ~ noisy(level', if act == 2 then 0.9 else 0.5)
+      }
+      element target {
+        hidden at: Place
+        init at ~ uniform(Place)
+        at' ~ uniform(p in Place where abs(p - at) <= 1: p)
+      }
+      element robot {
+        visible near: bool  visible count: 0 .. 7
+        init near = false   init count = 0
+        near' ~ noisy(target.at' <= act, 0.75)
+        count' = if near then clamp(count + 1) else count
+      }
+      terminal when robot.count == 7 or (act == 3 and target.at' == 4)""",
+    # The episode's end tells of every member; each member has a sensor of its own.
+    "crowd": """
+      type Ped = 0 .. 2
+      element car { visible s: 0 .. 9  init s = 0  s' ~ { clamp(s + 1): 0.8, else s } }
+      element ped[i in Ped] {
+        hidden place: 0 .. 3   hidden fixed goal: bool
+        init goal ~ bernoulli(0.5)
+        init place = if goal then 0 else i
+        place' ~ if goal then { clamp(place + 1): 0.6, else place } else { clamp(place - 1): 0.6, else place }
+        observe seen: 0 .. 3 ~ noisy(place', 0.8)
+      }
+      fn hit(i: Ped): bool = car.s == 5 and ped[i].place == 3
+      terminal when car.s' == 9 or any(i in Ped: hit(i)')""",
+}
+
+
+class Enumerated:
+    """The exact filter over all joint values of the hidden variables, which knows nothing of factors.
+
+    A lane of an interpreter is a joint value; transitions and observations are weighed by their densities.
+    """
+
+    def __init__(self, model: ir.Model, start: State) -> None:
+        places = [(v, p) for v in model.variables if not v.visible for p in np.ndindex(*shape_of(v))]
+        values = [range(low_of(v.type), low_of(v.type) + size_of(v.type)) for v, _ in places]
+        joint = np.array(list(itertools.product(*values)))
+        self.model, self.lanes = model, len(joint)
+        self.interpreter = Interpreter(model, lanes=self.lanes)
+        self.hidden = {v.name: np.zeros((self.lanes, *shape_of(v)), int) for v, _ in places}
+        for column, (v, place) in enumerate(places):
+            self.hidden[v.name][(slice(None), *place)] = joint[:, column]
+        state = self.state(start)
+        frame = self.interpreter._frame(state)
+        inits = [i for i in model.inits if i.variable in self.hidden]
+        self.weights = np.prod(
+            [self.density(i.binders, i.dist, frame, state[i.variable]) for i in inits], axis=0
+        )
+
+    def state(self, visible: State) -> State:
+        """Return the states that agree with ``visible``, one for each joint value."""
+        return {
+            name: self.hidden[name].astype(values.dtype)
+            if name in self.hidden
+            else np.repeat(values[:1], self.lanes, axis=0)
+            for name, values in visible.items()
+        }
+
+    def density(
+        self, binders: tuple[ir.Binder, ...], dist: ir.Dist, frame: Frame, values: Array
+    ) -> npt.NDArray[np.float64]:
+        """Return the density of a declaration's values in each lane."""
+        result = np.ones(self.lanes)
+        for number, _, bound in combinations(binders):
+            value = values.reshape(self.lanes, -1)[:, number]
+            result *= self.interpreter._evaluator.density(dist, frame.bind(bound), value)
+        return result
+
+    def advance(self, visible: State, action: Array, key: Array, after: State) -> None:
+        """Take in a step that was not terminal."""
+        goals, before = self.state(after), self.state(visible)
+        seen = self.interpreter._decode(np.asarray(key))
+        totals = np.zeros(self.lanes)
+        for h in np.flatnonzero(self.weights):
+            state = {n: np.repeat(v[h : h + 1], self.lanes, axis=0) for n, v in before.items()}
+            frame = self.interpreter._frame(state, after=goals, action=action)
+            weight = np.full(self.lanes, self.weights[h])
+            for name in (v.name for v in self.model.variables if v.fixed):
+                weight *= (state[name] == goals[name]).reshape(self.lanes, -1).all(axis=1)
+            for u in self.model.updates:
+                weight *= self.density(u.binders, u.dist, frame, goals[u.variable])
+            for o in self.model.observations:
+                weight *= self.density(o.binders, o.dist, frame, seen[o.name])
+            totals += np.where(self.interpreter._evaluator.value(self.model.terminal, frame), 0.0, weight)
+        self.weights = totals / totals.sum()
+
+
+def shape_of(variable: ir.Variable) -> tuple[int, ...]:
+    return tuple(size_of(t) for t in variable.indices)
+
+
+@pytest.mark.parametrize("name", FACTORED)
+def test_posteriors_are_those_of_enumeration(name: str) -> None:
+    model = model_of(FACTORED[name])
+    assert model.factored and all(f.exact for f in model.factors), model.obstacles
+    for seed in range(3):
+        follow(model, seed)
+
+
+def follow(model: ir.Model, seed: int) -> None:
+    """Compare both posteriors along an episode."""
+    interpreter, random = Interpreter(model), np.random.default_rng(seed)
+    key = derive(seed, Stream.TEST, 0)
+    draws = PhiloxDraws(key, np.arange(1), 0)
+    state = interpreter.init_hidden(interpreter.init_visible(draws), draws)
+    exact, posterior = Enumerated(model, state), interpreter.init_posterior(state)
+    for t in range(10):
+        compare(exact, posterior)
+        action = np.array([random.integers(4)])
+        draws = PhiloxDraws(key, np.arange(1), t)
+        after, _, terminal, _, _ = interpreter.step(state, action, draws)
+        if terminal[0]:
+            return
+        seen = interpreter.observe(state, action, draws, after)
+        exact.advance(state, action, seen, after)
+        posterior, possible = interpreter.advance_posterior(state, action, seen, after, posterior)
+        assert possible.all()
+        state = after
+
+
+def compare(exact: Enumerated, posterior: Posterior) -> None:
+    """Check that a factor's posterior is the marginal of the joint one."""
+    for factor in exact.model.factors:
+        of = exact.interpreter._posteriors
+        for member in range(factor.members):
+            codes = of.code(factor, member, exact.hidden)
+            expected = np.bincount(codes, weights=exact.weights, minlength=factor.size)
+            assert np.allclose(posterior[factor.element][0, member], expected, atol=1e-6, rtol=0)
+
+
+# Models that do not factor: the element that cannot, the line of the read, and what explains it.
+COUPLED = {
+    "a hidden robot reads the map": (
+        """
+      type Cell = 0 .. 3
+      element map { hidden fixed wall: bool[Cell]  init wall ~ [c in Cell: bernoulli(0.2)] }
+      element robot {
+        hidden cell: Cell
+        init cell = 0
+        cell' = if map.wall[cell] then 0 else clamp(cell + 1)
+      }
+      observe bump: bool ~ noisy(map.wall[robot.cell'], 0.9)""",
+        ["map", "robot"],
+        "the update of 'robot.cell' reads 'map.wall', hidden state of another element",
+        "map.wall[cell]",
+    ),
+    "an observation couples robot and target": (
+        """
+      type Cell = 0 .. 3
+      element robot { hidden cell: Cell  init cell ~ uniform(Cell)  cell' = cell }
+      element target { hidden cell: Cell  init cell ~ uniform(Cell)  cell' = cell }
+      fn close(): bool = robot.cell == target.cell
+      observe near: bool ~ noisy(close()', 0.9)""",
+        ["robot", "target"],
+        "'observe near' reads 'robot.cell' and 'target.cell' at once",
+        "robot.cell",
+    ),
+    "an index is hidden": (
+        """
+      type Box = 0 .. 2
+      element box[b in Box] { hidden full: bool  init full ~ bernoulli(0.5)  full' = full  hidden next: Box
+        init next ~ uniform(Box)  next' = next }
+      observe full: bool ~ noisy(box[box[0].next].full', 0.9)""",
+        ["box"],
+        "'observe full' reads 'box.full' through an index that is not known",
+        "box[box[0].next].full'",
+    ),
+    "an observation sums up a family": (
+        """
+      type Box = 0 .. 2
+      element box[b in Box] { hidden full: bool  init full ~ bernoulli(0.5)  full' = full }
+      observe number: 0 .. 3 = count(b in Box where box[b].full')""",
+        ["box"],
+        "'observe number' reads 'box.full' of several members",
+        "box[b].full'",
+    ),
+    "a draw moves two": (
+        """
+      type Box = 0 .. 2
+      element sea { let wind ~ bernoulli(0.5) }
+      element box[b in Box] { hidden open: bool  init open = false  open' = open or sea.wind }""",
+        ["box"],
+        "the draw 'sea.wind' ties what reads it: the update of 'box.open'",
+        "sea.wind",
+    ),
+    "members follow each other": (
+        """
+      type Box = 0 .. 2
+      element box[b in Box] { hidden open: bool  init open ~ bernoulli(0.5)  open' = box[0].open }""",
+        ["box"],
+        "the update of 'box.open' reads 'box.open' of another member of the family",
+        "box[0].open",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", COUPLED)
+def test_coupled_elements_are_named_with_the_read_that_couples_them(name: str) -> None:
+    text, elements, reason, read = COUPLED[name]
+    model = model_of(text)
+    assert not model.factored
+    assert [o.element for o in model.obstacles] == elements
+    first = model.obstacles[0]
+    assert first.reason == reason
+    assert (HEAD + text).splitlines()[first.span.line - 1][first.span.column - 1 :].startswith(read)
+
+
+# Factors without a finite posterior: a draw that is read twice, too many values.
+PARTICLES = {
+    "the draw 'car.works' is read": """
+      element car {
+        let works ~ bernoulli(0.9)
+        hidden worn: bool   hidden stuck: bool
+        init worn = false   init stuck = false
+        worn' = worn or works
+        stuck' = not works
+      }""",
+    "it has more than 512 joint values": """
+      type Place = 0 .. 599
+      element car { hidden place: Place  init place = 0  place' ~ noisy(place, 0.5) }""",
+    "it has more than 4096 joint values": """
+      type Bit = 1 .. 13
+      element car { hidden on: bool[Bit]  init on ~ [b in Bit: bernoulli(0.5)]  on' = [b in Bit: on[b]] }""",
+    "'car.place' is a float": """
+      element car { hidden place: float  init place = 0.5  place' = clamp(place + 0.5, 0.0, 9.0) }""",
+}
+
+
+@pytest.mark.parametrize("reason", PARTICLES)
+def test_factors_without_an_exact_posterior_say_why(reason: str) -> None:
+    model = model_of(PARTICLES[reason])
+    assert model.factored
+    assert [f.inexact for f in model.factors] == [reason]
+
+
+def test_an_independent_element_is_a_factor_beside_coupled_ones() -> None:
+    text = COUPLED["an observation couples robot and target"][0]
+    model = model_of(text + "element rock { hidden good: bool  init good ~ bernoulli(0.5)  good' = good }")
+    assert [f.element for f in model.factors] == ["rock"]
+    assert not model.factored
