@@ -15,12 +15,16 @@ from hypgen.dsl.source import Span
 from hypgen.dsl.symbols import kind_of
 from hypgen.dsl.typecheck import check_as, described
 from hypgen.dsl.types import INT, PROB, Enum, Float, Int, Record, Type, size_of
+from hypgen.dsl.unit_checks import require_plain, require_root, require_same
+from hypgen.dsl.units import PLAIN
 from hypgen.dsl.uses import Use
 
+_OF_ANY_UNIT = frozenset({"abs", "sign", "value"})
 _COUNTS = {"hypot": (2, 2), "clamp": (1, 3), "min": (2, None), "max": (2, None)}
 _ONE_NUMBER: dict[str, Callable[[ir.Expr], ir.Expr]] = {
     "abs": operators.absolute,
     "sign": operators.sign,
+    "value": lambda e: operators.measured(e, PLAIN),
     **{op: partial(operators.to_int, op) for op in builtins.ROUNDING},
     **{op: partial(operators.rising, op) for op in builtins.RISING},
 }
@@ -133,6 +137,7 @@ def _builtin(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     if node.name == "clamp" and given == 1:
         return _clamp_to_target(node, scope, expected)
     values = gather([partial(_number, n, scope, node.name) for n in node.arguments])
+    _check_units(node, values)
     match node.name:
         case "min" | "max":
             result = values[0]
@@ -144,6 +149,17 @@ def _builtin(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
         case "clamp":
             return _clamp(node, values)
     return _ONE_NUMBER[node.name](values[0])
+
+
+def _check_units(node: ast.Call, values: list[ir.Expr]) -> None:
+    """Raise if a built-in function cannot take the units of its arguments."""
+    name, spans = node.name, [n.span for n in node.arguments]
+    if len(values) > 1:
+        require_same(list(zip(values, spans, strict=True)), f"go together in '{name}'")
+    elif name == "sqrt":
+        require_root(values[0], spans[0])
+    elif name not in _OF_ANY_UNIT:
+        require_plain(values[0], spans[0], f"what '{name}' takes")
 
 
 def _number(node: ast.Expr, scope: Scope, name: str) -> ir.Expr:

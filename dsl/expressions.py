@@ -14,6 +14,7 @@ from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
 from hypgen.dsl.typecheck import check_as, described, require_int32, unify
 from hypgen.dsl.types import BOOL, Bool, Float, Int, Type
+from hypgen.dsl.unit_checks import require_exponent, require_same
 
 _COMPARISONS = {"==": "eq", "!=": "ne", "<": "lt", "<=": "le", ">": "gt", ">=": "ge"}
 _ARITHMETIC = {"+": "add", "-": "sub", "*": "mul", "/": "div", "//": "floordiv", "%": "mod"}
@@ -122,6 +123,7 @@ def _comparison(node: ast.Binary, scope: Scope) -> ir.Expr:
     left, right = _pair(node, scope)
     op = _COMPARISONS[node.op]
     if operators.is_numeric(left.type) and operators.is_numeric(right.type):
+        require_same([(left, node.left.span), (right, node.right.span)], "compare")
         return operators.compare(op, *operators.promote(left, right))
     if left.type != right.type:
         raise mistake(
@@ -145,6 +147,8 @@ def _arithmetic(node: ast.Binary, scope: Scope) -> ir.Expr:
     for e, n in ((left, node.left), (right, node.right)):
         require_number(e, n.span, f"an operand of '{node.op}'")
     op = _ARITHMETIC[node.op]
+    if op in ("add", "sub"):
+        require_same([(left, node.left.span), (right, node.right.span)], "add" if op == "add" else "subtract")
     if op in ("floordiv", "mod"):
         for e, n in ((left, node.left), (right, node.right)):
             if isinstance(e.type, Float):
@@ -166,6 +170,7 @@ def _power(node: ast.Binary, scope: Scope) -> ir.Expr:
         and isinstance(exponent.type, Int)
         and exponent.value >= 0
     ):
+        require_exponent(base, exponent, node.right.span)
         return operators.power(base, exponent)
     if exponent.value > _MAX_EXPONENT:
         raise mistake(

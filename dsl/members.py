@@ -18,6 +18,7 @@ from hypgen.dsl.symbols import duplicate
 from hypgen.dsl.type_expressions import require_finite
 from hypgen.dsl.typecheck import check_as, described
 from hypgen.dsl.types import BOOL, FLOAT, Type
+from hypgen.dsl.unit_checks import require_plain
 
 if TYPE_CHECKING:
     from hypgen.dsl.program import Program
@@ -201,6 +202,7 @@ def _reward(owner: ast.Element | None, item: ast.Reward, name: str, program: Pro
             item.value.span,
             "write: if .. then .. else 0",
         )
+    require_plain(value, item.value.span, "a reward")
     binder = None if element is None else program.element(element).binder
     return ir.Reward(name, element, binder, value, item.span)
 

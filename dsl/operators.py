@@ -11,8 +11,9 @@ import operator
 from collections.abc import Callable
 from dataclasses import replace
 
-from hypgen.dsl import intervals, ir
+from hypgen.dsl import intervals, ir, units
 from hypgen.dsl.types import BOOL, INT32_MAX, INT32_MIN, PROB, Bool, Enum, Float, Int, Record, Type, size_of
+from hypgen.dsl.units import Unit
 
 COMPARISONS: dict[str, Callable[[float, float], bool]] = {
     "eq": operator.eq,
@@ -35,10 +36,10 @@ def integer(value: int) -> ir.Const:
     return ir.Const(Int(value, value), value)
 
 
-def real(value: float) -> ir.Const:
-    """Return a constant float, rounded to float32."""
+def real(value: float, unit: Unit | None = None) -> ir.Const:
+    """Return a constant float, rounded to float32; without a unit it takes on any."""
     value = intervals.float32(value)
-    return ir.Const(Float(value, value), value)
+    return ir.Const(Float(value, value, unit=unit), value)
 
 
 def literal(value: bool | int | float) -> ir.Const:
@@ -69,6 +70,20 @@ def ends(t: Type) -> tuple[float, float]:
     return t.low, t.high
 
 
+def unit_of(e: ir.Expr) -> Unit | None:
+    """Return a number's unit: none for a literal, which adapts, and that of plain numbers for an int."""
+    if isinstance(e.type, Float):
+        return e.type.unit
+    return None if isinstance(e, ir.Const) else units.PLAIN
+
+
+def measured(e: ir.Expr, unit: Unit | None) -> ir.Expr:
+    """Return ``e`` in a unit; an int has none."""
+    if not isinstance(e.type, Float) or e.type.unit == unit:
+        return e
+    return replace(e, type=replace(e.type, unit=unit))
+
+
 def _int_ends(t: Type) -> tuple[int, int]:
     assert isinstance(t, Int)
     return t.low, t.high
@@ -78,24 +93,25 @@ def _int(found: tuple[float, float]) -> Int:
     return Int(int(found[0]), int(found[1]))
 
 
-def _float(found: tuple[float, float]) -> Float:
-    return Float(*intervals.rounded(found))
+def _float(found: tuple[float, float], unit: Unit | None = units.PLAIN) -> Float:
+    return Float(*intervals.rounded(found), unit=unit)
 
 
 def numeric(kind: Type, found: tuple[float, float]) -> Int | Float:
-    """Return the numeric type of the same kind as ``kind`` with this interval."""
-    return _int(found) if isinstance(kind, Int) else _float(found)
+    """Return the numeric type of the same kind and unit as ``kind`` with this interval."""
+    return _float(found, kind.unit) if isinstance(kind, Float) else _int(found)
 
 
 def join(a: Type, b: Type) -> Type | None:
-    """Return the least type with the values of both, or None where they differ in kind."""
-    if a == b:
-        return a
+    """Return the least type with the values of both, or None where they differ in kind or unit."""
     if isinstance(a, Int) and isinstance(b, Int):
         return Int(min(a.low, b.low), max(a.high, b.high))
     if isinstance(a, Float) and isinstance(b, Float):
-        return Float(min(a.low, b.low), max(a.high, b.high))
-    return None
+        if not units.agree(a.unit, b.unit):
+            return None
+        prob, unit = a.prob and b.prob, units.merged(a.unit, b.unit)
+        return Float(min(a.low, b.low), max(a.high, b.high), prob, unit)
+    return a if a == b else None
 
 
 def to_float(e: ir.Expr) -> ir.Expr:
@@ -118,7 +134,7 @@ def negate(e: ir.Expr) -> ir.Expr:
     """Return -e of a number."""
     low, high = ends(e.type)
     if isinstance(e, ir.Const):
-        return literal(-e.value)
+        return measured(literal(-e.value), unit_of(e))
     return ir.Unary(numeric(e.type, (-high, -low)), "neg", e)
 
 
@@ -145,7 +161,7 @@ def either(a: ir.Expr, b: ir.Expr) -> ir.Expr:
     return ir.Binary(BOOL, "or", a, b)
 
 
-def _folded(function: Callable[..., float], *operands: ir.Expr) -> ir.Const | None:
+def _folded(function: Callable[..., float], unit: Unit | None, *operands: ir.Expr) -> ir.Const | None:
     """Return a function of constants as a float, None where an operand varies or the result is not finite."""
     values = [e.value for e in operands if isinstance(e, ir.Const)]
     if len(values) < len(operands):
@@ -154,7 +170,7 @@ def _folded(function: Callable[..., float], *operands: ir.Expr) -> ir.Const | No
         result = intervals.float32(function(*values))
     except (ArithmeticError, ValueError):
         return None
-    return real(result) if math.isfinite(result) else None
+    return real(result, unit) if math.isfinite(result) else None
 
 
 _FOLD: dict[str, Callable[[float, float], float]] = {
@@ -169,14 +185,19 @@ _FOLD: dict[str, Callable[[float, float], float]] = {
 
 def arithmetic(op: str, a: ir.Expr, b: ir.Expr) -> ir.Expr:
     """Return ``add sub mul div min max floordiv mod`` of two numbers, promoted."""
+    unit = _unit_of_result(op, unit_of(a), unit_of(b))
     a, b = (to_float(a), to_float(b)) if op == "div" else promote(a, b)
     if isinstance(a.type, Int):
         found = _int_interval(op, _int_ends(a.type), _int_ends(b.type))
         if isinstance(a, ir.Const) and isinstance(b, ir.Const):
             return integer(int(found[0]))
         return ir.Binary(_int(found), op, a, b)
-    folded = _folded(_FOLD[op], a, b)
-    return folded or ir.Binary(_float(_plain_interval(op, ends(a.type), ends(b.type))), op, a, b)
+    folded = _folded(_FOLD[op], unit, a, b)
+    return folded or ir.Binary(_float(_plain_interval(op, ends(a.type), ends(b.type)), unit), op, a, b)
+
+
+def _unit_of_result(op: str, a: Unit | None, b: Unit | None) -> Unit | None:
+    return units.product(a, b, -1 if op == "div" else 1) if op in ("mul", "div") else units.merged(a, b)
 
 
 def _plain_interval(op: str, a: intervals.Ends, b: intervals.Ends) -> intervals.Ends:
@@ -224,22 +245,26 @@ def compare(op: str, a: ir.Expr, b: ir.Expr) -> ir.Expr:
 
 def power(a: ir.Expr, b: ir.Expr) -> ir.Expr:
     """Return a ** b of floats."""
+    unit = units.merged(unit_of(a), unit_of(b))
+    if unit_of(a) and isinstance(b, ir.Const):
+        unit = units.power(unit_of(a), int(b.value))
     a, b = to_float(a), to_float(b)
     found = intervals.power(ends(a.type), ends(b.type))
-    return _folded(math.pow, a, b) or ir.Binary(_float(found), "pow", a, b)
+    return _folded(math.pow, unit, a, b) or ir.Binary(_float(found, unit), "pow", a, b)
 
 
 def hypotenuse(a: ir.Expr, b: ir.Expr) -> ir.Expr:
     """Return hypot(a, b) of floats."""
+    unit = units.merged(unit_of(a), unit_of(b))
     a, b = to_float(a), to_float(b)
     found = intervals.hypotenuse(ends(a.type), ends(b.type))
-    return _folded(math.hypot, a, b) or ir.Binary(_float(found), "hypot", a, b)
+    return _folded(math.hypot, unit, a, b) or ir.Binary(_float(found, unit), "hypot", a, b)
 
 
 def absolute(e: ir.Expr) -> ir.Expr:
     """Return |e|."""
     if isinstance(e, ir.Const):
-        return literal(abs(e.value))
+        return measured(literal(abs(e.value)), unit_of(e))
     return ir.Unary(numeric(e.type, intervals.absolute(ends(e.type))), "abs", e)
 
 
@@ -248,7 +273,7 @@ def sign(e: ir.Expr) -> ir.Expr:
     low, high = ((x > 0) - (x < 0) for x in ends(e.type))
     if isinstance(e, ir.Const):
         return integer(low) if isinstance(e.type, Int) else real(low)
-    return ir.Unary(numeric(e.type, (low, high)), "sign", e)
+    return ir.Unary(_int((low, high)) if isinstance(e.type, Int) else _float((low, high)), "sign", e)
 
 
 _RISING: dict[str, Callable[[float], float]] = {
@@ -261,9 +286,10 @@ _RISING: dict[str, Callable[[float], float]] = {
 
 def rising(op: str, e: ir.Expr) -> ir.Expr:
     """Return ``sqrt exp log log2`` of a number as a float."""
+    unit = units.root(unit_of(e)) if op == "sqrt" else unit_of(e)
     e = to_float(e)
     found = intervals.monotone(_RISING[op], ends(e.type))
-    return _folded(_RISING[op], e) or ir.Unary(_float(found), op, e)
+    return _folded(_RISING[op], unit, e) or ir.Unary(_float(found, unit), op, e)
 
 
 _ROUNDING: dict[str, Callable[[float], int]] = {"floor": math.floor, "ceil": math.ceil, "round": round}
@@ -292,7 +318,7 @@ def clamp(e: ir.Expr, low: float, high: float) -> ir.Expr:
     if found[0] == found[1] and isinstance(e.type, Int):
         return integer(int(found[0]))
     if isinstance(e, ir.Const):
-        return literal(type(e.value)(found[0]))
+        return measured(literal(type(e.value)(found[0])), unit_of(e))
     kind = numeric(e.type, found)
     return ir.Clamp(kind, e, int(low), int(high)) if isinstance(kind, Int) else ir.Clamp(kind, e, low, high)
 

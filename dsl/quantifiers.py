@@ -17,6 +17,7 @@ from hypgen.dsl.scope import Scope
 from hypgen.dsl.type_expressions import require_finite
 from hypgen.dsl.typecheck import check_as, described, fit
 from hypgen.dsl.types import BOOL, FLOAT, INT32_MAX, Bool, Int, Type, size_of
+from hypgen.dsl.unit_checks import require_same
 
 _EXTREMES = ("min", "max", "argmin", "argmax")
 _MAX_UNFOLDED = 1 << 16
@@ -146,6 +147,7 @@ def _extreme(
             otherwise = check_as(node.otherwise, scope, result, "the value after 'else'")
         else:
             otherwise = scope.check(node.otherwise)
+            require_same([(body, node.body.span), (otherwise, node.otherwise.span)], "mix in one value")
             if operators.is_numeric(otherwise.type):
                 body, otherwise = operators.promote(body, otherwise)
             result = operators.join(body.type, otherwise.type) or FLOAT

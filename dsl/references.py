@@ -14,7 +14,8 @@ from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
 from hypgen.dsl.symbols import StateMember, kind_of
 from hypgen.dsl.typecheck import check_as, described
-from hypgen.dsl.types import PROB, Enum, Record, Type, size_of
+from hypgen.dsl.types import PROB, Enum, Float, Record, Type, size_of
+from hypgen.dsl.units import PLAIN
 from hypgen.dsl.uses import Use
 
 Entry = Callable[[tuple[ir.Expr, ...]], ir.Expr]
@@ -135,6 +136,8 @@ def _table_entry(table: ir.ConstantArray, indices: tuple[ir.Expr, ...]) -> ir.Ex
             return ir.TableRead(_reached(table), table.name, indices)
         position = position * size_of(t) + to_index(t, index.value)
     value = table.values[position]
+    if isinstance(table.type, Float):
+        return operators.real(value, table.type.unit)
     return operators.literal(value) if operators.is_numeric(table.type) else ir.Const(table.type, value)
 
 
@@ -270,9 +273,9 @@ def _plain_name(node: ast.Name, scope: Scope, expected: Type | None) -> ir.Expr:
             )
         return ir.Const(enum, enum.offsets[name])
     if name == "gamma":
-        return operators.real(program.discount(node.span))
+        return operators.real(program.discount(node.span), PLAIN)
     if name == "pi":
-        return operators.real(_PI)
+        return operators.real(_PI, PLAIN)
     item = program.symbols.globals.get(name)
     if isinstance(item, ast.Element):
         raise mistake(

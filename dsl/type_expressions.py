@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from hypgen.dsl import ast, ir
+from hypgen.dsl import ast, ir, units
 from hypgen.dsl.diagnostics import did_you_mean
 from hypgen.dsl.grids import check_glyphs
-from hypgen.dsl.mistakes import gather, later, mistake
+from hypgen.dsl.mistakes import gather, mistake
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
 from hypgen.dsl.types import (
@@ -39,7 +39,7 @@ def resolve(node: ast.TypeExpr, program: Program) -> Type:
     match node:
         case ast.TypeName(span, name, unit):
             if unit is not None:
-                raise later("a unit of measurement", span, "write plain 'float'")
+                return Float(unit=units.parse(unit))
             return _BASIC[name] if name in _BASIC else _named(name, span, program)
         case ast.TypeRange(span, low_node, high_node):
             low, high = gather([partial(_bound, n, program) for n in (low_node, high_node)])

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hypgen.dsl import ast, ir
 from hypgen.dsl.mistakes import Mistake, mistake
-from hypgen.dsl.operators import ends, join, to_float
+from hypgen.dsl.operators import ends, join, measured, to_float
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
 from hypgen.dsl.types import INT32_MAX, INT32_MIN, Bool, Float, Int, Type
+from hypgen.dsl.unit_checks import require_same, require_target
 
 
 def check_as(
@@ -37,7 +40,8 @@ def fit(e: ir.Expr, target: Type, span: Span, what: str = "the value", code: str
                 span,
                 "round it: floor(..), ceil(..) or round(..)",
             )
-        case Float(_, _, prob), (Int() | Float()):
+        case Float(_, _, prob, unit), (Int() | Float()):
+            require_target(e, target, span, what)
             least_float, most_float = ends(found)
             if prob and (most_float < 0 or least_float > 1):
                 raise mistake(
@@ -46,7 +50,7 @@ def fit(e: ir.Expr, target: Type, span: Span, what: str = "the value", code: str
                     span,
                     "a probability lies in 0 .. 1",
                 )
-            return to_float(e)
+            return measured(to_float(e), unit)
     if target == found:
         return e
     raise mismatch(target, found, span, what)
@@ -65,12 +69,16 @@ def mismatch(target: Type, found: Type, span: Span, what: str) -> Mistake:
 
 def described(t: Type) -> str:
     """Return a type in words, an int's interval left out."""
-    return "an int" if isinstance(t, Int) else "a float" if isinstance(t, Float) else f"of type {t}"
+    if isinstance(t, Float):
+        return f"a {replace(t, prob=False)}"
+    return "an int" if isinstance(t, Int) else f"of type {t}"
 
 
 def unify(branches: list[tuple[ir.Expr, Span]], expected: Type | None) -> list[ir.Expr]:
     """Return branches as one kind: floats if any is, the expected type where that is a float."""
     wide = isinstance(expected, Float) or any(isinstance(e.type, Float) for e, _ in branches)
+    if wide and all(isinstance(e.type, Int | Float) for e, _ in branches):
+        require_same(branches, "mix in one value")
     result: list[ir.Expr] = []
     for e, span in branches:
         e = to_float(e) if wide and isinstance(e.type, Int) else e

@@ -9,8 +9,10 @@ significant). Numeric types carry the interval that their values lie in.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+
+from hypgen.dsl.units import PLAIN, Unit, shown
 
 INT32_MIN, INT32_MAX = -(2**31), 2**31 - 1
 
@@ -40,14 +42,18 @@ class Int(Type):
 
 @dataclass(frozen=True)
 class Float(Type):
-    """float32 numbers; the interval is what analysis knows of them. ``prob`` marks probabilities."""
+    """float32 numbers; the interval is what analysis knows of them. ``prob`` marks probabilities.
+
+    ``unit`` counts while a model is checked; types that differ in it alone are equal.
+    """
 
     low: float = -math.inf
     high: float = math.inf
     prob: bool = False
+    unit: Unit | None = field(default=PLAIN, compare=False)
 
     def __str__(self) -> str:
-        return "prob" if self.prob else "float"
+        return "prob" if self.prob else f"float<{shown(self.unit)}>" if self.unit else "float"
 
 
 @dataclass(frozen=True)
