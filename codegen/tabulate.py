@@ -13,6 +13,7 @@ from typing import Any
 
 from hypgen.codegen import options, picks
 from hypgen.codegen.cost import Costs
+from hypgen.codegen.hoisting import Hoisting, unguarded
 from hypgen.codegen.layout import pack
 from hypgen.codegen.naming import Names, Scope
 from hypgen.codegen.state_tables import state_reads
@@ -32,7 +33,9 @@ from hypgen.dsl.source import Span
 from hypgen.dsl.types import INT32_MAX, INT32_MIN, Int, Type, is_finite, size_of
 
 _PARTS = (("inits", "dist"), ("updates", "dist"), ("observations", "dist"), ("rewards", "value"))
-_SLOW = frozenset({"pow", "hypot", "exp", "log", "log2", "sqrt"})
+_SLOW = frozenset(
+    {"pow", "hypot", "exp", "log", "log2", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan2"}
+)
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,7 @@ class _Tabulator:
         self.tables: list[DerivedTable] = []
         self.functions = {f.name: f for f in model.functions}
         self.lets = {let.name: let for let in model.lets}
+        self.hoisting = Hoisting(model)
         self.costs = Costs(self.functions, self.lets)
         self.fields = {field.variable: field for field in pack(model).state.fields}
         self.tested: set[tuple[str, Any]] = set()  # variants that the formula in work tests for
@@ -253,6 +257,12 @@ class _Tabulator:
         if self._domain(found) > options.MAX_TABLE_ENTRIES:
             return formula, None
         reads = tuple(_Input(substitute(i.read, parts), i.binder) for i in found)
+        certain = {shape(inner) for inner in unguarded(formula)}
+        if not all(
+            shape(i.read) in certain or self.hoisting.is_safe(r.read)
+            for i, r in zip(found, reads, strict=True)
+        ):
+            return formula, None
         return self._replace_reads(formula, inputs), reads
 
     def _set_apart(self, node: Any, parts: dict[str, ir.Expr]) -> Any:

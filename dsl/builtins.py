@@ -4,12 +4,14 @@ from __future__ import annotations
 
 DRAWS = frozenset({"bernoulli", "uniform", "noisy"})
 LATER_DRAWS = frozenset({"weighted", "normal", "exponential", "poisson", "binomial", "truncated", "binned"})
-LATER_MATH = frozenset({"sin", "cos", "tan", "asin", "acos", "atan", "atan2"})
-LATER_FUNCTIONS = LATER_MATH | {"distance", "at", "belief", "wrap", "checked"}
+LATER_FUNCTIONS = frozenset({"distance", "at", "belief", "wrap", "checked"})
 HISTORY = frozenset({"last"})
 ROUNDING = frozenset({"floor", "ceil", "round"})
 RISING = frozenset({"sqrt", "exp", "log", "log2"})
-FUNCTIONS = ROUNDING | RISING | {"min", "max", "abs", "sign", "hypot", "index", "value", "clamp"}
+TRIGONOMETRY = frozenset({"sin", "cos", "tan", "asin", "acos", "atan2"})
+FUNCTIONS = (
+    ROUNDING | RISING | TRIGONOMETRY | {"min", "max", "abs", "sign", "hypot", "index", "value", "clamp"}
+)
 QUANTIFIERS = frozenset({"sum", "any", "all", "count", "min", "max", "argmin", "argmax"})
 RESERVED_CALLS = DRAWS | LATER_DRAWS | LATER_FUNCTIONS | HISTORY | FUNCTIONS | QUANTIFIERS
 RESERVED_VALUES = frozenset({"gamma", "pi"})

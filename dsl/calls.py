@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from hypgen.dsl import ast, builtins, history, ir, operators
+from hypgen.dsl import ast, builtins, history, ir, operators, trigonometry
 from hypgen.dsl.diagnostics import did_you_mean
 from hypgen.dsl.draws import misplaced_draw
 from hypgen.dsl.mistakes import Mistake, gather, later, mistake
@@ -20,13 +20,15 @@ from hypgen.dsl.units import PLAIN
 from hypgen.dsl.uses import Use
 
 _OF_ANY_UNIT = frozenset({"abs", "sign", "value"})
-_COUNTS = {"hypot": (2, 2), "clamp": (1, 3), "min": (2, None), "max": (2, None)}
+_COUNTS = {"hypot": (2, 2), "atan2": (2, 2), "clamp": (1, 3), "min": (2, None), "max": (2, None)}
 _ONE_NUMBER: dict[str, Callable[[ir.Expr], ir.Expr]] = {
     "abs": operators.absolute,
     "sign": operators.sign,
     "value": lambda e: operators.measured(e, PLAIN),
     **{op: partial(operators.to_int, op) for op in builtins.ROUNDING},
     **{op: partial(operators.rising, op) for op in builtins.RISING},
+    **{op: partial(trigonometry.periodic, op) for op in trigonometry.PERIODIC},
+    **{op: partial(trigonometry.arc, op) for op in trigonometry.ARCS},
 }
 
 
@@ -128,10 +130,17 @@ def _builtin(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     least, most = _COUNTS.get(node.name, (1, 1))
     given = len(node.arguments)
     if given < least or (most is not None and given > most) or (node.name == "clamp" and given == 2):
-        form = {"clamp": "clamp(x) or clamp(x, low, high)", "hypot": "hypot(a, b)"}.get(
-            node.name, f"{node.name}(a, b)" if most is None else f"{node.name}(x)"
+        form = {
+            "clamp": "clamp(x) or clamp(x, low, high)",
+            "hypot": "hypot(a, b)",
+            "atan2": "atan2(y, x)",
+        }.get(node.name, f"{node.name}(a, b)" if most is None else f"{node.name}(x)")
+        raise mistake(
+            "E0302",
+            f"'{node.name}' is given {given} argument{'' if given == 1 else 's'}",
+            node.span,
+            f"its form is {form}",
         )
-        raise mistake("E0302", f"'{node.name}' is given {given} arguments", node.span, f"its form is {form}")
     if node.name == "index":
         return _code(node, scope)
     if node.name == "clamp" and given == 1:
@@ -146,6 +155,8 @@ def _builtin(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
             return result
         case "hypot":
             return operators.hypotenuse(values[0], values[1])
+        case "atan2":
+            return trigonometry.arc_of_point(values[0], values[1])
         case "clamp":
             return _clamp(node, values)
     return _ONE_NUMBER[node.name](values[0])

@@ -75,12 +75,14 @@ def _series(s: Array, first: float, divisors: tuple[int, ...]) -> Array:
 
 def _sin_near(r: Array) -> Array:
     s = r * r
-    return r + r * (_series(s, 355687428096000.0, _SINE) * s)
+    result: Array = r + r * (_series(s, 355687428096000.0, _SINE) * s)
+    return result
 
 
 def _cos_near(r: Array) -> Array:
     s = r * r
-    return _series(s, 20922789888000.0, _COSINE) * s + 1.0
+    result: Array = _series(s, 20922789888000.0, _COSINE) * s + 1.0
+    return result
 
 
 def sin(x: npt.ArrayLike) -> Array:

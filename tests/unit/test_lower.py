@@ -70,6 +70,9 @@ def codes(text: str = "", **settings: str) -> list[str]:
         ("0.1 + 0.2", float32(float32(0.1) + float32(0.2))),
         ("gamma", float32(0.9)),
         ("pi", float32(math.pi)),
+        ("sin(pi / 6)", float32(math.sin(float32(float32(math.pi) / 6)))),
+        ("cos(0) + tan(0) + asin(0) + acos(1)", 1.0),
+        ("atan2(0, -1)", float32(math.pi)),
         ("clamp(7, 0, 5)", 5),
         ("step[down]", -1),
         ("index(Dir.down) + index(to(Pos(0, 1)))", 5),
@@ -121,6 +124,13 @@ def test_intervals_of_ints_are_exact(text: str, low: int, high: int) -> None:
         ("w[0]", -math.inf, math.inf),
         ("clamp(w[0], 0, 1)", 0.0, 1.0),
         ("sqrt(bot.k)", 0.0, 3**0.5),
+        ("sin(bot.k)", -1.0, 1.0),
+        ("cos(w[0])", -1.0, 1.0),
+        ("tan(bot.k)", -math.inf, math.inf),
+        ("asin(bot.k / 4)", 0.0, math.asin(0.75)),
+        ("acos(bot.k / 4)", math.acos(0.75), math.acos(0.0)),
+        ("acos(w[0])", 0.0, math.pi),
+        ("atan2(bot.k, 1)", -math.pi, math.pi),
     ],
 )
 def test_intervals_of_floats_enclose(text: str, low: float, high: float) -> None:

@@ -1,0 +1,41 @@
+"""Tables for formulas under conditions: nothing is read where its index may be out of range."""
+
+import pytest
+
+from hypgen.codegen.driver import generate
+from hypgen.dsl.lower import lower
+from hypgen.dsl.parser import parse
+from hypgen.dsl.source import Source
+
+MODEL = """model M
+type Cell = 0 .. 9
+enum Act {{ wait, go }}
+discount 0.9
+action act: Act
+param slope: float = 0.5
+element bot {{
+  hidden k: Cell
+  init k = 0
+  k' = clamp(k + 1)
+}}
+reward r = {reward}
+bound upper = 0
+bound tail = 0
+"""
+
+
+@pytest.mark.parametrize(
+    ("reward", "statement"),
+    [
+        ("if bot.k > 6 and act == go then log(bot.k - 6) else 0.0", "params.r_table[state.bot_k() - 7]"),
+        ("if bot.k > 6 then log(bot.k - 6) * slope else 0.0", "return params.r_table[state.bot_k()];"),
+    ],
+)
+def test_a_table_is_as_large_as_what_reaches_it(reward: str, statement: str) -> None:
+    source = Source("m.pomdp", MODEL.format(reward=reward))
+    header = generate(lower(parse(source), {}, source))["src/m.hpp"]
+    body = header[header.index("static float reward_r(") :]
+    body = body[: body.index("\n  }\n")]
+    assert statement in body
+    if "act" in reward:
+        assert body.index("act == Act::go") < body.index(statement)
