@@ -7,7 +7,7 @@ Each method is the function of the same name that a generated model has (docs/de
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -111,8 +111,7 @@ class Interpreter:
         reward = np.zeros(self.lanes, dtype=np.int64)
         error = np.zeros(self.lanes, dtype=np.bool_)
         for term in self.model.rewards:
-            for _, _, values in combinations(() if term.binder is None else (term.binder,)):
-                earned = self._spread(term.value, frame.bind(values))
+            for earned in self._earned(term, frame):
                 reward += to_fixed(earned)
                 error |= np.isnan(earned)
         terminal = self._spread(self.model.terminal, frame)
@@ -120,6 +119,22 @@ class Interpreter:
         if self.model.success is not None:
             success = self._spread(self.model.success, frame)
         return Step(self._after(frame), saturate_fixed(reward), terminal, success, error)
+
+    def reward_terms(
+        self, state: State, action: npt.ArrayLike, draws: DrawSource, after: State
+    ) -> dict[str, Array]:
+        """Return what each reward term earns in a step, in fixed point, the members of a family summed."""
+        frame = self._frame(state, after=after, action=np.asarray(action), draws=draws)
+        return {
+            term.name: sum(
+                (to_fixed(earned) for earned in self._earned(term, frame)), np.zeros(self.lanes, np.int64)
+            )
+            for term in self.model.rewards
+        }
+
+    def _earned(self, term: ir.Reward, frame: Frame) -> Iterator[Array]:
+        for _, _, values in combinations(() if term.binder is None else (term.binder,)):
+            yield self._spread(term.value, frame.bind(values))
 
     def observe(self, state: State, action: npt.ArrayLike, draws: DrawSource, after: State) -> Array:
         """Return the observation keys of steps that were not terminal: lanes by words, uint64."""
@@ -153,7 +168,7 @@ class Interpreter:
         ``copied``; the others are drawn. Then the weight is multiplied by the density of each observation
         digit, in the key's order. ``key`` is lanes by words, or one for all lanes.
         """
-        seen = self._decode(np.asarray(key))
+        seen = self.decode(np.asarray(key))
         frame = self._next_frame(state, np.asarray(action), draws)
         after = self._after(frame)
         weight = np.ones(self.lanes, dtype=np.float64)
@@ -172,7 +187,7 @@ class Interpreter:
                 weight = self._weigh(weight, observation.binders, observation.dist, frame, seen[field.name])
         return np.where(self._spread(self.model.terminal, frame), 0.0, weight), after
 
-    def _decode(self, key: Array) -> dict[str, Array]:
+    def decode(self, key: Array) -> dict[str, Array]:
         """Return the values that the key holds: lanes by entries for each field."""
         words = np.broadcast_to(key, (self.lanes, self._key_words)).astype(np.uint64)
         columns: dict[str, list[Array]] = {f.name: [] for f in self.model.key}
@@ -203,7 +218,7 @@ class Interpreter:
 
         Of ``state`` and ``after`` only the visible variables are read.
         """
-        seen = self._decode(np.asarray(key))
+        seen = self.decode(np.asarray(key))
         return self._posteriors.advance(state, np.asarray(action), after, seen, now)
 
     # Policy and bounds -----------------------------------------------------------------------
@@ -229,7 +244,7 @@ class Interpreter:
         """Return the histories after an action in the states, and what was seen then."""
         after = {"started": np.ones_like(history["started"])}
         after["action"] = np.broadcast_to(np.asarray(action, dtype=np.int64), (self.lanes,)).copy()
-        seen = self._decode(np.asarray(key))
+        seen = self.decode(np.asarray(key))
         for name in self.model.history.observations:
             after[f"last {name}"] = seen[name].reshape(history[f"last {name}"].shape)
         frame = self._frame(state, history=history)

@@ -149,7 +149,7 @@ class Enumerated:
     def advance(self, visible: State, action: Array, key: Array, after: State) -> None:
         """Take in a step that was not terminal."""
         goals, before = self.state(after), self.state(visible)
-        seen = self.interpreter._decode(np.asarray(key))
+        seen = self.interpreter.decode(np.asarray(key))
         totals = np.zeros(self.lanes)
         for h in np.flatnonzero(self.weights):
             state = {n: np.repeat(v[h : h + 1], self.lanes, axis=0) for n, v in before.items()}

@@ -1,0 +1,211 @@
+"""How ``hypgen sim`` tells what happens: in words, or as JSON lines."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from typing import TYPE_CHECKING, Any, Protocol
+
+import click
+
+from hypgen.dsl import ir
+from hypgen.dsl.types import Bool, Float, Int, Type
+from hypgen.dsl.value_text import action_text, array_text, entry_names, value_text
+
+if TYPE_CHECKING:
+    from hypgen.dsl.interpreter_episode import Episode, Outcome, Values
+
+_WIDTH = 100
+
+
+class Report(Protocol):
+    """What is told of an episode, as it happens."""
+
+    def start(self, seed: int, number: int) -> None:
+        """Tell what is played and how it starts."""
+        ...
+
+    def step(self, before: Values, outcome: Outcome) -> None:
+        """Tell a step; ``before`` are the values before it."""
+        ...
+
+    def undone(self) -> None:
+        """Tell that the last step was taken back."""
+        ...
+
+    def state(self) -> None:
+        """Tell the whole state."""
+        ...
+
+    def legal(self) -> None:
+        """Tell the legal actions."""
+        ...
+
+    def note(self, text: str) -> None:
+        """Tell the user something that is not part of the episode."""
+        ...
+
+    def end(self) -> None:
+        """Tell how the episode went."""
+        ...
+
+
+class TextReport:
+    """For people: values by name, after the first step only those that changed."""
+
+    def __init__(self, episode: Episode, show_hidden: bool) -> None:
+        self._episode = episode
+        self._model = episode.model
+        self._variables = [v for v in self._model.variables if v.visible or show_hidden]
+
+    def start(self, seed: int, number: int) -> None:
+        """Print the model's name, the state and the legal actions."""
+        click.echo(f"{self._model.name}: episode {number} of seed {seed}")
+        self.state()
+        self.legal()
+
+    def step(self, before: Values, outcome: Outcome) -> None:
+        """Print the action, what changed, what was observed and earned."""
+        model, now = self._model, self._episode.now
+        click.echo(f"step {now.time - 1}: {action_text(outcome.action, model.action)}")
+        after = self._episode.values()
+        for v in self._variables:
+            names = entry_names(v.name, v.element, v.indices, model)
+            for name, old, new in zip(names, before[v.name], after[v.name], strict=True):
+                if old != new:
+                    click.echo(f"  {name}: {value_text(old, v.type)} -> {value_text(new, v.type)}{_mark(v)}")
+        for o in model.observations if outcome.observation else ():
+            indices = tuple(b.type for b in o.binders)
+            names = entry_names(o.name, o.element, indices, model)
+            for name, value in zip(names, outcome.observation[o.name], strict=True):
+                click.echo(f"  observed {name} = {value_text(value, o.type)}")
+        earned = [f"{name} {value:.6g}" for name, value in outcome.terms.items() if value]
+        terms = f" ({', '.join(earned)})" if len(outcome.terms) > 1 and earned else ""
+        click.echo(
+            f"  reward {outcome.reward:.6g}{terms}, so far {now.earned:.6g}, discounted {now.discounted:.6g}"
+        )
+        if outcome.error:
+            click.echo("  a reward term is not a number: it counts as 0")
+
+    def undone(self) -> None:
+        """Print where the episode stands again."""
+        click.echo(f"back before step {self._episode.now.time}")
+
+    def state(self) -> None:
+        """Print every variable."""
+        values = self._episode.values()
+        for v in self._variables:
+            line = f"{v.name} = {array_text(values[v.name], v.type, v.indices)}{_mark(v)}"
+            click.echo(_wrapped(line))
+
+    def legal(self) -> None:
+        """Print the legal actions' names."""
+        model = self._model
+        names = [action_text(code, model.action) for code in self._episode.legal()]
+        click.echo(_wrapped(f"{len(names)} of {model.action.count} actions are legal: {', '.join(names)}"))
+
+    def note(self, text: str) -> None:
+        """Print a text."""
+        click.echo(text)
+
+    def end(self) -> None:
+        """Print how the episode ended and what it earned."""
+        now = self._episode.now
+        how = "ended" if now.terminal else "stopped"
+        success = "" if self._model.success is None else ", a success" if now.success else ", no success"
+        click.echo(
+            f"{how} after {now.time} step{'' if now.time == 1 else 's'}{success}: "
+            f"return {now.earned:.6g}, discounted {now.discounted:.6g}"
+        )
+
+
+class JsonReport:
+    """For programs: an object a line, its ``type`` says which."""
+
+    def __init__(self, episode: Episode, show_hidden: bool) -> None:
+        self._episode = episode
+        self._model = episode.model
+        self._variables = [v for v in self._model.variables if v.visible or show_hidden]
+
+    def start(self, seed: int, number: int) -> None:
+        """Print the state that the episode starts in."""
+        self._print("start", model=self._model.name, seed=seed, episode=number, state=self._state())
+
+    def step(self, before: Values, outcome: Outcome) -> None:
+        """Print a step and the state after it."""
+        now, model = self._episode.now, self._model
+        seen = {
+            o.name: _data(outcome.observation[o.name], o.type, bool(o.binders))
+            for o in (model.observations if outcome.observation else ())
+        }
+        self._print(
+            "step",
+            step=now.time - 1,
+            action=outcome.action,
+            action_name=action_text(outcome.action, model.action),
+            observation=None if now.terminal else seen,
+            reward=outcome.reward,
+            rewards=outcome.terms,
+            discounted_return=now.discounted,
+            terminal=now.terminal,
+            success=None if model.success is None else now.success,
+            state=self._state(),
+        )
+
+    def undone(self) -> None:
+        """Print the state again."""
+        self._print("undo", step=self._episode.now.time, state=self._state())
+
+    def state(self) -> None:
+        """Print the state."""
+        self._print("state", step=self._episode.now.time, state=self._state())
+
+    def legal(self) -> None:
+        """Print the legal actions' names."""
+        names = [action_text(code, self._model.action) for code in self._episode.legal()]
+        self._print("legal", step=self._episode.now.time, actions=names)
+
+    def note(self, text: str) -> None:
+        """Print a text to standard error."""
+        click.echo(text, err=True)
+
+    def end(self) -> None:
+        """Print what the episode earned."""
+        now = self._episode.now
+        self._print(
+            "end",
+            steps=now.time,
+            discounted_return=now.discounted,
+            **{"return": now.earned},
+            terminal=now.terminal,
+            success=None if self._model.success is None else now.success,
+        )
+
+    def _state(self) -> dict[str, Any]:
+        values = self._episode.values()
+        return {v.name: _data(values[v.name], v.type, bool(v.indices)) for v in self._variables}
+
+    @staticmethod
+    def _print(kind: str, **fields: Any) -> None:
+        click.echo(json.dumps({"type": kind, **fields}))
+
+
+def _data(values: list[Any], t: Type, is_array: bool) -> Any:
+    """Return an array's entries, row-major, or a scalar's value; enums and records by name."""
+    data = values if isinstance(t, Bool | Int | Float) else [value_text(value, t) for value in values]
+    return data if is_array else data[0]
+
+
+def _mark(variable: ir.Variable) -> str:
+    return "" if variable.visible else "  (hidden)"
+
+
+def _wrapped(text: str) -> str:
+    return textwrap.fill(
+        text,
+        _WIDTH,
+        initial_indent="  ",
+        subsequent_indent="    ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
