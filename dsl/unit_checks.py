@@ -86,7 +86,5 @@ def _remedy(expected: units.Unit | None, found: units.Unit | None) -> str:
     if not expected:
         return f"divide by a value in {units.shown(found)}, or strip the unit: value(..)"
     if not found:
-        return (
-            f"declare what this is made of in {units.shown(expected)}, such as float<{units.shown(expected)}>"
-        )
+        return f"declare what this is made of as {units.described(expected)}"
     return f"convert it to {units.shown(expected)}, or strip the units: value(..)"
