@@ -4,13 +4,14 @@ from __future__ import annotations
 
 DRAWS = frozenset({"bernoulli", "uniform", "noisy"})
 LATER_DRAWS = frozenset({"weighted", "normal", "exponential", "poisson", "binomial", "truncated", "binned"})
-LATER_FUNCTIONS = frozenset({"distance", "at", "belief", "wrap", "checked"})
+LATER_FUNCTIONS = frozenset({"distance", "belief"})
+RANGES = frozenset({"clamp", "wrap", "checked"})
 HISTORY = frozenset({"last"})
 ROUNDING = frozenset({"floor", "ceil", "round"})
 RISING = frozenset({"sqrt", "exp", "log", "log2"})
 TRIGONOMETRY = frozenset({"sin", "cos", "tan", "asin", "acos", "atan2"})
 FUNCTIONS = (
-    ROUNDING | RISING | TRIGONOMETRY | {"min", "max", "abs", "sign", "hypot", "index", "value", "clamp"}
+    ROUNDING | RISING | TRIGONOMETRY | RANGES | {"min", "max", "abs", "sign", "hypot", "value", "at", "index"}
 )
 QUANTIFIERS = frozenset({"sum", "any", "all", "count", "min", "max", "argmin", "argmax"})
 RESERVED_CALLS = DRAWS | LATER_DRAWS | LATER_FUNCTIONS | HISTORY | FUNCTIONS | QUANTIFIERS

@@ -5,22 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from hypgen.dsl import ast, builtins, history, ir, operators, trigonometry
+from hypgen.dsl import ast, builtins, guarded_reads, history, ir, operators, range_calls, trigonometry
 from hypgen.dsl.diagnostics import did_you_mean
 from hypgen.dsl.draws import misplaced_draw
 from hypgen.dsl.mistakes import Mistake, gather, later, mistake
 from hypgen.dsl.references import owner_of
 from hypgen.dsl.scope import Scope
-from hypgen.dsl.source import Span
 from hypgen.dsl.symbols import kind_of
 from hypgen.dsl.typecheck import check_as, described
-from hypgen.dsl.types import INT, PROB, Enum, Float, Int, Record, Type, size_of
+from hypgen.dsl.types import Enum, Int, Record, Type, size_of
 from hypgen.dsl.unit_checks import require_plain, require_root, require_same
 from hypgen.dsl.units import PLAIN
 from hypgen.dsl.uses import Use
 
 _OF_ANY_UNIT = frozenset({"abs", "sign", "value"})
-_COUNTS = {"hypot": (2, 2), "atan2": (2, 2), "clamp": (1, 3), "min": (2, None), "max": (2, None)}
+_FORMS = {"atan2": "y, x"}
+_COUNTS = {"hypot": (2, 2), "atan2": (2, 2), "min": (2, None), "max": (2, None)}
 _ONE_NUMBER: dict[str, Callable[[ir.Expr], ir.Expr]] = {
     "abs": operators.absolute,
     "sign": operators.sign,
@@ -43,8 +43,12 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
         raise later(f"'{name}'", node.span)
     if name == "last":
         return history.last(node, scope)
+    if name in builtins.RANGES:
+        return range_calls.check(node, scope, expected)
+    if name == "at":
+        return guarded_reads.at(node, scope, expected)
     if name in builtins.FUNCTIONS:
-        return _builtin(node, scope, expected)
+        return _builtin(node, scope)
     if name in builtins.QUANTIFIERS:
         raise mistake(
             "E0302",
@@ -126,26 +130,16 @@ def _variant(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     return operators.make_variant(enum, node.name, argument)
 
 
-def _builtin(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
+def _builtin(node: ast.Call, scope: Scope) -> ir.Expr:
     least, most = _COUNTS.get(node.name, (1, 1))
     given = len(node.arguments)
-    if given < least or (most is not None and given > most) or (node.name == "clamp" and given == 2):
-        form = {
-            "clamp": "clamp(x) or clamp(x, low, high)",
-            "hypot": "hypot(a, b)",
-            "atan2": "atan2(y, x)",
-        }.get(node.name, f"{node.name}(a, b)" if most is None else f"{node.name}(x)")
-        raise mistake(
-            "E0302",
-            f"'{node.name}' is given {given} argument{'' if given == 1 else 's'}",
-            node.span,
-            f"its form is {form}",
-        )
+    if given < least or (most is not None and given > most):
+        form = f"its form is {node.name}({_FORMS.get(node.name, 'x' if least == 1 else 'a, b')})"
+        given_words = f"{given} argument{'' if given == 1 else 's'}"
+        raise mistake("E0302", f"'{node.name}' is given {given_words}", node.span, form)
     if node.name == "index":
         return _code(node, scope)
-    if node.name == "clamp" and given == 1:
-        return _clamp_to_target(node, scope, expected)
-    values = gather([partial(_number, n, scope, node.name) for n in node.arguments])
+    values = gather([partial(range_calls.number, n, scope, node.name) for n in node.arguments])
     _check_units(node, values)
     match node.name:
         case "min" | "max":
@@ -157,8 +151,6 @@ def _builtin(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
             return operators.hypotenuse(values[0], values[1])
         case "atan2":
             return trigonometry.arc_of_point(values[0], values[1])
-        case "clamp":
-            return _clamp(node, values)
     return _ONE_NUMBER[node.name](values[0])
 
 
@@ -173,18 +165,6 @@ def _check_units(node: ast.Call, values: list[ir.Expr]) -> None:
         require_plain(values[0], spans[0], f"what '{name}' takes")
 
 
-def _number(node: ast.Expr, scope: Scope, name: str) -> ir.Expr:
-    e = scope.check(node)
-    if not operators.is_numeric(e.type):
-        raise mistake(
-            "E0308",
-            f"'{name}' takes numbers, but this is {described(e.type)}",
-            node.span,
-            "use ints or floats",
-        )
-    return e
-
-
 def _code(node: ast.Call, scope: Scope) -> ir.Expr:
     e = scope.check(node.arguments[0])
     if not isinstance(e.type, Enum | Record):
@@ -197,46 +177,3 @@ def _code(node: ast.Call, scope: Scope) -> ir.Expr:
     if isinstance(e, ir.Const):
         return operators.integer(int(e.value))
     return operators.retyped(e, Int(0, size_of(e.type) - 1))
-
-
-def _clamp_to_target(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
-    finite = isinstance(expected, Int) and expected != INT
-    if not isinstance(expected, Int | Float) or not (finite or expected == PROB):
-        raise mistake(
-            "E0310",
-            "clamp(..) takes its ends from the range that is asked for, and here none is",
-            node.span,
-            "give the ends: clamp(x, low, high)",
-        )
-    e = _number(node.arguments[0], scope, "clamp")
-    if isinstance(expected, Float):
-        return operators.clamp(operators.to_float(e), expected.low, expected.high)
-    _refuse_float(e, node.arguments[0].span)
-    return operators.clamp(e, expected.low, expected.high)
-
-
-def _refuse_float(e: ir.Expr, span: Span) -> None:
-    if isinstance(e.type, Float):
-        raise mistake(
-            "E0301",
-            "an int is needed, but this is a float",
-            span,
-            "round it first: clamp(floor(..)), clamp(ceil(..)) or clamp(round(..))",
-        )
-
-
-def _clamp(node: ast.Call, values: list[ir.Expr]) -> ir.Expr:
-    operand, low, high = values
-    if not isinstance(low, ir.Const) or not isinstance(high, ir.Const):
-        raise mistake(
-            "E0810",
-            "the ends of clamp must be constants",
-            node.span,
-            "use min(max(x, low), high) for ends that vary",
-        )
-    if any(isinstance(v.type, Float) for v in values):
-        operand, low, high = (operators.to_float(v) for v in values)
-    assert isinstance(low, ir.Const) and isinstance(high, ir.Const)
-    if low.value > high.value:
-        raise mistake("E0605", "the lower end of clamp lies above the upper", node.span, "swap the ends")
-    return operators.clamp(operand, low.value, high.value)

@@ -97,6 +97,7 @@ class Expressions:
             ir.Unary: self._unary,
             ir.Binary: self._binary,
             ir.Clamp: self._clamp,
+            ir.Checked: self._clamp,
             ir.If: self._if,
             ir.LetIn: lambda e, frame: self.value(e.body, frame.bind({e.name: self.value(e.value, frame)})),
             ir.IsVariant: self._is_variant,

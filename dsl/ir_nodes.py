@@ -163,6 +163,11 @@ class Clamp(Expr):
 
 
 @dataclass(frozen=True)
+class Checked(Clamp):
+    """A ``Clamp`` that should change nothing: ``hypgen check`` reports a state in which it does."""
+
+
+@dataclass(frozen=True)
 class If(Expr):
     """``then`` where ``condition`` holds, else ``otherwise``; ``match`` is lowered to a chain of these."""
 

@@ -309,7 +309,7 @@ def _saturated(function: Callable[[float], int], x: float) -> int:
     return min(max(function(x), INT32_MIN), INT32_MAX)
 
 
-def clamp(e: ir.Expr, low: float, high: float) -> ir.Expr:
+def clamp(e: ir.Expr, low: float, high: float, node: type[ir.Clamp] = ir.Clamp) -> ir.Expr:
     """Return a number forced into [low, high], which are of its kind; itself where it lies there."""
     x, y = ends(e.type)
     if low <= x and y <= high:
@@ -320,7 +320,7 @@ def clamp(e: ir.Expr, low: float, high: float) -> ir.Expr:
     if isinstance(e, ir.Const):
         return measured(literal(type(e.value)(found[0])), unit_of(e))
     kind = numeric(e.type, found)
-    return ir.Clamp(kind, e, int(low), int(high)) if isinstance(kind, Int) else ir.Clamp(kind, e, low, high)
+    return node(kind, e, int(low), int(high)) if isinstance(kind, Int) else node(kind, e, low, high)
 
 
 def choose(condition: ir.Expr, then: ir.Expr, otherwise: ir.Expr) -> ir.Expr:

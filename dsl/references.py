@@ -34,7 +34,7 @@ class Reference:
 
 def check(node: ast.Name | ast.Member | ast.Index, scope: Scope, expected: Type | None) -> ir.Expr:
     """Return the read, variant or field that ``node`` means."""
-    reference = _reference(node.operand if isinstance(node, ast.Index) else node, scope)
+    reference = find(node.operand if isinstance(node, ast.Index) else node, scope)
     if isinstance(node, ast.Index):
         if reference is None:
             raise _not_indexable(node, scope)
@@ -67,7 +67,7 @@ def _indexes(number: int) -> str:
     return "no index" if number == 0 else "one index" if number == 1 else f"{number} indexes"
 
 
-def _reference(node: ast.Expr, scope: Scope) -> Reference | None:
+def find(node: ast.Expr, scope: Scope) -> Reference | None:
     """Return what ``node`` refers to, or None if it names no data (a variant, a field, an expression)."""
     match node:
         case ast.Name(span, name):

@@ -29,7 +29,7 @@ def fit(e: ir.Expr, target: Type, span: Span, what: str = "the value", code: str
                 return e
             raise mistake(
                 code,
-                f"{what} {_lies(least, most)}, which does not fit {low} .. {high}",
+                f"{what} {lies(least, most)}, which does not fit {low} .. {high}",
                 span,
                 _range_remedy(e, code, low, high),
             )
@@ -46,7 +46,7 @@ def fit(e: ir.Expr, target: Type, span: Span, what: str = "the value", code: str
             if prob and (most_float < 0 or least_float > 1):
                 raise mistake(
                     "E0606",
-                    f"{what} {_lies(least_float, most_float)}, which is no probability",
+                    f"{what} {lies(least_float, most_float)}, which is no probability",
                     span,
                     "a probability lies in 0 .. 1",
                 )
@@ -99,14 +99,14 @@ def require_int32(e: ir.Expr, span: Span) -> ir.Expr:
     if isinstance(e.type, Int) and (e.type.low < INT32_MIN or e.type.high > INT32_MAX):
         raise mistake(
             "E0604",
-            f"this {_lies(e.type.low, e.type.high)}, beyond 32-bit integers",
+            f"this {lies(e.type.low, e.type.high)}, beyond 32-bit integers",
             span,
             "give the operands smaller types, clamp them, or compute with floats",
         )
     return e
 
 
-def _lies(low: float, high: float) -> str:
+def lies(low: float, high: float) -> str:
     """Return where a value lies, in words."""
     ends = [f"{x:g}" if isinstance(x, float) else str(x) for x in (low, high)]
     return f"is {ends[0]}" if low == high else f"ranges over {' .. '.join(ends)}"
@@ -116,5 +116,7 @@ def _range_remedy(e: ir.Expr, code: str, low: int, high: int) -> str:
     if isinstance(e, ir.Const):
         return f"use a value from {low} to {high}"
     if code == "E0602":
-        return f"clamp the index, clamp(.., {low}, {high}), or guard it with a condition"
-    return f"write clamp(..), clamp(.., {low}, {high}), or guard it with a condition"
+        return (
+            f"clamp it, clamp(.., {low}, {high}), guard it with a condition, or read at(array, .., default)"
+        )
+    return f"write clamp(..), wrap(..), checked(..) or clamp(.., {low}, {high}), or guard it with a condition"
