@@ -33,7 +33,7 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     name, given = node.name, len(node.arguments)
     if given not in (1, 3):
         form = f"its form is {name}(x) or {name}(x, low, high)"
-        raise mistake("E0302", f"'{name}' is given {given} arguments", node.span, form)
+        raise mistake("E0302", f"'{name}' takes 1 argument or 3, here {given}", node.span, form)
     if given == 1:
         return _into_target(node, scope, expected)
     values = gather([partial(number, n, scope, name) for n in node.arguments])
