@@ -17,7 +17,7 @@ _FORM = "its form is at(array, index, .., default)"
 def at(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     """Return the read with its guard."""
     if len(node.arguments) < 3:
-        raise mistake("E0302", f"'at' takes at least 3 arguments", node.span, _FORM)
+        raise mistake("E0302", "'at' takes at least 3 arguments", node.span, _FORM)
     array, *nodes, last = node.arguments
     reference = find(array, scope)
     if reference is None or not reference.indices:
