@@ -12,7 +12,7 @@ import click
 from hypgen import __version__
 from hypgen.cli.common import EXIT_CODES, Exit, say, show_model_error
 
-COMMANDS = ("check", "fmt", "sim", "inspect", "compile", "run", "doctor")
+COMMANDS = ("new", "check", "fmt", "sim", "inspect", "compile", "run", "doctor")
 
 
 class LazyGroup(click.Group):
