@@ -4,7 +4,7 @@ from __future__ import annotations
 
 DRAWS = frozenset({"bernoulli", "uniform", "noisy"})
 LATER_DRAWS = frozenset({"weighted", "normal", "exponential", "poisson", "binomial", "truncated", "binned"})
-LATER_FUNCTIONS = frozenset({"distance", "belief"})
+LATER_FUNCTIONS = frozenset({"belief"})
 RANGES = frozenset({"clamp", "wrap", "checked"})
 HISTORY = frozenset({"last"})
 ROUNDING = frozenset({"floor", "ceil", "round"})
@@ -14,5 +14,6 @@ FUNCTIONS = (
     ROUNDING | RISING | TRIGONOMETRY | RANGES | {"min", "max", "abs", "sign", "hypot", "value", "at", "index"}
 )
 QUANTIFIERS = frozenset({"sum", "any", "all", "count", "min", "max", "argmin", "argmax"})
-RESERVED_CALLS = DRAWS | LATER_DRAWS | LATER_FUNCTIONS | HISTORY | FUNCTIONS | QUANTIFIERS
+TABLES = frozenset({"distance"})
+RESERVED_CALLS = TABLES | DRAWS | LATER_DRAWS | LATER_FUNCTIONS | HISTORY | FUNCTIONS | QUANTIFIERS
 RESERVED_VALUES = frozenset({"gamma", "pi"})

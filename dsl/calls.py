@@ -49,7 +49,7 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
         return guarded_reads.at(node, scope, expected)
     if name in builtins.FUNCTIONS:
         return _builtin(node, scope)
-    if name in builtins.QUANTIFIERS:
+    if name in builtins.QUANTIFIERS | builtins.TABLES:
         raise mistake(
             "E0302",
             f"'{name}' runs over the values of a type",

@@ -7,19 +7,18 @@ from functools import partial
 from math import prod
 from typing import TYPE_CHECKING
 
-from hypgen.dsl import ast, grids, ir
+from hypgen.dsl import ast, distances, entries, grids, ir
+from hypgen.dsl.closures import Value
 from hypgen.dsl.mistakes import Mistake, gather, mistake
 from hypgen.dsl.quantifiers import bind_all, bind_types, values_of
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
-from hypgen.dsl.typecheck import check_as
 from hypgen.dsl.types import Array, Type, flat_indices, size_of
 
 if TYPE_CHECKING:
     from hypgen.dsl.program import Program
 
-Value = bool | int | float
-_MAX_ENTRIES = 1 << 20  # each is evaluated on its own: more would take minutes
+_MAX_ENTRIES = 1 << 20  # a second or more
 
 
 def shape(t: Type) -> tuple[Type, tuple[Type, ...]]:
@@ -33,7 +32,7 @@ def const(item: ast.Const, program: Program) -> ir.Const | ir.ConstantArray:
     node = program.overrides.get(item.name, item.value)
     scope = Scope(program, evaluate=True, constant=True)
     if not indices:
-        return scalar(node, scope, element, f"'{item.name}'")
+        return entries.scalar(node, scope, element, f"'{item.name}'")
     values = _entries(node, scope, element, indices, item.name)
     return ir.ConstantArray(item.name, element, indices, values, item.span)
 
@@ -49,19 +48,6 @@ def param(item: ast.Param, program: Program) -> ir.Param:
     return ir.Param(item.name, element, indices, default, item.span)
 
 
-def scalar(node: ast.Expr, scope: Scope, t: Type, what: str) -> ir.Const:
-    """Return a constant expression's value."""
-    e = check_as(node, scope, t, what)
-    if not isinstance(e, ir.Const):
-        raise mistake(
-            "E0810",
-            f"{what} is not known when the model is compiled",
-            node.span,
-            "use literals, consts and functions of them only",
-        )
-    return e
-
-
 def _entries(
     node: ast.Expr, scope: Scope, element: Type, indices: tuple[Type, ...], name: str
 ) -> tuple[Value, ...]:
@@ -71,7 +57,7 @@ def _entries(
             raise _wrong_shape(
                 name, "takes one value here, not an array", node.span, f"a value of type {element}"
             )
-        return (scalar(node, scope, element, f"'{name}'").value,)
+        return (entries.scalar(node, scope, element, f"'{name}'").value,)
     if grids.is_grid(node):
         grids.require_glyphs(element, node.span, name)
         indices = flat_indices(indices) if isinstance(node, ast.ArrayLiteral) else indices
@@ -96,6 +82,8 @@ def _entries(
                 )
             parts = gather([partial(_entries, i, scope, element, indices[1:], name) for i in items])
             return tuple(v for part in parts for v in part)
+        case ast.Quantified(_, "distance"):
+            return distances.table(node, scope, element, indices, name)
         case ast.Comprehension():
             return _comprehension(node, scope, element, indices, name)
         case ast.Name(span, other) if isinstance(scope.program.symbols.globals.get(other), ast.Const):
@@ -113,14 +101,17 @@ def _comprehension(
 ) -> tuple[Value, ...]:
     binders = bind_types(node.binders, scope)
     require_indices(node, binders, indices[: len(binders)], name)
-    entries = prod(map(size_of, indices))
-    if entries > _MAX_ENTRIES:
+    count = prod(map(size_of, indices))
+    if count > _MAX_ENTRIES:
         raise mistake(
             "E0605",
-            f"'{name}' has {entries} entries, more than the {_MAX_ENTRIES} that a comprehension may give",
+            f"'{name}' has {count} entries, more than the {_MAX_ENTRIES} that a comprehension may give",
             node.span,
             "use smaller index types",
         )
+    if len(binders) == len(indices):
+        bound = tuple(zip(node.binders, binders, strict=True))
+        return tuple(entries.values(node.body, bound, scope, element, f"'{name}'"))
     bind_all(node.binders, binders, scope)  # for its checks
     result: list[Value] = []
     for values in values_of(binders):

@@ -13,7 +13,7 @@ from hypgen.dsl.distributions import right_side
 from hypgen.dsl.mistakes import gather, later, mistake
 from hypgen.dsl.operators import retyped
 from hypgen.dsl.scope import Scope
-from hypgen.dsl.type_expressions import length, require_finite
+from hypgen.dsl.type_expressions import length, require_finite, require_length
 from hypgen.dsl.typecheck import check_as, fit
 from hypgen.dsl.types import INT32_MAX, PROB, Array, Float, Int, Type, size_of
 
@@ -54,8 +54,7 @@ def variable(owner: str, item: ast.Variable, program: Program) -> ir.Variable:
     if not isinstance(t, Float):
         require_finite(t, item.type.span, "a variable", "a float, or a range such as 0 .. 100")
     indices = (() if binder is None else (binder.type,)) + own
-    if length(indices) > INT32_MAX:
-        raise mistake("E0605", "the array is too long", item.type.span, "use smaller index types")
+    require_length(indices, item.type.span)
     return ir.Variable(f"{owner}.{item.name}", owner, t, indices, item.visible, item.fixed, item.span)
 
 

@@ -12,7 +12,7 @@ from hypgen.dsl.diagnostics import Diagnostic, ModelError
 from hypgen.dsl.parser import parse, parse_expression
 from hypgen.dsl.source import Source, Span
 
-MAX_BYTES = 10_000_000
+MAX_BYTES = 4_000_000
 
 _SETTING = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*=(?!=)(.*)", re.DOTALL)
 

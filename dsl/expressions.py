@@ -23,6 +23,8 @@ _MAX_EXPONENT = 64
 
 def check(node: ast.Expr, scope: Scope, expected: Type | None = None) -> ir.Expr:
     """Return ``node`` as a typed expression whose ints lie in int32."""
+    if scope.evaluate:
+        scope.budget.spend(node.span)
     return require_int32(_dispatch(node, scope, expected), node.span)
 
 

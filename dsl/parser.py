@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -19,10 +20,14 @@ from hypgen.dsl.tree_builder import build
 
 # Later passes recurse over the tree, so its depth has a limit that is far above what a person writes.
 MAX_DEPTH = 200
+# A token takes some 50 us and 1 kB.
+MAX_TOKENS = 100_000
+_TOKEN = re.compile(r'"[^"\n]*"|#[^\n]*|\w+(?:\.\w+)?|[^\s\w]')
 
 
 def parse(source: Source) -> ast.File:
     """Return the syntax tree of a model, library or instance file; raises ``ModelError``."""
+    _check_length(source)
     _refuse_foreign(source)
     return cast(ast.File, _parse(source, "file"))
 
@@ -59,6 +64,17 @@ def _parse_tree(source: Source, start: str) -> Tree[Token]:
         raise ModelError([explain(error, source, lark)], {source.name: source}) from None
     _check_depth(tree, source)
     return tree
+
+
+def _check_length(source: Source) -> None:
+    for number, token in enumerate(_TOKEN.finditer(source.text)):
+        if number == MAX_TOKENS:
+            line = source.text.count("\n", 0, token.start()) + 1
+            column = token.start() - source.text.rfind("\n", 0, token.start())
+            span = Span(source.name, line, column, line, column + len(token.group()))
+            remedy = "declare large tables as params without a value, and give them in a file of params"
+            message = f"the file is too long: it has more than {MAX_TOKENS} words, numbers and signs"
+            raise ModelError([Diagnostic("E0140", message, span, remedy)], {source.name: source})
 
 
 def _position(diagnostic: Diagnostic) -> tuple[int, int]:

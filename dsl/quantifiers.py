@@ -65,7 +65,14 @@ def _check_form(node: ast.Quantified) -> None:
     if node.kind == "uniform":
         raise misplaced_draw("uniform(..)", node.span)
     if node.kind not in QUANTIFIERS:
-        if node.kind in ("weighted", "distance"):
+        if node.kind == "distance":
+            raise mistake(
+                "E0313",
+                "'distance' gives a whole table, and one value is asked for here",
+                node.span,
+                "declare const d: float[T, T] = distance(a in T, b in T where ..) and read d[a, b]",
+            )
+        if node.kind == "weighted":
             raise later(f"'{node.kind}'", node.span)
         remedy = did_you_mean(node.kind, QUANTIFIERS) or f"use one of {', '.join(sorted(QUANTIFIERS))}"
         raise mistake("E0204", f"'{node.kind}' cannot run over values", node.span, remedy)

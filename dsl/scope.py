@@ -19,6 +19,29 @@ _OPPOSITE = {"lt": "ge", "ge": "lt", "le": "gt", "gt": "le", "eq": "ne", "ne": "
 _MIRRORED = {"lt": "gt", "gt": "lt", "le": "ge", "ge": "le", "eq": "eq", "ne": "ne"}
 
 
+_MAX_STEPS = 1 << 18  # of expressions checked while evaluating: two seconds
+
+
+class Budget:
+    """How much may still be evaluated for one declaration; calls of calls would go on for hours."""
+
+    def __init__(self) -> None:
+        self._left = _MAX_STEPS
+        self._start: Span | None = None
+
+    def spend(self, span: Span) -> None:
+        """Count a step, of the expression at ``span``; raises, at the first, if there are too many."""
+        self._start = self._start or span
+        self._left -= 1
+        if self._left < 0:
+            raise mistake(
+                "E0609",
+                "this takes too many steps to compute",
+                self._start,
+                "compute less of it, with smaller types or fewer calls",
+            )
+
+
 @dataclass(frozen=True)
 class Scope:
     """The surroundings of an expression; immutable, so that every branch has its own.
@@ -38,6 +61,7 @@ class Scope:
     evaluate: bool = False
     constant: bool = False
     action: ir.Const | None = None
+    budget: Budget = field(default_factory=Budget, compare=False)
     history: bool = False
 
     def check(self, node: ast.Expr, expected: Type | None = None) -> ir.Expr:

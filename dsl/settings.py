@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from hypgen.dsl import ast, ir
-from hypgen.dsl.constants import scalar
 from hypgen.dsl.diagnostics import did_you_mean
+from hypgen.dsl.entries import scalar
 from hypgen.dsl.mistakes import mistake
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.symbols import duplicate, kind_of

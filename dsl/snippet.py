@@ -10,6 +10,7 @@ from hypgen.dsl.diagnostics import Diagnostic
 from hypgen.dsl.source import Source, Span
 
 _WIDTH = 100
+_MOST = 50
 _TAB = "    "
 _ELLIPSIS = "..."
 
@@ -28,8 +29,12 @@ def render(diagnostic: Diagnostic, sources: Mapping[str, Source]) -> str:
 
 
 def render_all(diagnostics: Iterable[Diagnostic], sources: Mapping[str, Source]) -> str:
-    """Return several diagnostics as text, a blank line between them."""
-    return "\n".join(render(d, sources) for d in diagnostics)
+    """Return several diagnostics as text, a blank line between them; of very many the first ones."""
+    found = list(diagnostics)
+    shown = [render(d, sources) for d in found[:_MOST]]
+    if len(found) > _MOST:
+        shown.append(f"and {len(found) - _MOST} more\n")
+    return "\n".join(shown)
 
 
 def to_json(diagnostic: Diagnostic) -> dict[str, Any]:

@@ -12,8 +12,20 @@ from hypgen.dsl import ast
 from hypgen.dsl.diagnostics import Diagnostic, did_you_mean
 from hypgen.dsl.source import Source, Span
 
-QUANTIFIERS = ("sum", "any", "all", "count", "min", "max", "argmin", "argmax", "uniform", "weighted")
-_WITHOUT_BODY = ("count", "uniform")
+QUANTIFIERS = (
+    "sum",
+    "any",
+    "all",
+    "count",
+    "min",
+    "max",
+    "argmin",
+    "argmax",
+    "uniform",
+    "weighted",
+    "distance",
+)
+_WITHOUT_BODY = ("count", "uniform", "distance")
 _MAX_DIGITS = 18
 _LIBRARY_ITEMS = (ast.Import, ast.Const, ast.TypeAlias, ast.EnumDecl, ast.RecordDecl, ast.Function)
 
@@ -279,9 +291,7 @@ class _Builder:
         otherwise: ast.Expr | None,
     ) -> ast.Quantified:
         at = self.span_of(kind)
-        if kind == "distance":
-            self._later(at, "'distance'", "give the distances as a const or param table")
-        elif kind not in QUANTIFIERS:
+        if kind not in QUANTIFIERS:
             remedy = did_you_mean(kind, QUANTIFIERS) or "use one of " + " ".join(QUANTIFIERS)
             self.diagnostics.append(Diagnostic("E0137", f"'{kind}' cannot run over values", at, remedy))
         elif body is None and kind not in _WITHOUT_BODY:

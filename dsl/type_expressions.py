@@ -31,6 +31,7 @@ from hypgen.dsl.types import (
 if TYPE_CHECKING:
     from hypgen.dsl.program import Program
 
+_MAX_ENTRIES = 1 << 24
 _BASIC: dict[str, Type] = {"bool": BOOL, "int": INT, "float": FLOAT, "prob": PROB}
 
 
@@ -63,8 +64,7 @@ def resolve(node: ast.TypeExpr, program: Program) -> Type:
             for index, index_node in zip(indices, index_nodes, strict=True):
                 require_finite(index, index_node.span, "an array's index")
             found = Array(element, tuple(indices))
-            if any(size_of(i) > INT32_MAX for i in indices) or length(found.indices) > INT32_MAX:
-                raise mistake("E0605", "the array is too long", span, "use smaller index types")
+            require_length(found.indices, span)
             return found
     raise AssertionError(node)
 
@@ -75,6 +75,17 @@ def length(indices: tuple[Type, ...]) -> int:
     for index in indices:
         result *= size_of(index)
     return result
+
+
+def require_length(indices: tuple[Type, ...], span: Span) -> None:
+    """Raise if an array with these index types has more entries than memory is for."""
+    if length(indices) > _MAX_ENTRIES:
+        raise mistake(
+            "E0605",
+            f"the array has {length(indices)} entries, more than {_MAX_ENTRIES}",
+            span,
+            "use smaller index types",
+        )
 
 
 def require_finite(t: Type, span: Span, what: str, instead: str = "") -> None:

@@ -147,3 +147,12 @@ def test_nesting_up_to_the_limit_loads(tmp_path: Path) -> None:
     for deep in (" + ".join(["1"] * 190), "-" * 190 + "1", "if room.tiger == left then 0 else " * 180 + "1"):
         text = (EXAMPLES / "tiger.pomdp").read_text() + f"reward deep = {deep}\n"
         load(write_instance(tmp_path, text))
+
+
+def test_a_file_of_very_many_words_is_refused_at_once(tmp_path: Path) -> None:
+    text = (EXAMPLES / "tiger.pomdp").read_text() + "const a: int = 3 + 4 * 5\n" * 15_000
+    diagnostic, _ = failure(write_instance(tmp_path, text))
+    assert diagnostic.code == "E0140" and diagnostic.span is not None
+    assert "more than 100000" in diagnostic.message
+    comments = (EXAMPLES / "tiger.pomdp").read_text() + "# a b c d e f g h i j k l\n" * 15_000
+    assert load(write_instance(tmp_path, comments)).model.name == "Tiger"

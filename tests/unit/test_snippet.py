@@ -68,3 +68,9 @@ def test_render_all_and_json() -> None:
     assert data["span"] == {"file": "m.pomdp", "line": 10, "column": 1, "end_line": 10, "end_column": 7}
     assert data["notes"][0]["text"] == "here"
     assert to_json(Diagnostic("E0001", "no", None, "help"))["span"] is None
+
+
+def test_of_very_many_diagnostics_the_first_are_shown() -> None:
+    text = render_all([Diagnostic("E0001", f"mistake {i}", None, "none") for i in range(60)], {})
+    assert "mistake 49" in text and "mistake 50" not in text
+    assert text.endswith("\nand 10 more\n")
