@@ -27,7 +27,6 @@ _TOKEN = re.compile(r'"[^"\n]*"|#[^\n]*|\w+(?:\.\w+)?|[^\s\w]')
 
 def parse(source: Source) -> ast.File:
     """Return the syntax tree of a model, library or instance file; raises ``ModelError``."""
-    _check_length(source)
     _refuse_foreign(source)
     return cast(ast.File, _parse(source, "file"))
 
@@ -57,6 +56,7 @@ def _parse(source: Source, start: str) -> object:
 
 
 def _parse_tree(source: Source, start: str) -> Tree[Token]:
+    _check_length(source)
     lark = _load_lark()
     try:
         tree = lark.parse(source.text, start=start)
