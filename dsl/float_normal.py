@@ -61,7 +61,7 @@ def normal_cdf(x: npt.ArrayLike) -> Array:
         cut = ~(power >= -1000.0)
         tail = exp2_inside(np.where(cut, 0.0, power)) * _scaled_tail(np.where(cut, 0.0, size))
         tail = np.where(cut, 0.0, tail)
-        return np.where(np.isnan(y), np.nan, np.where(y > 0.0, 1.0 - tail, tail))
+        return np.select([np.isnan(y), y == 0.0, y > 0.0], [np.nan, 0.5, 1.0 - tail], tail)
 
 
 def normal_quantile(p: npt.ArrayLike) -> Array:

@@ -49,6 +49,7 @@ HYPGEN_FN double tail_quantile(double p) {
 /// P(X <= x) of a standard normal X, to about 2^-44 of its value; 0 below -37.2, NaN for NaN.
 HYPGEN_FN double normal_cdf(double x) {
   if (x != x) return detail::kNaN;
+  if (x == 0.0) return 0.5;  // exactly: bins that meet at the mean get the same number of words
   const double size = std::fabs(x);
   const double power = size * size * -0.7213475204444817;  // 1 / (2 ln 2)
   const double tail = power < -1000.0 ? 0.0 : detail::exp2_inside(power) * detail::scaled_tail(size);
