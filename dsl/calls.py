@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 from hypgen.dsl import ast, builtins, guarded_reads, history, ir, operators, range_calls, trigonometry
@@ -12,8 +13,8 @@ from hypgen.dsl.mistakes import Mistake, gather, later, mistake
 from hypgen.dsl.references import owner_of
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.symbols import kind_of
-from hypgen.dsl.typecheck import check_as, described
-from hypgen.dsl.types import Enum, Int, Record, Type, size_of
+from hypgen.dsl.typecheck import check_as, described, lies
+from hypgen.dsl.types import INT, Enum, Int, Record, Type, size_of
 from hypgen.dsl.unit_checks import require_plain, require_root, require_same
 from hypgen.dsl.units import PLAIN
 from hypgen.dsl.uses import Use
@@ -101,7 +102,25 @@ def _function(item: ast.Function, node: ast.Call, scope: Scope) -> ir.Expr:
         program.uses.add(scope.owner, Use("fn", item.name, scope.primed, node.span))
     if scope.evaluate:
         return program.follow_call(item, arguments, scope)
-    return ir.Call(program.function(item).type, item.name, tuple(arguments), scope.primed)
+    result = program.function(item).type
+    if not scope.open_ints and any(f.type == INT for f in formals):
+        result = _proven(item, arguments, node, scope)
+    return ir.Call(result, item.name, tuple(arguments), scope.primed)
+
+
+def _proven(item: ast.Function, arguments: list[ir.Expr], node: ast.Call, scope: Scope) -> Type:
+    """Prove the ranges in the body of a function with formals of type ``int`` for these arguments."""
+    inner = replace(scope, owner=None)
+    try:
+        return scope.program.follow_call(item, arguments, inner).type
+    except Mistake as error:
+        given = [
+            f"'{f.name}' {lies(a.type.low, a.type.high)}"
+            for f, a in zip(item.formals, arguments, strict=True)
+            if isinstance(a.type, Int)
+        ]
+        note = (node.span, f"in this call of '{item.name}', where {', '.join(given)}")
+        raise Mistake(replace(d, notes=(*d.notes, note)) for d in error.diagnostics) from None
 
 
 def _record(item: ast.RecordDecl, node: ast.Call, scope: Scope) -> ir.Expr:

@@ -15,7 +15,7 @@ from hypgen.dsl.operators import retyped
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.type_expressions import length, require_finite, require_length
 from hypgen.dsl.typecheck import check_as, fit
-from hypgen.dsl.types import INT32_MAX, PROB, Array, Float, Int, Type, size_of
+from hypgen.dsl.types import INT, INT32_MAX, PROB, Array, Float, Int, Type, size_of
 
 if TYPE_CHECKING:
     from hypgen.dsl.program import Program
@@ -101,7 +101,8 @@ def function(item: ast.Function, program: Program) -> ir.Function:
             "write the draw where it is used, or use '='",
         )
     binders = program.formals(item)
-    scope = Scope(program, owner=f"fn {item.name}")
+    open_ints = any(b.type == INT for b in binders)
+    scope = Scope(program, owner=f"fn {item.name}", open_ints=open_ints)
     for field, binder in zip(item.formals, binders, strict=True):
         scope = scope.bind(field.name, ir.Local(binder.type, binder.name), field.span)
     declared = _scalar_type(item.type, program)

@@ -12,8 +12,8 @@ from hypgen.dsl.draws import bind_value, is_draw, misplaced_draw
 from hypgen.dsl.mistakes import gather, mistake, unreachable
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
-from hypgen.dsl.typecheck import check_as, described, require_int32, unify
-from hypgen.dsl.types import BOOL, Bool, Float, Int, Type
+from hypgen.dsl.typecheck import assumed, check_as, described, require_int32, unify
+from hypgen.dsl.types import BOOL, INT, Bool, Float, Int, Type
 from hypgen.dsl.unit_checks import require_exponent, require_same
 
 _COMPARISONS = {"==": "eq", "!=": "ne", "<": "lt", "<=": "le", ">": "gt", ">=": "ge"}
@@ -25,7 +25,8 @@ def check(node: ast.Expr, scope: Scope, expected: Type | None = None) -> ir.Expr
     """Return ``node`` as a typed expression whose ints lie in int32."""
     if scope.evaluate:
         scope.budget.spend(node.span)
-    return require_int32(_dispatch(node, scope, expected), node.span)
+    found = _dispatch(node, scope, expected)
+    return require_int32(assumed(found, INT) if scope.open_ints else found, node.span)
 
 
 def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:

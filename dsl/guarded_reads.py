@@ -19,7 +19,7 @@ def at(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     if len(node.arguments) < 3:
         raise mistake("E0302", "'at' takes at least 3 arguments", node.span, _FORM)
     array, *nodes, last = node.arguments
-    reference = find(array, scope)
+    reference = find(array.operand, scope.prime()) if isinstance(array, ast.Prime) else find(array, scope)
     if reference is None or not reference.indices:
         raise mistake("E0303", "'at' reads an entry of an array, and this is none", array.span, _FORM)
     if len(nodes) != len(reference.indices):

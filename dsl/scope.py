@@ -49,7 +49,8 @@ class Scope:
     ``owner`` is the declaration whose reads are recorded (``update rover.x``), None where reads do not count:
     in constant expressions and where ``evaluate`` follows calls and lets and unfolds quantifiers to find
     values. ``action`` is then the action's value, if it is known. ``constant`` refuses what is not known when
-    the model is compiled. ``history``: the policy's memory, lets and ``last(..)`` can be read.
+    the model is compiled. ``history``: the policy's memory, lets and ``last(..)`` can be read. ``open_ints``:
+    this is the body of a function with a formal of type ``int``, whose ranges are proven at each call.
     """
 
     program: Program
@@ -63,6 +64,7 @@ class Scope:
     action: ir.Const | None = None
     budget: Budget = field(default_factory=Budget, compare=False)
     history: bool = False
+    open_ints: bool = False
 
     def check(self, node: ast.Expr, expected: Type | None = None) -> ir.Expr:
         """Return ``node`` as a typed expression; ``expected`` helps to resolve names but is not enforced."""

@@ -17,7 +17,18 @@ def check_as(
     node: ast.Expr, scope: Scope, target: Type, what: str = "the value", code: str = "E0601"
 ) -> ir.Expr:
     """Return ``node`` as a value of ``target``; ``code`` is that of a value that may lie outside."""
-    return fit(scope.check(node, target), target, node.span, what, code)
+    found = scope.check(node, target)
+    if scope.open_ints:
+        found = assumed(found, target)
+    return fit(found, target, node.span, what, code)
+
+
+def assumed(e: ir.Expr, target: Type) -> ir.Expr:
+    """Return an int as the part of its interval that fits ``target``, if any does."""
+    if not (isinstance(e.type, Int) and isinstance(target, Int)):
+        return e
+    low, high = max(e.type.low, target.low), min(e.type.high, target.high)
+    return e if low > high or isinstance(e, ir.Const) else replace(e, type=Int(low, high))
 
 
 def fit(e: ir.Expr, target: Type, span: Span, what: str = "the value", code: str = "E0601") -> ir.Expr:

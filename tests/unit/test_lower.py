@@ -307,3 +307,20 @@ def test_codes_of_types() -> None:
     assert isinstance(act, Enum) and act.offsets == {"wait": 0, "go": 1, "to": 3} and size_of(act) == 19
     assert isinstance(m.records[0], Record) and m.records[0].stride("row") == 4
     assert size_of(Array(BOOL, (Int(0, 1),))) == 4 and FLOAT.high == math.inf
+
+
+def test_ranges_of_an_int_formal_are_proven_where_the_function_is_called() -> None:
+    text = """
+      model M
+      type R = 0 .. 9
+      const t: bool[R] = [r in R: r > 4]
+      discount 0.9
+      action act: R
+      fn inside(n: int): bool = n >= 0 and n <= 9
+      fn far(n: int): bool = at(t, n * 3 + 1, false)
+      fn near(n: int): bool = if inside(n) then t[clamp(n)] else false
+      element e { hidden x: R  init x = 0  x' = if far(x + act) or near(x - act) then 1 else 0 }
+      policy default = 0
+    """
+    source = Source("m.pomdp", text)
+    assert lower(parse(source), {}, source).name == "M"
