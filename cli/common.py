@@ -31,7 +31,6 @@ class Exit(enum.IntEnum):
 EXIT_CODES = """\b
 Exit codes:
   0    fine
-  1    `fmt --check` only: a file is not formatted
   2    a mistake in the model or the options, or a missing tool
   70   a bug of hypgen; HYPGEN_DEBUG=1 shows where
   130  interrupted"""

@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 STDIN = "-"
 
 
-@click.command(epilog=EXIT_CODES)
+_EXIT_CODES = EXIT_CODES.replace("  2 ", "  1    with --check: a file is not formatted\n  2 ", 1)
+
+
+@click.command(epilog=_EXIT_CODES)
 @click.argument("files", metavar="FILE...", nargs=-1, required=True)
 @click.option("--check", is_flag=True, help="Write nothing; end with 1 if a file is laid out otherwise.")
 @click.option("--diff", is_flag=True, help="Write nothing; print what would change.")

@@ -12,7 +12,7 @@ import click
 from hypgen import __version__
 from hypgen.cli.common import EXIT_CODES, Exit, say, show_model_error
 
-COMMANDS = ("new", "check", "fmt", "sim", "inspect", "compile", "run", "doctor")
+COMMANDS = ("new", "check", "fmt", "sim", "explain", "compile", "run", "doctor")
 
 
 class LazyGroup(click.Group):
@@ -70,7 +70,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, click.Abort):
         say("interrupted")
         return Exit.INTERRUPTED
-    except BrokenPipeError:  # the reader of our output has gone, as `hypgen inspect ... | head` does
+    except BrokenPipeError:  # the reader of our output has gone, as `hypgen explain ... | head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return Exit.OK
     except BuildError as error:

@@ -62,7 +62,13 @@ def _split(line: Line, at: int, column: int) -> list[Line]:
     count = at - line.first
     shift = column - line.columns[count]
     above = replace(line, last=at, columns=line.columns[:count], comment="")
-    below = replace(line, first=at, columns=[c + shift for c in line.columns[count:]], blank_before=False)
+    below = Line(
+        at,
+        line.last,
+        [column + shift for column in line.columns[count:]],
+        line.comment,
+        max(0, line.comment_column + shift),
+    )
     return [above, below]
 
 

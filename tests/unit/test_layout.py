@@ -7,7 +7,6 @@ import dataclasses
 import ir_samples
 import pytest
 
-from hypgen.codegen import inspect
 from hypgen.codegen.layout import Block, Field, pack
 from hypgen.dsl import ir
 from hypgen.dsl.types import BOOL, FLOAT, INT32_MAX, INT32_MIN, Int, Type
@@ -80,27 +79,3 @@ def test_fixed_variables_are_kept_apart() -> None:
     layout = pack(ir_samples.wanderer())
     assert [field.variable for field in layout.fixed.fields] == ["map.wall"]
     assert [field.variable for field in layout.state.fields] == ["bot.at", "bot.seen"]
-
-
-def test_the_table_for_people() -> None:
-    assert inspect.layout(ir_samples.wanderer()) == (
-        "Fixed: 4 bytes, stored once a scenario\n"
-        "  variable          type  word  bits\n"
-        "  map.wall[1 .. 5]  bool  0     0 .. 4, 5 x 1\n"
-        "\n"
-        "State: 4 bytes, copied by every step\n"
-        "  variable          type    word  bits\n"
-        "  bot.at[0 .. 1]    1 .. 5  0     0 .. 7, 2 x 4\n"
-        "  bot.seen[0 .. 1]  1 .. 5  0     8 .. 15, 2 x 4\n"
-    )
-
-
-def test_the_stages_for_people() -> None:
-    assert inspect.stages(ir_samples.wanderer()) == (
-        "stage 0\n"
-        "  bot[b in 0 .. 1], 2 members\n"
-        "    at'\n"
-        "stage 1\n"
-        "  bot[b in 0 .. 1], 2 members\n"
-        "    seen'  after bot.at  (seen: the filter takes it from the key)\n"
-    )

@@ -1,0 +1,171 @@
+"""What ``hypgen explain`` prints: the compiler's facts as headings and tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+Facts = dict[str, Any]
+
+_WORD = 32
+
+
+def describe(facts: Facts) -> Iterator[tuple[str, list[str]]]:
+    """Yield headings and the lines under them."""
+    yield _title(facts), []
+    if facts["params"]:
+        yield "Params, read when the solver starts", list(_params(facts["params"]))
+    yield _actions(facts["actions"]), []
+    yield _observations(facts["observations"]), _digits(facts["observations"]["digits"])
+    for name, note in (("fixed", "stored once a scenario"), ("dynamic", "copied by every step")):
+        block = facts["state"][name]
+        if block["variables"]:
+            yield f"State, {name}: {block['bytes']} bytes, {note}", _layout(block["variables"])
+    yield f"A scenario: {facts['state']['bytes']} bytes for {facts['state']['bits']} bits of state", []
+    for number, stage in enumerate(facts["stages"]):
+        note = ", independent of each other" if len(stage) > 1 else ""
+        yield f"Stage {number}: {_some(len(stage), 'task')}{note}", _tasks(stage)
+    if facts["draws"]:
+        yield "Draws: one random number each, named by its site", _draws(facts["draws"])
+    yield f"Reward of a step: {_range(facts['rewards'])}", _terms(facts["rewards"]["terms"])
+    yield "Bounds", _bounds(facts["bounds"])
+    yield _policy(facts["policy"]), []
+    yield _belief(facts["belief"]), _factors(facts["belief"])
+
+
+def _title(facts: Facts) -> str:
+    horizon = f", {_some(facts['horizon'], 'step')} at most" if facts["horizon"] is not None else ""
+    return f"{facts['model']}: discount {facts['discount']:g}{horizon}"
+
+
+def _params(params: list[Facts]) -> Iterator[str]:
+    rows = [
+        (p["name"], p["type"], _some(p["entries"], "entry"), "" if p["has_default"] else "has to be given")
+        for p in params
+    ]
+    return iter(_table(("param", "type", "", ""), rows))
+
+
+def _actions(actions: Facts) -> str:
+    indices = f", one for each of {', '.join(actions['indices'])}" if actions["indices"] else ""
+    legal = ", not all legal everywhere" if actions["legal"] == "declared" else ""
+    return f"Actions: {actions['count']} ({actions['name']}: {actions['type']}{indices}){legal}"
+
+
+def _observations(observations: Facts) -> str:
+    bits, words = observations["bits"], observations["words"]
+    key = f"a key of {_some(bits, 'bit')} in {_some(words, 'word')}"
+    count = f"about 2^{bits}" if observations["count"] is None else observations["count"]
+    return f"Observations: {count}, {key}"
+
+
+def _digits(digits: list[Facts]) -> list[str]:
+    rows = [(d["name"], d["kind"], d["type"], f"{d['entries']} x {d['values']}") for d in digits]
+    return _table(("digit", "kind", "type", "values"), rows)
+
+
+def _layout(variables: list[Facts]) -> list[str]:
+    rows = []
+    for v in variables:
+        last = v["shift"] + v["entries"] * v["width"] - 1
+        name = f"{v['name']}[{', '.join(v['indices'])}]" if v["indices"] else v["name"]
+        if v["width"] == 0:
+            word, bits = "-", "none: one value"
+        elif last < _WORD:
+            word, bits = str(v["word"]), f"{v['shift']} .. {last}" if last > v["shift"] else str(last)
+        else:
+            word, bits = f"{v['word']} .. {v['word'] + last // _WORD}", f"{_WORD // v['width']} a word"
+        if v["indices"] and v["width"]:
+            bits += f", {v['entries']} x {v['width']}"
+        rows.append((name, "visible" if v["visible"] else "hidden", v["type"], word, bits))
+    return _table(("variable", "", "type", "word", "bits"), rows)
+
+
+def _tasks(stage: list[Facts]) -> list[str]:
+    rows = []
+    for task in stage:
+        members = f" x {task['members']}" if task["members"] > 1 else ""
+        own = [f"{name.removeprefix(task['element'] + '.')}'" for name in task["writes"]]
+        after = ", ".join(f"{name}'" for name in task["after"]) or "-"
+        spread = f"{_some(task['lanes'], 'lane')} of {_some(task['warps'], 'warp')}"
+        seen = "taken from what was seen by the filter" if task["from_key"] else ""
+        rows.append((f"{task['element']}{members}", ", ".join(own), after, spread, seen))
+    return _table(("element", "writes", "reads primed", "spread over", ""), rows)
+
+
+def _draws(draws: list[Facts]) -> list[str]:
+    rows = [(d["site"], str(d["draws"]), d["when"], f"line {d['line']}") for d in draws]
+    return _table(("site", "draws", "when", ""), rows)
+
+
+def _terms(terms: list[Facts]) -> list[str]:
+    rows = [(t["name"] + (f" x {t['members']}" if t["members"] > 1 else ""), _range(t)) for t in terms]
+    return _table(("term", "each"), rows)
+
+
+def _bounds(bounds: dict[str, Facts]) -> list[str]:
+    rows = []
+    for name, bound in bounds.items():
+        if bound["origin"] == "rollout":
+            rows.append((name, "the default policy's rollout", ""))
+            continue
+        origin = "derived from the rewards" if bound["line"] is None else f"declared in line {bound['line']}"
+        rows.append((name, _range(bound), origin))
+    return _table(("bound", "value", ""), rows)
+
+
+def _policy(policy: Facts) -> str:
+    if policy["origin"] == "uniform":
+        return "Default policy: uniform over the legal actions, as none is declared"
+    kept = [f"memory {r['name']}: {r['type']}" for r in policy["memory"]]
+    kept += [f"the last {name}" for name in policy["last_observations"]]
+    kept += ["the last action"] if policy["last_action"] else []
+    known = f"; it keeps {', '.join(kept)}" if kept else "; it sees visible state only"
+    return f"Default policy: declared in line {policy['line']}{known}"
+
+
+def _belief(belief: Facts) -> str:
+    if belief["filter"] == "factored":
+        return "Belief: factored, each factor independent of the others given what was seen"
+    return "Belief: particles of the whole state"
+
+
+def _factors(belief: Facts) -> list[str]:
+    rows = []
+    for factor in belief["factors"]:
+        members = f" x {factor['members']}" if factor["members"] > 1 else ""
+        kept = (
+            f"exact: {_some(factor['values'], 'value')}"
+            if factor["exact"]
+            else f"particles: {factor['inexact']}"
+        )
+        rows.append((f"{factor['element']}{members}", ", ".join(factor["variables"]), kept))
+    lines = _table(("factor", "variables", "kept as"), rows)
+    for o in belief["obstacles"]:
+        lines.append(f"{o['element']} is no factor: {o['reason']} ({o['file']}:{o['line']}:{o['column']})")
+    return lines
+
+
+# Text ----------------------------------------------------------------------------------------------
+
+
+def _range(facts: Facts) -> str:
+    low, high = facts["low"], facts["high"]
+    if low == high and low is not None:
+        return f"{low:.6g}"
+    return f"{'-inf' if low is None else f'{low:.6g}'} .. {'inf' if high is None else f'{high:.6g}'}"
+
+
+def _some(number: int, noun: str) -> str:
+    plural = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
+    return f"{number} {noun if number == 1 else plural}"
+
+
+def _table(heading: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the rows under a heading, columns aligned; empty columns are left out."""
+    if not rows:
+        return []
+    used = [column for column in range(len(heading)) if any(row[column] for row in rows)]
+    kept = [[row[column] for column in used] for row in (heading, *rows)]
+    widths = [max(len(row[column]) for row in kept) for column in range(len(used))]
+    return ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in kept]

@@ -1,0 +1,221 @@
+"""What the compiler makes of a model, as plain data: updates, draws, layout, rewards, bounds, belief."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from hypgen.codegen.layout import WORD, Block, pack
+from hypgen.codegen.partition import ElementUpdate, partition
+from hypgen.dsl import ir, keys
+from hypgen.dsl.source import Span
+from hypgen.dsl.types import Float, Int, Type, length_of, size_of
+
+LANES = 32  # of a warp
+
+
+def explain(model: ir.Model) -> dict[str, Any]:
+    """Return all that ``hypgen explain`` tells; sizes are in bytes where a name says nothing else."""
+    return {
+        "model": model.name,
+        "discount": model.discount,
+        "horizon": model.horizon,
+        "params": [_param(p) for p in model.params],
+        "actions": _actions(model),
+        "observations": _observations(model),
+        "state": _state(model),
+        "stages": [[_update(update) for update in stage] for stage in partition(model)],
+        "draws": _draws(model),
+        "rewards": _rewards(model),
+        "bounds": {name: _bound(model, name) for name in ("upper", "lower", "tail")},
+        "policy": _policy(model),
+        "belief": _belief(model),
+    }
+
+
+def _param(param: ir.Param) -> dict[str, Any]:
+    return {
+        "name": param.name,
+        "type": str(param.type),
+        "entries": length_of(param.indices),
+        "has_default": param.default is not None,
+    }
+
+
+def _actions(model: ir.Model) -> dict[str, Any]:
+    action = model.action
+    return {
+        "name": action.name,
+        "type": str(action.type),
+        "indices": [str(i) for i in action.indices],
+        "count": action.count,
+        "legal": "declared" if "legal" in model.spans else "all",
+    }
+
+
+def _observations(model: ir.Model) -> dict[str, Any]:
+    count = math.prod(field.size**field.length for field in model.key)
+    return {
+        "count": count if count <= 2**64 else None,
+        "bits": (count - 1).bit_length(),
+        "words": keys.word_count(model.key),
+        "digits": [
+            {
+                "name": field.name,
+                "kind": "observation" if field.observed else "visible variable",
+                "type": str(field.type),
+                "entries": field.length,
+                "values": field.size,
+            }
+            for field in model.key
+        ],
+    }
+
+
+# State and updates ---------------------------------------------------------------------------------
+
+
+def _state(model: ir.Model) -> dict[str, Any]:
+    packed = pack(model)
+    fixed, dynamic = _block(packed.fixed, model), _block(packed.state, model)
+    return {
+        "bytes": fixed["bytes"] + dynamic["bytes"],
+        "bits": sum(v["width"] * v["entries"] for block in (fixed, dynamic) for v in block["variables"]),
+        "fixed": fixed,
+        "dynamic": dynamic,
+    }
+
+
+def _block(block: Block, model: ir.Model) -> dict[str, Any]:
+    return {
+        "bytes": block.words * WORD // 8 if block.fields else 0,
+        "variables": [
+            {
+                "name": field.variable,
+                "visible": model.variable(field.variable).visible,
+                "type": str(field.type),
+                "indices": [str(i) for i in field.indices],
+                "entries": field.length,
+                "word": field.word,
+                "shift": field.shift,
+                "width": field.width,
+            }
+            for field in block.fields
+        ],
+    }
+
+
+def _update(update: ElementUpdate) -> dict[str, Any]:
+    """Return an element update: a task of its own, whose lanes are its members' (or arrays') entries."""
+    binder = update.element.binder
+    lanes = max(length_of(tuple(b.type for b in assign.binders)) for assign in update.assigns)
+    return {
+        "element": update.element.name,
+        "members": 1 if binder is None else size_of(binder.type),
+        "writes": [assign.variable for assign in update.assigns],
+        "after": sorted({name for assign in update.assigns for name in assign.reads}),
+        "from_key": update.observed,
+        "lanes": lanes,
+        "warps": -(-lanes // LANES),
+    }
+
+
+def _draws(model: ir.Model) -> list[dict[str, Any]]:
+    """Return every site that draws: how many words it takes, and when."""
+    sites: list[tuple[ir.Site, ir.Dist, tuple[ir.Binder, ...], Span, str]] = []
+    sites += [(i.site, i.dist, i.binders, i.span, "start") for i in model.inits]
+    for let in model.lets:
+        sites.append((let.site, let.dist, () if let.binder is None else (let.binder,), let.span, "step"))
+    sites += [(u.site, u.dist, u.binders, u.span, "step") for u in model.updates]
+    sites += [(o.site, o.dist, o.binders, o.span, "observation") for o in model.observations]
+    policy = model.policy
+    if policy is not None:
+        sites += [(let.site, let.dist, (), let.span, "policy") for let in policy.lets]
+        sites.append((policy.site, policy.dist, policy.binders, policy.span, "policy"))
+    return [
+        {
+            "site": site.path,
+            "draws": length_of(tuple(b.type for b in binders)),
+            "when": when,
+            "line": span.line,
+        }
+        for site, dist, binders, span, when in sites
+        if not isinstance(dist, ir.Certain)
+    ]
+
+
+# Worth and belief ----------------------------------------------------------------------------------
+
+
+def _interval(t: Type) -> tuple[float | None, float | None]:
+    """Return the ends of a number's interval, None where it has none."""
+    if not isinstance(t, Int | Float):
+        return 0, 1
+    low, high = (end if math.isfinite(end) else None for end in (t.low, t.high))
+    return low, high
+
+
+def _rewards(model: ir.Model) -> dict[str, Any]:
+    terms = []
+    for reward in model.rewards:
+        low, high = _interval(reward.value.type)
+        members = 1 if reward.binder is None else size_of(reward.binder.type)
+        terms.append({"name": reward.name, "members": members, "low": low, "high": high})
+    return {"low": _total(terms, "low"), "high": _total(terms, "high"), "terms": terms}
+
+
+def _total(terms: list[dict[str, Any]], end: str) -> float | None:
+    total = 0.0
+    for term in terms:
+        if term[end] is None:
+            return None
+        total += term[end] * term["members"]
+    return total
+
+
+def _bound(model: ir.Model, name: str) -> dict[str, Any]:
+    value: ir.Expr | None = getattr(model, name)
+    if value is None:
+        return {"origin": "rollout", "line": None, "low": None, "high": None}
+    low, high = _interval(value.type)
+    span = model.spans.get(name)
+    origin = "derived" if span is None else "declared"
+    return {"origin": origin, "line": None if span is None else span.line, "low": low, "high": high}
+
+
+def _policy(model: ir.Model) -> dict[str, Any]:
+    policy, history = model.policy, model.history
+    return {
+        "origin": "uniform" if policy is None else "declared",
+        "line": None if policy is None else policy.span.line,
+        "memory": [{"name": r.name, "type": str(r.type)} for r in history.registers],
+        "last_observations": list(history.observations),
+        "last_action": history.action,
+    }
+
+
+def _belief(model: ir.Model) -> dict[str, Any]:
+    return {
+        "filter": "factored" if model.factored else "particles",
+        "factors": [
+            {
+                "element": factor.element,
+                "members": factor.members,
+                "variables": list(factor.variables),
+                "exact": factor.exact,
+                "values": factor.size,
+                "inexact": factor.inexact or None,
+            }
+            for factor in model.factors
+        ],
+        "obstacles": [
+            {
+                "element": obstacle.element,
+                "reason": obstacle.reason,
+                "file": obstacle.span.file,
+                "line": obstacle.span.line,
+                "column": obstacle.span.column,
+            }
+            for obstacle in model.obstacles
+        ],
+    }

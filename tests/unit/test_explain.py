@@ -1,0 +1,81 @@
+"""The facts that ``hypgen explain`` tells, and their text."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+
+import ir_samples
+import pytest
+
+from hypgen.cli.explain_text import describe
+from hypgen.codegen.explain import explain
+from hypgen.dsl import ir
+from hypgen.dsl.source import Span
+from hypgen.dsl.types import Float, Int
+
+
+def text(model: ir.Model) -> str:
+    blocks = describe(explain(model))
+    return "".join(f"{heading}\n" + "".join(f"  {line}\n" for line in lines) for heading, lines in blocks)
+
+
+def test_layout_and_stages() -> None:
+    shown = text(ir_samples.wanderer())
+    assert (
+        "State, fixed: 4 bytes, stored once a scenario\n"
+        "  variable                  type  word  bits\n"
+        "  map.wall[1 .. 5]  hidden  bool  0     0 .. 4, 5 x 1\n"
+        "State, dynamic: 4 bytes, copied by every step\n"
+        "  variable                   type    word  bits\n"
+        "  bot.at[0 .. 1]    hidden   1 .. 5  0     0 .. 7, 2 x 4\n"
+        "  bot.seen[0 .. 1]  visible  1 .. 5  0     8 .. 15, 2 x 4\n"
+    ) in shown
+    assert (
+        "Stage 1: 1 task\n"
+        "  element  writes  reads primed  spread over\n"
+        "  bot x 2  seen'   bot.at'       2 lanes of 1 warp  taken from what was seen by the filter\n"
+    ) in shown
+
+
+def test_facts_are_plain_data() -> None:
+    for model in (ir_samples.tiger(), ir_samples.rocks(), ir_samples.wanderer()):
+        facts = explain(model)
+        assert json.loads(json.dumps(facts, allow_nan=False)) == facts
+
+
+def test_a_family_takes_as_many_warps_as_it_needs() -> None:
+    model = ir_samples.rocks()
+    stages = explain(model)["stages"]
+    family = next(task for stage in stages for task in stage if task["members"] > 1)
+    assert (family["lanes"], family["warps"]) == (family["members"], 1)
+
+
+def test_rewards_add_up_over_members() -> None:
+    model = ir_samples.tiger()
+    term = dataclasses.replace(model.rewards[0], value=ir.Const(Int(-3, 4), 1))
+    family = dataclasses.replace(term, name="more", binder=ir.Binder("i", Int(0, 9)))
+    rewards = explain(dataclasses.replace(model, rewards=(term, family)))["rewards"]
+    assert (rewards["low"], rewards["high"]) == (-33, 44)
+    endless = dataclasses.replace(term, value=ir.Const(Float(-1, math.inf), 1.0))
+    rewards = explain(dataclasses.replace(model, rewards=(endless,)))["rewards"]
+    assert (rewards["low"], rewards["high"]) == (-1, None)
+    assert "Reward of a step: -1 .. inf" in text(dataclasses.replace(model, rewards=(endless,)))
+
+
+def test_what_forbids_a_factor_is_named() -> None:
+    obstacle = ir.Obstacle("room", Span("m.pomdp", 7, 3, 7, 9), "two members are read at once")
+    shown = text(dataclasses.replace(ir_samples.tiger(), factors=(), obstacles=(obstacle,)))
+    assert (
+        "Belief: particles of the whole state\n"
+        "  room is no factor: two members are read at once (m.pomdp:7:3)\n" in shown
+    )
+
+
+@pytest.mark.parametrize(("lower", "words"), [(None, "the default policy's rollout"), (-7.5, "-7.5")])
+def test_bounds(lower: float | None, words: str) -> None:
+    value = None if lower is None else ir.Const(Float(lower, lower), lower)
+    shown = text(dataclasses.replace(ir_samples.tiger(), lower=value))
+    row = next(line for line in shown.splitlines() if line.startswith("  lower"))
+    assert words in row
