@@ -26,7 +26,8 @@ def check(node: ast.Expr, scope: Scope, expected: Type | None = None) -> ir.Expr
     if scope.evaluate:
         scope.budget.spend(node.span)
     found = _dispatch(node, scope, expected)
-    return require_int32(assumed(found, INT) if scope.open_ints else found, node.span)
+    found = require_int32(assumed(found, INT) if scope.open_ints else found, node.span)
+    return scope.narrow(found)
 
 
 def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from hypgen.dsl import ast, ir
+from hypgen.dsl.facts import Facts, learned, narrowed
+from hypgen.dsl.ir_walk import prime, substitute
 from hypgen.dsl.mistakes import mistake
 from hypgen.dsl.source import Span
-from hypgen.dsl.types import Int, Type
+from hypgen.dsl.types import Type
 
 if TYPE_CHECKING:
     from hypgen.dsl.program import Program
-
-Facts = Mapping[Hashable, tuple[int, int]]
-_OPPOSITE = {"lt": "ge", "ge": "lt", "le": "gt", "gt": "le", "eq": "ne", "ne": "eq"}
-_MIRRORED = {"lt": "gt", "gt": "lt", "le": "ge", "ge": "le", "eq": "eq", "ne": "ne"}
 
 
 _MAX_STEPS = 1 << 18  # of expressions checked while evaluating: two seconds
@@ -96,83 +94,34 @@ class Scope:
 
     def given(self, condition: ir.Expr, holds: bool = True) -> Scope:
         """Return this scope where ``condition`` is known to hold, or not to."""
-        facts = dict(self.facts)
-        _learn(condition, holds, facts)
-        return replace(self, facts=facts) if facts != self.facts else self
+        found = learned(condition, holds, self.facts, self._meaning)
+        return replace(self, facts=found) if found != self.facts else self
 
     def narrow(self, e: ir.Expr) -> ir.Expr:
-        """Return a read with what conditions have shown of it."""
-        key = _key(e) if self.facts and isinstance(e.type, Int) else None
-        known = self.facts.get(key) if key is not None else None
-        if known is None or not isinstance(e.type, Int):
-            return e
-        low, high = max(known[0], e.type.low), min(known[1], e.type.high)
-        return replace(e, type=Int(low, high)) if low <= high else e
+        """Return a number with what conditions have shown of it."""
+        return narrowed(e, self.facts) if self.facts else e
 
-
-def _key(e: ir.Expr) -> Hashable:
-    """Return what identifies a plain read whatever is known of its type, or None."""
-    match e:
-        case ir.Const(_, value):
-            return ("const", value)
-        case ir.Local(_, name):
-            return ("local", name)
-        case ir.FieldRead(_, _, name, operand):
-            inner = _key(operand)
-            return None if inner is None else ("field", name, inner)
-        case ir.StateRead(_, name, indices, primed):
-            return _read_key(("state", name, primed), indices)
-        case ir.LetRead(_, name, indices, primed):
-            return _read_key(("let", name, primed), indices)
-        case ir.ParamRead(_, name, indices):
-            return _read_key(("param", name), indices)
-        case ir.TableRead(_, name, indices):
-            return _read_key(("table", name), indices)
-        case ir.ActionRead(_, indices):
-            return _read_key(("action",), indices)
-        case ir.MemoryRead(_, name, indices):
-            return _read_key(("memory", name), indices)
-    return None
-
-
-def _read_key(head: tuple[Hashable, ...], indices: tuple[ir.Expr, ...]) -> Hashable:
-    keys = tuple(map(_key, indices))
-    return None if None in keys else (*head, keys)
-
-
-def _learn(condition: ir.Expr, holds: bool, facts: dict[Hashable, tuple[int, int]]) -> None:
-    match condition:
-        case ir.Unary(_, "not", operand):
-            _learn(operand, not holds, facts)
-        case ir.Binary(_, "and" | "or" as op, left, right) if holds == (op == "and"):
-            _learn(left, holds, facts)
-            _learn(right, holds, facts)
-        case ir.Binary(_, op, left, right) if op in _OPPOSITE and isinstance(left.type, Int):
-            shown = op if holds else _OPPOSITE[op]
-            _limit(left, shown, right, facts)
-            _limit(right, _MIRRORED[shown], left, facts)
-
-
-def _limit(read: ir.Expr, op: str, other: ir.Expr, facts: dict[Hashable, tuple[int, int]]) -> None:
-    """Note what ``read op other`` says of ``read``, given the interval of ``other``."""
-    key = _key(read)
-    if key is None or isinstance(read, ir.Const) or not isinstance(read.type, Int):
-        return
-    assert isinstance(other.type, Int)
-    low, high = facts.get(key, (read.type.low, read.type.high))
-    least, most = other.type.low, other.type.high
-    match op:
-        case "lt":
-            high = min(high, most - 1)
-        case "le":
-            high = min(high, most)
-        case "gt":
-            low = max(low, least + 1)
-        case "ge":
-            low = max(low, least)
-        case "eq":
-            low, high = max(low, least), min(high, most)
-        case "ne" if least == most:
-            low, high = low + (low == least), high - (high == least)
-    if low <= high:
-        facts[key] = (low, high)
+    def _meaning(self, e: ir.Expr) -> ir.Expr | None:
+        """Return the body of what a condition calls, or of the let that it reads, in the caller's terms."""
+        symbols = self.program.symbols
+        match e:
+            case ir.Call(_, name, arguments, primed):
+                item = symbols.globals[name]
+                assert isinstance(item, ast.Function)
+                function = self.program.function(item)
+                values = dict(zip((f.name for f in function.formals), arguments, strict=True))
+                body = function.body
+            case ir.LetRead(_, name, indices, primed):
+                element, _, own = name.partition(".")
+                declared = symbols.members.get(element, {}).get(own)
+                if not isinstance(declared, ast.Let) or declared.rhs.draw:
+                    return None
+                let = self.program.let(element, declared)
+                if not isinstance(let.dist, ir.Certain):
+                    return None
+                values = {} if let.binder is None else {let.binder.name: indices[0]}
+                body = let.dist.value
+            case _:
+                return None
+        meaning: ir.Expr = substitute(prime(body) if primed else body, values)
+        return meaning

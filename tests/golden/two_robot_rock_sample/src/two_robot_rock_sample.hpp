@@ -56,7 +56,7 @@ struct TwoRobotRockSample {
     float half_distance;  // two_robot_rock_sample.pomdp:20
     float accuracy_table[21][20][20];  // computed: two_robot_rock_sample.pomdp:28, by bot_x, bot_y, r
     bool legal_table[21][20];  // computed: two_robot_rock_sample.pomdp:56, by bot_x, bot_y
-    float upper_table[21];  // computed: two_robot_rock_sample.pomdp:66, by bot_x
+    float upper_table[20];  // computed: two_robot_rock_sample.pomdp:66, by bot_x
     float upper_table_2[40];  // computed: two_robot_rock_sample.pomdp:66, by index
   };
 
@@ -459,7 +459,7 @@ struct TwoRobotRockSample {
         params.legal_table[bot_x][bot_y] = compute_legal_table(params, bot_x, bot_y);
       }
     }
-    for (std::int32_t bot_x = 0; bot_x <= 20; ++bot_x) params.upper_table[bot_x] = compute_upper_table(bot_x);
+    for (std::int32_t bot_x = 0; bot_x <= 19; ++bot_x) params.upper_table[bot_x] = compute_upper_table(bot_x);
     for (std::int32_t index = 0; index <= 39; ++index) params.upper_table_2[index] = compute_upper_table_2(index);
     return true;
   }
