@@ -77,12 +77,14 @@ class Interface:
         if visible:
             builder.code.add("fixed = Fixed{};")
             builder.code.add("state = State{};")
-        for assign in self.model.inits:
-            variable = self.model.variable(assign.variable)
-            if variable.visible == visible:
-                builder.code.add(f"// {origin(assign.span)}: {assign.variable}")
-                with builder.printer.loops(assign.binders):
-                    assigned(assign, "fixed" if variable.fixed else "state", builder)
+        for group in self.model.init_groups(visible):
+            members = group[0].binders[:1] if len(group) > 1 else ()
+            with builder.printer.loops(members):
+                for assign in group:
+                    variable = self.model.variable(assign.variable)
+                    builder.code.add(f"// {origin(assign.span)}: {assign.variable}")
+                    with builder.printer.loops(assign.binders[len(members) :]):
+                        assigned(assign, "fixed" if variable.fixed else "state", builder)
         return builder.done("void", "init_visible" if visible else "init_hidden")
 
     def export(self, visible_only: bool) -> views.Function:

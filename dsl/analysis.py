@@ -1,4 +1,4 @@
-"""What follows from who reads what: stages, the order of inits, the observation key, the filter's rules."""
+"""What follows from who reads what: stages, the observation key, the filter's rules."""
 
 from __future__ import annotations
 
@@ -33,30 +33,9 @@ def stage_updates(updates: list[ir.Assign], uses: Uses, report: Report) -> list[
         report.add(_cyclic_updates(cycle, edges))
         return updates
     stages: dict[str, int] = {}
-    for name in _dependencies_first(edges):
+    for name in dependencies_first(edges):
         stages[name] = 1 + max((stages[other] for other in edges[name]), default=-1)
     return [replace(u, stage=stages[u.variable], reads=frozenset(edges[u.variable])) for u in updates]
-
-
-def order_inits(
-    inits: list[ir.Assign], variables: Mapping[str, ir.Variable], uses: Uses, report: Report
-) -> list[ir.Assign]:
-    """Return the inits, visible variables first, each after those that it reads."""
-    of = {i.variable: i for i in inits}
-    edges: Edges = {
-        i.variable: {
-            r.name: r
-            for r in reversed(uses.closure(f"init {i.variable}"))
-            if r.kind == "variable" and r.name in of
-        }
-        for i in inits
-    }
-    cycle = find_cycle(edges)
-    if cycle:
-        report.add(_cyclic_inits(cycle, edges))
-        return inits
-    order = list(_dependencies_first(edges))
-    return [of[n] for n in order if variables[n].visible] + [of[n] for n in order if not variables[n].visible]
 
 
 def find_cycle(edges: Mapping[str, Iterable[str]]) -> list[str]:
@@ -81,7 +60,7 @@ def find_cycle(edges: Mapping[str, Iterable[str]]) -> list[str]:
     return []
 
 
-def _dependencies_first(edges: Edges) -> list[str]:
+def dependencies_first(edges: Edges) -> list[str]:
     """Return the names such that each comes after those that it reads, otherwise as declared."""
     order: dict[str, None] = {}
     stack = [(name, False) for name in reversed(edges)]
@@ -99,29 +78,12 @@ def _dependencies_first(edges: Edges) -> list[str]:
 
 def _cyclic_updates(cycle: list[str], edges: Edges) -> Mistake:
     path = " -> ".join(f"{n}'" for n in [*cycle, cycle[0]])
-    return _cyclic("E0405", f"the updates need each other: {path}", cycle, edges, "'")
-
-
-def _cyclic_inits(cycle: list[str], edges: Edges) -> Mistake:
-    path = " -> ".join([*cycle, cycle[0]])
-    message = f"the inits need each other: {path}"
-    if len(cycle) == 1:
-        message = f"the init of '{cycle[0]}' reads '{cycle[0]}' itself, which has no value yet"
-    return _cyclic("E0406", message, cycle, edges, "")
-
-
-def _cyclic(code: str, message: str, cycle: list[str], edges: Edges, mark: str) -> Mistake:
     reads = [edges[a][b] for a, b in zip(cycle, [*cycle[1:], cycle[0]], strict=True)]
     notes = [
-        (r.path[-1].span, f"'{name}{mark}' needs '{r.name}{mark}' here")
-        for name, r in zip(cycle, reads, strict=True)
+        (r.path[-1].span, f"'{name}'' needs '{r.name}'' here") for name, r in zip(cycle, reads, strict=True)
     ]
-    remedy = (
-        "read the value before the step, without the prime, at one of these places"
-        if mark
-        else "draw one of them without the other; a family cannot read itself in an init yet"
-    )
-    return mistake(code, message, reads[0].span, remedy, notes)
+    remedy = "read the value before the step, without the prime, at one of these places"
+    return mistake("E0405", f"the updates need each other: {path}", reads[0].span, remedy, notes)
 
 
 def mark_variables(

@@ -33,7 +33,7 @@ def const(item: ast.Const, program: Program) -> ir.Const | ir.ConstantArray:
     scope = Scope(program, evaluate=True, constant=True)
     if not indices:
         return entries.scalar(node, scope, element, f"'{item.name}'")
-    values = _entries(node, scope, element, indices, item.name)
+    values = entries_of(node, scope, element, indices, item.name)
     return ir.ConstantArray(item.name, element, indices, values, item.span)
 
 
@@ -44,11 +44,11 @@ def param(item: ast.Param, program: Program) -> ir.Param:
     default = None
     if node is not None:
         scope = Scope(program, evaluate=True, constant=True)
-        default = _entries(node, scope, element, indices, item.name)
+        default = entries_of(node, scope, element, indices, item.name)
     return ir.Param(item.name, element, indices, default, item.span)
 
 
-def _entries(
+def entries_of(
     node: ast.Expr, scope: Scope, element: Type, indices: tuple[Type, ...], name: str
 ) -> tuple[Value, ...]:
     """Return the entries of an array written as ``node``, row-major."""
@@ -80,7 +80,7 @@ def _entries(
                     span,
                     f"one for each value of {indices[0]}",
                 )
-            parts = gather([partial(_entries, i, scope, element, indices[1:], name) for i in items])
+            parts = gather([partial(entries_of, i, scope, element, indices[1:], name) for i in items])
             return tuple(v for part in parts for v in part)
         case ast.Quantified(_, "distance"):
             return distances.table(node, scope, element, indices, name)
@@ -116,7 +116,7 @@ def _comprehension(
     result: list[Value] = []
     for values in values_of(binders):
         inner = replace(scope, locals={**scope.locals, **values})
-        result += _entries(node.body, inner, element, indices[len(binders) :], name)
+        result += entries_of(node.body, inner, element, indices[len(binders) :], name)
     return tuple(result)
 
 

@@ -86,9 +86,13 @@ class Interpreter:
 
     def _initialise(self, state: State, draws: DrawSource, *, visible: bool) -> None:
         frame = self._frame(state, draws=draws)
-        for init in self.model.inits:
-            if self._evaluator.variables[init.variable].visible == visible:
-                self._assign(init, frame, state)
+        for group in self.model.init_groups(visible):
+            if len(group) == 1:
+                self._assign(group[0], frame, state)
+                continue
+            for member in range(size_of(group[0].binders[0].type)):
+                for init in group:
+                    self._assign(init, frame, state, member)
 
     # A step ----------------------------------------------------------------------------------
 
@@ -321,9 +325,12 @@ class Interpreter:
         assert frame.after is not None
         return frame.after
 
-    def _assign(self, assign: ir.Assign, frame: Frame, target: State) -> None:
+    def _assign(self, assign: ir.Assign, frame: Frame, target: State, member: int | None = None) -> None:
+        """Assign all entries, or those of a family's member alone."""
         with np.errstate(all="ignore"):
             for number, place, values in combinations(assign.binders):
+                if member is not None and place[0] != member:
+                    continue
                 word = frame.word(assign.site.id, number)
                 value = self._evaluator.sample(assign.dist, frame.bind(values), word)
                 lanes: tuple[slice | int, ...] = (slice(None), *place)

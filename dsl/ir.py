@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import groupby
 
 from hypgen.dsl.ir_nodes import (
     ActionRead,
@@ -194,7 +195,8 @@ class Assign:
     """How a variable gets its value, at the start or in a step, for each value of ``binders``.
 
     ``binders`` stand for the variable's ``indices`` one by one. ``reads`` are the variables read primed,
-    directly or through functions and lets. ``stage`` is 0 for an init; inits are in dependency order.
+    directly or through functions and lets. ``stage`` is 0 for an init; inits are in dependency order. Inits
+    of one ``group`` are consecutive and of one family: they run member by member, all of them each time.
     """
 
     variable: str
@@ -204,6 +206,7 @@ class Assign:
     span: Span
     stage: int = 0
     reads: frozenset[str] = frozenset()
+    group: str | None = None
 
 
 @dataclass(frozen=True)
@@ -467,6 +470,12 @@ class Model:
     def variable(self, name: str) -> Variable:
         """Return the variable with this qualified name."""
         return next(v for v in self.variables if v.name == name)
+
+    def init_groups(self, visible: bool) -> tuple[tuple[Assign, ...], ...]:
+        """Return the inits of visible or of hidden variables, in order; those of a group together."""
+        inits = [i for i in self.inits if self.variable(i.variable).visible == visible]
+        parts = groupby(inits, key=lambda i: i.group or i.variable)
+        return tuple(tuple(part) for _, part in parts)
 
     def stages(self) -> tuple[tuple[Assign, ...], ...]:
         """Return the updates grouped by stage, in order."""

@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import PurePath
 
-from hypgen.dsl import analysis, ast, bounds, ir, members, operators, policies, settings
+from hypgen.dsl import analysis, ast, bounds, init_order, ir, members, operators, policies, settings
 from hypgen.dsl.factors import factorise
 from hypgen.dsl.leaves import flatten
 from hypgen.dsl.mistakes import Report, mistake
@@ -83,7 +83,7 @@ def _model(program: Program, sources: Sequence[Source]) -> ir.Model | None:
     variables = {v.name: v for v in declared.variables}
     check_reads(program, variables, _readers(program, inits, found_bounds))
     updates = analysis.stage_updates(updates, program.uses, report)
-    inits = analysis.order_inits(inits, variables, program.uses, report)
+    inits = init_order.order_inits(inits, variables, declared.definitions(), program.uses, report)
     sites = [(a.site, a.span) for a in (*inits, *updates)]
     sites += [(o.site, o.span) for o in observations]
     policy_lets = () if policy is None else policy.lets
@@ -106,7 +106,7 @@ def _model(program: Program, sources: Sequence[Source]) -> ir.Model | None:
         enums=tuple(declared.enums),
         records=tuple(declared.records),
         params=tuple(declared.params),
-        tables=tuple(declared.tables),
+        tables=(*declared.tables, *program.literals),
         elements=tuple(declared.elements),
         variables=tuple(marked),
         lets=tuple(declared.lets),
@@ -149,6 +149,12 @@ class _Declared:
         self.functions: list[ir.Function] = []
         for item in program.symbols.globals.values():
             program.report.attempt(partial(self._add, item, program))
+
+    def definitions(self) -> init_order.Definitions:
+        """Return what reads of state may go through."""
+        lets, functions = {x.name: x for x in self.lets}, {f.name: f for f in self.functions}
+        families = frozenset(e.name for e in self.elements if e.binder is not None)
+        return init_order.Definitions(lets, functions, families)
 
     def _add(self, item: ast.Item, program: Program) -> None:
         match item:

@@ -7,17 +7,16 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from hypgen.dsl import ast, ir, operators
-from hypgen.dsl.constants import require_indices, shape
+from hypgen.dsl.array_values import array_of
+from hypgen.dsl.constants import shape
 from hypgen.dsl.declarations import element_scope
 from hypgen.dsl.diagnostics import did_you_mean
-from hypgen.dsl.distributions import right_side
 from hypgen.dsl.mistakes import Mistake, gather, mistake
-from hypgen.dsl.quantifiers import bind_all, bind_types
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.symbols import duplicate
 from hypgen.dsl.type_expressions import require_finite
 from hypgen.dsl.typecheck import check_as, described
-from hypgen.dsl.types import BOOL, FLOAT, Type
+from hypgen.dsl.types import BOOL, FLOAT
 from hypgen.dsl.unit_checks import require_plain
 
 if TYPE_CHECKING:
@@ -119,30 +118,6 @@ def _assign(owner: ast.Element, member: ast.Init | ast.Update, program: Program)
     binders, dist = array_of(member.rhs, indices, scope, variable.type, member.name)
     site = ir.Site(f"init:{path}" if is_init else path)
     return ir.Assign(path, family + binders, dist, site, member.span)
-
-
-def array_of(
-    rhs: ast.Rhs, indices: tuple[Type, ...], scope: Scope, target: Type, name: str
-) -> tuple[tuple[ir.Binder, ...], ir.Dist]:
-    """Return what ``rhs`` says of an array's entry, and the binders of its indexes; a scalar has none."""
-    if not indices:
-        return (), right_side(rhs, scope, target, f"'{name}'")
-    node = rhs.expr
-    if not isinstance(node, ast.Comprehension):
-        wanted = ", ".join(f"{b} in {t}" for b, t in zip("ijklmnpqrstuvw", indices, strict=False))
-        raise mistake(
-            "E0706",
-            f"'{name}' is an array: say what each entry is",
-            rhs.span,
-            f"write [{wanted}: ..]",
-        )
-    binders = bind_types(node.binders, scope)
-    require_indices(node, binders, indices[: len(binders)] if len(binders) < len(indices) else indices, name)
-    inner = bind_all(node.binders, binders, scope)
-    rest, dist = array_of(
-        ast.Rhs(node.body.span, rhs.draw, node.body), indices[len(binders) :], inner, target, name
-    )
-    return binders + rest, dist
 
 
 def _owned(program: Program, kind: type[ast.Item]) -> Iterator[tuple[ast.Element | None, ast.Item]]:

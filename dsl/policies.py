@@ -6,11 +6,11 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from hypgen.dsl import ast, ir
+from hypgen.dsl.array_values import array_of
 from hypgen.dsl.constants import shape
 from hypgen.dsl.declarations import let_of
 from hypgen.dsl.diagnostics import did_you_mean
 from hypgen.dsl.draws import is_draw
-from hypgen.dsl.members import array_of
 from hypgen.dsl.mistakes import mistake
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.symbols import duplicate

@@ -32,6 +32,7 @@ class Program:
         self.symbols = symbols
         self.report = report
         self.uses = Uses()
+        self.literals: list[ir.ConstantArray] = []  # of definitions whose entries are listed
         self._done: dict[str, object] = {}
         self._failed: set[str] = set()
         self._active: dict[str, Span] = {}
