@@ -18,7 +18,23 @@ if TYPE_CHECKING:
 @click.command(epilog=EXIT_CODES)
 @model_options
 @click.option("--json", "as_json", is_flag=True, help="Print the result, mistakes included, as JSON.")
-def command(model: Path, instance: Path | None, settings: tuple[str, ...], as_json: bool) -> int:
+@click.option(
+    "--samples",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Visit N states in random episodes and check what no reading can prove.",
+)
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, help="Of the random episodes.", show_default=True
+)
+def command(
+    model: Path,
+    instance: Path | None,
+    settings: tuple[str, ...],
+    as_json: bool,
+    samples: int | None,
+    seed: int,
+) -> int:
     """Check MODEL and print one line about it, or every mistake that is found.
 
     \b
@@ -26,6 +42,7 @@ def command(model: Path, instance: Path | None, settings: tuple[str, ...], as_js
       hypgen check examples/tiger.pomdp
       hypgen check examples/rs_11_11.pomdp
       hypgen check examples/rock_sample.pomdp --set n=5 --json
+      hypgen check examples/tag.pomdp --samples 100000
     """
     from hypgen.dsl import driver
     from hypgen.dsl.diagnostics import ModelError
@@ -47,6 +64,10 @@ def command(model: Path, instance: Path | None, settings: tuple[str, ...], as_js
         click.echo(json.dumps(fine, indent=2) if as_json else f"{model}: OK: library {name}")
         return Exit.OK
     facts = summary(checked.model)
+    if samples is not None:
+        from hypgen.cli import sampling
+
+        return sampling.run(checked, samples, seed, facts if as_json else None)
     if as_json:
         click.echo(json.dumps({"ok": True, "diagnostics": [], **facts}, indent=2))
     else:

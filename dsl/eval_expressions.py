@@ -117,6 +117,13 @@ class Expressions:
         """Return a draw from the distribution in each lane."""
         raise NotImplementedError
 
+    def where(self, condition: Array, evaluate: Callable[[], Array]) -> Array:
+        """Return what ``evaluate`` gives, which matters only where the condition holds.
+
+        The other lanes hold garbage; who watches an evaluation for what goes wrong in it needs to know.
+        """
+        return evaluate()
+
     # Reads -----------------------------------------------------------------------------------
 
     def _places(
@@ -200,7 +207,12 @@ class Expressions:
         left = self.value(e.left, frame)
         if e.op in ("and", "or") and left.ndim == 0 and bool(left) == (e.op == "or"):
             return left
-        return as_type(_BINARY[e.op](left, self.value(e.right, frame)), e.type)
+        if e.op in ("and", "or"):
+            matters = left if e.op == "and" else np.logical_not(left)
+            right = self._where_value(matters, e.right, frame)
+        else:
+            right = self.value(e.right, frame)
+        return as_type(_BINARY[e.op](left, right), e.type)
 
     def _clamp(self, e: ir.Clamp, frame: Frame) -> Array:
         low, high = as_type(e.low, e.type), as_type(e.high, e.type)
@@ -210,7 +222,9 @@ class Expressions:
         condition = self.value(e.condition, frame)
         if condition.ndim == 0:
             return self.value(e.then if condition else e.otherwise, frame)
-        return np.where(condition, self.value(e.then, frame), self.value(e.otherwise, frame))
+        then = self._where_value(condition, e.then, frame)
+        otherwise = self._where_value(~condition, e.otherwise, frame)
+        return np.where(condition, then, otherwise)
 
     # Enums and records -----------------------------------------------------------------------
 
@@ -255,7 +269,7 @@ class Expressions:
             match = self.holds(e.condition, inner)
             if match.ndim == 0 and not match:
                 continue
-            body = as_type(1, e.type) if e.body is None else self.value(e.body, inner)
+            body = as_type(1, e.type) if e.body is None else self._where_value(match, e.body, inner)
             match e.kind:
                 case "any":
                     total = total | (match & body)
@@ -272,7 +286,7 @@ class Expressions:
         for _, _, values in combinations(e.binders):
             inner = frame.bind(values)
             match = self.holds(e.condition, inner)
-            body = self.value(e.body, inner)
+            body = self._where_value(match, e.body, inner)
             candidate = values[e.binders[0].name] if e.kind.startswith("arg") else body
             if best is None or result is None or found is None:
                 best, result, found = body, candidate, match  # also what stands in where nothing matches
@@ -283,8 +297,11 @@ class Expressions:
             found = found | match
         assert result is not None and found is not None, "a finite type has values"
         if e.otherwise is not None:
-            result = np.where(found, result, self.value(e.otherwise, frame))
+            result = np.where(found, result, self._where_value(~found, e.otherwise, frame))
         return as_type(result, e.type)
+
+    def _where_value(self, condition: Array, e: ir.Expr, frame: Frame) -> Array:
+        return self.where(condition, lambda: self.value(e, frame))
 
     def holds(self, condition: ir.Expr | None, frame: Frame) -> Array:
         """Return where a condition holds; no condition always does."""

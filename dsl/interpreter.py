@@ -54,12 +54,17 @@ class Interpreter:
     """
 
     def __init__(
-        self, model: ir.Model, params: Mapping[str, Sequence[Any] | Any] | None = None, *, lanes: int = 1
+        self,
+        model: ir.Model,
+        params: Mapping[str, Sequence[Any] | Any] | None = None,
+        *,
+        lanes: int = 1,
+        evaluator: Evaluator | None = None,
     ) -> None:
         self.model = model
         self.lanes = lanes
         self._lanes = np.arange(lanes)
-        self._evaluator = Evaluator(model, params or {})
+        self._evaluator = evaluator or Evaluator(model, params or {})
         self._posteriors = Posteriors(model, self._evaluator, lanes)
         self._digits = keys.digits(model.key)
         self._key_words = keys.word_count(model.key)
@@ -270,6 +275,16 @@ class Interpreter:
         if policy is None:
             word = draws.word(_DEFAULT_POLICY_SITE.id, 0)
             return pick_legal(self.legal_actions(state), word)
+        action = self.policy_choice(policy, state, draws, history)
+        legal = self.is_legal(state, action)
+        if legal.all():
+            return action
+        return np.where(legal, action, pick_legal(self.legal_actions(state), np.zeros(self.lanes, np.uint64)))
+
+    def policy_choice(
+        self, policy: ir.Policy, state: State, draws: DrawSource, history: History | None = None
+    ) -> Array:
+        """Return the action that the policy declares, legal or not."""
         frame = self._frame(state, history=history, draws=draws)
         action = np.zeros(self.lanes, dtype=np.int64)
         with np.errstate(all="ignore"):
@@ -279,10 +294,7 @@ class Interpreter:
                 action = action * size_of(self.model.action.type) + to_position(
                     choice, self.model.action.type
                 )
-        legal = self.is_legal(state, action)
-        if legal.all():
-            return action
-        return np.where(legal, action, pick_legal(self.legal_actions(state), np.zeros(self.lanes, np.uint64)))
+        return action
 
     def upper(self, state: State) -> Array:
         """Return the declared or derived upper bound."""

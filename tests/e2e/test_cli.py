@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -123,7 +124,7 @@ def test_without_a_compiler_the_user_is_told_what_to_do() -> None:
 
 
 def fail(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> int:
-    def load(*_: object) -> None:
+    def load(*_: object, **__: object) -> None:
         raise error
 
     monkeypatch.setattr("hypgen.cli.explain.load", load)
@@ -160,3 +161,31 @@ def test_a_reader_that_goes_away_is_no_bug() -> None:
     )
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True)
     assert done.stderr == "" and done.stdout.count("\n") == 1
+
+
+def test_sampling_names_what_it_finds_and_the_state(tmp_path: Path) -> None:
+    path = tmp_path / "tiger.pomdp"
+    odd = "reward odd = 1.0 / (if room.tiger == left then 0.0 else 2.0)\n"
+    path.write_text(f"{Path(TIGER).read_text()}\n{odd}")
+    done = hypgen("check", str(path), "--samples", "500", "--seed", "3")
+    assert done.returncode == 2
+    assert "error[C0104]: the reward 'odd' is inf" in done.stderr
+    assert "in this state, the first of" in done.stderr and "room.tiger = left" in done.stderr
+    assert "500 states in" in done.stdout and "1 mistake" in done.stdout
+    data = json.loads(hypgen("check", str(path), "--samples", "500", "--seed", "3", "--json").stdout)
+    assert not data["ok"] and data["samples"]["states"] == 500 and data["actions"] == 3
+    assert data["diagnostics"][0]["severity"] == "error"
+    assert data["diagnostics"][0]["state"]["room.tiger"] == "left"
+
+
+def test_sampling_a_right_model_ends_with_0() -> None:
+    done = hypgen("check", TIGER, "--samples", "500")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.endswith("500 states in 64 episodes, seed 0: nothing wrong\n")
+
+
+def test_sampling_takes_values_for_all_params(tmp_path: Path) -> None:
+    path = tmp_path / "tiger.pomdp"
+    path.write_text(re.sub(r"(param \w+: \w+) = [^\n#]*", r"\1", Path(TIGER).read_text()))
+    done = hypgen("check", str(path), "--samples", "500")
+    assert done.returncode == 2 and "has no value" in done.stderr
