@@ -13,6 +13,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
 from hypgen.codegen.cpp import Code, code_of, float32, integer, literal, loop, scalar, stored
+from hypgen.codegen.histories import HistoryRead
 from hypgen.codegen.naming import Names
 from hypgen.codegen.needs import PARTS, Needs, NeedsAnalysis
 from hypgen.codegen.state_tables import ArrayBits
@@ -215,6 +216,8 @@ class ExprPrinter:
                 return f"{self.names.tables[name]}{self.subscript(name, indices)}", PRIMARY
             case ir.StateRead():
                 return self._state_read(expr), PRIMARY
+            case HistoryRead(field=name, indices=indices):
+                return f"history.{self.names.history[name]}({self.arguments(indices)})", PRIMARY
             case ArrayBits(variable=name):
                 return f"state.{self.names.bits[name]}()", PRIMARY
             case ir.ActionRead(indices=indices):

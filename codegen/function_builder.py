@@ -20,6 +20,7 @@ PART_TYPES = {
     "params": "const Params&",
     "fixed": "const Fixed&",
     "state": "const State&",
+    "history": "const History&",
     "draws": "D&",
     "next": "const State&",
 }

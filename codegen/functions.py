@@ -66,7 +66,7 @@ def model_functions(context: Context) -> list[views.Function]:
 def lets(context: Context) -> list[views.Function]:
     """Return the lets; one that draws gives the same value wherever it is read."""
     result = []
-    for let in context.model.lets:
+    for let in context.model.all_lets:
         builder = Builder(context).given(context.needs.let(let.name))
         binders = [] if let.binder is None else [let.binder]
         for binder in binders:

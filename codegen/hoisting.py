@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any
 
+from hypgen.codegen.histories import HistoryRead
+from hypgen.codegen.histories import fields as fields_of
 from hypgen.dsl import ir
 from hypgen.dsl.ir_walk import Node, children
 from hypgen.dsl.types import Int, Type
@@ -39,7 +41,8 @@ class Hoisting:
 
     def __init__(self, model: ir.Model) -> None:
         self.variables = {v.name: v.type for v in model.variables}
-        self.lets = {let.name: let.dist.type for let in model.lets}
+        self.lets = {let.name: let.dist.type for let in model.all_lets}
+        self.kept = {f.key: f.type for f in fields_of(model)}
         self.functions = {f.name: f.type for f in model.functions}
         self.constants = {p.name: p.type for p in model.params} | {t.name: t.type for t in model.tables}
         self.locals: dict[str, list[Type]] = {}
@@ -55,6 +58,8 @@ class Hoisting:
                 return all(_covers(node.type, t) for t in self.locals.get(name, ()))
             case ir.StateRead(variable=name):
                 whole = self.variables.get(name)
+            case HistoryRead(field=name):
+                whole = self.kept.get(name)
             case ir.LetRead(let=name):
                 whole = self.lets.get(name)
             case ir.Call(function=name):
@@ -74,6 +79,8 @@ class Hoisting:
                 self.locals.setdefault(value.name, []).append(value.type)
             case ir.LetIn() | ir.LetDist():
                 self.locals.setdefault(value.name, []).append(value.value.type)
+                self._declare_fields(value)
+            case HistoryRead():
                 self._declare_fields(value)
             case tuple():
                 for entry in value:

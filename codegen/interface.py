@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence, Set
 from contextlib import contextmanager, nullcontext
 
 from hypgen.codegen import views
@@ -24,7 +24,8 @@ from hypgen.codegen.partition import ElementUpdate
 from hypgen.dsl import ir
 from hypgen.dsl.types import Bool, Float, Type, length_of, low_of, size_of
 
-_PLACE = [("const Params&", "params"), ("const Fixed&", "fixed"), ("const State&", "state")]
+HISTORY = ("const History&", "history")
+PLACE = [("const Params&", "params"), ("const Fixed&", "fixed"), ("const State&", "state")]
 Digit = Callable[[Sequence[ir.Binder]], str]
 Stages = Sequence[Sequence[ElementUpdate]]
 
@@ -39,25 +40,28 @@ class Interface:
         self.stages = stages
         self.action = context.names.action
         self.key = KeyLayout(self.model.key)
+        # What functions that act call the action's code: as the model calls the action where the two are one.
+        type_, joint = self.model.action.type, bool(self.model.action.indices)
+        self.code = "action" if joint or isinstance(type_, Bool) or low_of(type_) else self.action
 
-    def _builder(self, arguments: Sequence[tuple[str, str]]) -> Builder:
+    def given(self, arguments: Sequence[tuple[str, str]]) -> Builder:
+        """Return a builder with these arguments, of the C++ types that stand before them."""
         builder = Builder(self.context)
         for kind, name in arguments:
             builder.take(kind, name)
         return builder
 
-    def _acting(self, arguments: Sequence[tuple[str, str]]) -> Builder:
+    def acting(self, arguments: Sequence[tuple[str, str]]) -> Builder:
         """Return a builder that is given the action's code and reads it as the model does."""
         action = self.model.action
         if action.indices:
-            return self._builder(arguments).prelude(
-                self.action, f"const Joint {self.action} = joint(action);"
-            )
+            line = f"const Joint {self.action} = joint(action);"
+            return self.given(arguments).prelude(self.action, line)
         if isinstance(action.type, Bool) or low_of(action.type):
             value = value_of("action", action.type)
             line = f"const {scalar(action.type)} {self.action} = {value};"
-            return self._builder(arguments).prelude(self.action, line)
-        return self._builder([(kind, self.action if name == "action" else name) for kind, name in arguments])
+            return self.given(arguments).prelude(self.action, line)
+        return self.given([(kind, self.code if name == "action" else name) for kind, name in arguments])
 
     @contextmanager
     def _for_each(self, builder: Builder, binders: Sequence[ir.Binder], guard: str | None) -> Iterator[None]:
@@ -71,7 +75,7 @@ class Interface:
 
     def init(self, visible: bool) -> views.Function:
         """Return ``init_visible``, which starts from zeroes, or ``init_hidden``."""
-        builder = self._builder(
+        builder = self.given(
             [("const Params&", "params"), ("D&", "draws"), ("Fixed&", "fixed"), ("State&", "state")]
         )
         if visible:
@@ -89,7 +93,7 @@ class Interface:
 
     def export(self, visible_only: bool) -> views.Function:
         """Return ``export_visible`` or ``export_state``."""
-        builder = self._builder([*_PLACE[1:], ("std::int32_t*", "out")])
+        builder = self.given([*PLACE[1:], ("std::int32_t*", "out")])
         for variable, binders in self._flattened(visible_only):
             with builder.printer.loops(binders):
                 read = ir.StateRead(variable.type, variable.name, _locals(binders))
@@ -101,7 +105,7 @@ class Interface:
 
     def import_visible(self) -> views.Function:
         """Return ``import_visible``."""
-        builder = self._builder([("const std::int32_t*", "in"), ("Fixed&", "fixed"), ("State&", "state")])
+        builder = self.given([("const std::int32_t*", "in"), ("Fixed&", "fixed"), ("State&", "state")])
         builder.code.add("fixed = Fixed{};")
         builder.code.add("state = State{};")
         for variable, binders in self._flattened(True):
@@ -133,7 +137,7 @@ class Interface:
 
     def step(self) -> views.Function:
         """Return ``step``: the stages, then rewards, then whether the episode has ended."""
-        builder = self._acting([*_PLACE, ("int", "action"), ("D&", "draws"), ("State&", "next")])
+        builder = self.acting([*PLACE, ("int", "action"), ("D&", "draws"), ("State&", "next")])
         code = builder.code
         code.add("next = state;")
         for stage in self.stages:
@@ -180,7 +184,7 @@ class Interface:
 
     def observe(self) -> views.Function:
         """Return ``observe``: the digits of the key, in order."""
-        builder = self._acting([*_PLACE, ("int", "action"), ("D&", "draws"), ("const State&", "next")])
+        builder = self.acting([*PLACE, ("int", "action"), ("D&", "draws"), ("const State&", "next")])
         code = builder.code
         self.key.begin(code)
         for field in self.model.key:
@@ -211,11 +215,11 @@ class Interface:
 
     def filter(self) -> views.Function:
         """Return ``filter``: ``step`` with what the key tells instead of draws, and how likely that was."""
-        builder = self._acting(
-            [*_PLACE, ("int", "action"), (self.key.argument, "key"), ("D&", "draws"), ("State&", "next")]
+        builder = self.acting(
+            [*PLACE, ("int", "action"), (self.key.argument, "key"), ("D&", "draws"), ("State&", "next")]
         )
         code = builder.code
-        digits = self._digits(builder)
+        digits = self.digits(builder)
         code.add("next = state;")
         code.add("double weight = 1.0;")
         for stage, assigns in zip(self.stages, self.model.stages(), strict=True):
@@ -253,18 +257,22 @@ class Interface:
         given = arguments(density_needs(part.dist, self.context), self.context, *more, value)
         builder.code.add(f"weight *= {name}({given});")
 
-    def _digits(self, builder: Builder) -> dict[str, Digit]:
-        """Append the key's digits as locals; return the text of a field's entry, given its binders."""
+    def digits(self, builder: Builder, used: Set[str] | None = None) -> dict[str, Digit]:
+        """Append the key's digits as locals; return the text of a field's entry, given its binders.
+
+        ``used`` are the fields that will be read, if not all are.
+        """
         result: dict[str, Digit] = {}
         self.key.begin_reading(builder.code)
         for field in self.key.reading():
             name = builder.printer.scope.unique(f"{field.name.replace('.', '_')}_seen")
+            mark = "" if used is None or field.name in used else "[[maybe_unused]] "
             if field.indices:
-                builder.code.add(f"std::int32_t {name}[{length_of(field.indices)}];")
+                builder.code.add(f"{mark}std::int32_t {name}[{length_of(field.indices)}];")
                 with self.key.entries(builder.code, field):
                     self.key.take(builder.code, field, f"{name}[i]")
             else:
-                self.key.take(builder.code, field, f"const std::int32_t {name}")
+                self.key.take(builder.code, field, f"{mark}const std::int32_t {name}")
 
             def entry(binders: Sequence[ir.Binder], name: str = name, type_: Type = field.type) -> str:
                 text = f"{name}[{position(binders, builder.printer)}]" if binders else name
@@ -277,7 +285,7 @@ class Interface:
 
     def is_legal(self) -> views.Function:
         """Return ``is_legal``."""
-        builder = self._acting([*_PLACE, ("int", "action")])
+        builder = self.acting([*PLACE, ("int", "action")])
         return builder.value(self.model.legal).done("bool", "is_legal", self._origin("legal"))
 
     def policy(self) -> list[views.Function]:
@@ -294,7 +302,7 @@ class Interface:
         choose = chosen.done(
             scalar(self.model.action.type), "choose", [f"// {origin(policy.span)}: policy default"]
         )
-        builder = self._builder([*_PLACE, ("D&", "draws")])
+        builder = self.given([*PLACE, HISTORY, ("D&", "draws")])
         code, type_ = builder.code, self.model.action.type
         always_legal = isinstance(self.model.legal, ir.Const) and self.model.legal.value is True
         if policy.binders:
@@ -317,14 +325,14 @@ class Interface:
         return [choose, self._first_legal(), builder.done("int", "default_policy")]
 
     def _first_legal(self) -> views.Function:
-        builder = self._builder(_PLACE)
+        builder = self.given(PLACE)
         with builder.printer.block("for (int action = 0; action < kActionCount; ++action)"):
             builder.code.add("if (is_legal(params, fixed, state, action)) return action;")
         builder.code.add("return -1;")
         return builder.done("int", "first_legal")
 
     def _uniform_policy(self) -> views.Function:
-        builder = self._builder([*_PLACE, ("D&", "draws")])
+        builder = self.given([*PLACE, HISTORY, ("D&", "draws")])
         code, head = builder.code, "for (int action = 0; action < kActionCount; ++action)"
         code.add("std::int32_t count = 0;")
         with builder.printer.block(head):
@@ -342,7 +350,7 @@ class Interface:
         """Return ``upper``, ``tail`` and ``lower``."""
         result = []
         for name in ("upper", "tail", "lower"):
-            builder = self._builder(_PLACE)
+            builder = self.given([*PLACE, HISTORY] if name == "lower" else PLACE)
             value = getattr(self.model, name)
             if value is None:
                 builder.code.add("return 0.0f;")
@@ -353,7 +361,7 @@ class Interface:
 
     def joint(self) -> views.Function:
         """Return ``joint``, which takes a product action's code apart."""
-        builder = self._builder([("int", "action")])
+        builder = self.given([("int", "action")])
         action, code = self.model.action, builder.code
         code.add("Joint result{};")
         with builder.printer.block(f"for (int i = {length_of(action.indices) - 1}; i >= 0; --i)"):

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from hypgen.codegen import histories
 from hypgen.dsl import ir
+from hypgen.dsl.source import Span
 from hypgen.dsl.types import Type, digits_of, length_of, low_of
 
 WORD = 32
@@ -53,17 +55,25 @@ class Block:
 
 @dataclass(frozen=True)
 class Layout:
-    """The packing of a model's variables."""
+    """The packing of a model's variables, and of what the history keeps (by key)."""
 
     fixed: Block
     state: Block
+    history: Block
 
 
 def pack(model: ir.Model) -> Layout:
     """Assign every variable its bits."""
     return Layout(
-        _pack([v for v in model.variables if v.fixed]), _pack([v for v in model.variables if not v.fixed])
+        _pack([v for v in model.variables if v.fixed]),
+        _pack([v for v in model.variables if not v.fixed]),
+        _pack([_kept(k, model.action.span) for k in histories.fields(model)]),
     )
+
+
+def _kept(field: histories.KeptField, span: Span) -> ir.Variable:
+    """Return a field of the history as a variable: they are packed alike."""
+    return ir.Variable(field.key, "history", field.type, field.indices, True, False, span)
 
 
 def _pack(variables: list[ir.Variable]) -> Block:

@@ -21,6 +21,8 @@ from hypgen.codegen.functions import (
     table_entry,
     table_fill,
 )
+from hypgen.codegen.histories import with_field_reads
+from hypgen.codegen.history_functions import HistoryFunctions
 from hypgen.codegen.interface import Interface
 from hypgen.codegen.keys import KeyLayout
 from hypgen.codegen.layout import pack
@@ -28,7 +30,7 @@ from hypgen.codegen.naming import Names, base_name, file_stem, sites_of
 from hypgen.codegen.needs import NeedsAnalysis
 from hypgen.codegen.partition import partition
 from hypgen.codegen.tabulate import DerivedTable, tabulate
-from hypgen.codegen.value_types import enum_view, joint_view, record_view, words_view
+from hypgen.codegen.value_types import enum_view, history_view, joint_view, record_view, words_view
 from hypgen.dsl import ir
 from hypgen.dsl.types import Type, length_of, size_of
 
@@ -36,7 +38,7 @@ from hypgen.dsl.types import Type, length_of, size_of
 def lower(model: ir.Model) -> tuple[views.Header, views.Main, views.Project]:
     """Return the views of the three kinds of files."""
     names = Names(model)
-    tabulated, derived = tabulate(model, names)
+    tabulated, derived = tabulate(with_field_reads(model), names)
     context = context_of(tabulated, derived, names)
     project = _project(model)
     return (
@@ -83,7 +85,9 @@ def _header(context: Context, derived: tuple[DerivedTable, ...], banner: str) ->
         words=(
             words_view("Fixed", "What never changes: stored once a scenario.", packed.fixed, names),
             words_view("State", "What a step changes.", packed.state, names, whole),
+            *([history_view(packed.history, names)] if packed.history.fields else []),
         ),
+        base="" if packed.history.fields else " : NoHistory",
         sections=_sections(context, derived),
     )
 
@@ -99,6 +103,7 @@ def _constants(model: ir.Model) -> tuple[str, ...]:
         f"static constexpr int kVisibleCount = {visible};",
         f"static constexpr int kVariableCount = {sum(length_of(v.indices) for v in model.variables)};",
         f"static constexpr bool kHasLower = {'false' if model.lower is None else 'true'};",
+        *([] if model.history.is_empty else ["static constexpr bool kHasHistory = true;"]),
         f"using Key = {KeyLayout(model.key).type};",
     ]
     return tuple(lines)
@@ -141,6 +146,7 @@ def _sections(context: Context, derived: tuple[DerivedTable, ...]) -> tuple[view
     parts = PartNames(context, stages)
     interface = Interface(context, parts, stages)
     updates = [update for stage in stages for update in stage]
+    history = [] if model.history.is_empty else HistoryFunctions(interface).all()
     entries = {t.name: context.names.struct.unique(f"compute_{t.name}") for t in derived}
     sections = [
         ("Functions of the model", [*model_functions(context), *lets(context)]),
@@ -177,6 +183,7 @@ def _sections(context: Context, derived: tuple[DerivedTable, ...]) -> tuple[view
                 interface.step(),
                 interface.observe(),
                 interface.filter(),
+                *history,
                 *interface.policy(),
                 *interface.bounds(),
             ],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
+from hypgen.codegen.histories import fields
 from hypgen.dsl import ir
 from hypgen.dsl.types import Enum, Record
 
@@ -42,12 +43,14 @@ _CONCEPT = _words(
     ParamValues StepResult Params Fixed State Site Joint kActionCount kVisibleCount
     kVariableCount kHasLower init_visible init_hidden export_visible import_visible export_state
     is_legal is_terminal is_success step observe filter default_policy choose first_legal lower
-    upper tail load joint
+    upper tail load joint History NoHistory kHasHistory init_history advance_history roll_history
+    remember
     """
 )
 
 PARAMETERS = _words(
     "params fixed state next draws action key value in out error values weight rest chosen result"
+    " history after"
 )
 
 
@@ -98,13 +101,16 @@ class Names:
         self.members = {t.name: self._type_members(t) for t in coded}
         self.tables = {t.name: self.struct.unique(t.name) for t in model.tables}
         self.functions = {f.name: self.struct.unique(f.name) for f in model.functions}
-        self.lets = {e.name: self.struct.unique(e.name) for e in model.lets}
+        self.lets = {e.name: self.struct.unique(e.name) for e in model.all_lets}
         accessors = Scope({"words"})
         self.variables = {v.name: accessors.unique(v.name) for v in model.variables}
         self.setters = {v.name: accessors.unique(f"set_{v.name}") for v in model.variables}
         arrays = [v.name for v in model.variables if v.indices]
         self.bits = {v: accessors.unique(f"{v}_bits") for v in arrays}
         self.bits_setters = {v: accessors.unique(f"set_{v}_bits") for v in arrays}
+        kept = Scope({"words"})
+        self.history = {f.key: kept.unique(f.name) for f in fields(model)}
+        self.history_setters = {f.key: kept.unique(f"set_{f.name}") for f in fields(model)}
         self._params = Scope()
         self.params = {p.name: self._params.unique(p.name) for p in model.params}
         sites = Scope({"Site"})
@@ -137,7 +143,7 @@ def sites_of(model: ir.Model) -> tuple[ir.Site, ...]:
     """Return the sites of all declarations that draw, in the order of the file's parts."""
     found = [
         *(a.site for a in (*model.inits, *model.updates) if takes_word(a.dist)),
-        *(let.site for let in model.lets if takes_word(let.dist)),
+        *(let.site for let in model.all_lets if takes_word(let.dist)),
         *(o.site for o in model.observations if takes_word(o.dist)),
     ]
     if model.policy is None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Set
 
+from hypgen.codegen.histories import HistoryRead
 from hypgen.codegen.naming import takes_word
 from hypgen.codegen.state_tables import ArrayBits
 from hypgen.dsl import ir
 from hypgen.dsl.ir_walk import Node, walk
 
 # In the order of an argument list.
-PARTS = ("params", "fixed", "state", "action", "draws", "next")
+PARTS = ("params", "fixed", "state", "action", "history", "draws", "next")
 
 Needs = frozenset[str]
 
@@ -42,7 +43,7 @@ class NeedsAnalysis:
     def let(self, name: str) -> Needs:
         """Return what the let's function is given."""
         if name not in self._lets:
-            self._lets[name] = self.of(next(e.dist for e in self.model.lets if e.name == name))
+            self._lets[name] = self.of(next(e.dist for e in self.model.all_lets if e.name == name))
         return self._lets[name]
 
     def _directly(self, node: Node) -> Set[str]:
@@ -55,6 +56,8 @@ class NeedsAnalysis:
                 return {"state"}
             case ir.ActionRead():
                 return {"action"}
+            case HistoryRead():
+                return {"history"}
             case ir.Call(function=name, primed=primed):
                 return _primed(self.function(name)) if primed else self.function(name)
             case ir.LetRead(let=name, primed=primed):

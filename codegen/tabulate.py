@@ -13,6 +13,7 @@ from typing import Any
 
 from hypgen.codegen import options, picks
 from hypgen.codegen.cost import Costs
+from hypgen.codegen.histories import HistoryRead
 from hypgen.codegen.hoisting import Hoisting, unguarded
 from hypgen.codegen.layout import pack
 from hypgen.codegen.naming import Names, Scope
@@ -72,7 +73,7 @@ class _Tabulator:
         self.names = names
         self.tables: list[DerivedTable] = []
         self.functions = {f.name: f for f in model.functions}
-        self.lets = {let.name: let for let in model.lets}
+        self.lets = {let.name: let for let in model.all_lets}
         self.hoisting = Hoisting(model)
         self.costs = Costs(self.functions, self.lets)
         self.fields = {field.variable: field for field in pack(model).state.fields}
@@ -85,7 +86,7 @@ class _Tabulator:
             self.functions[function.name] = replace(
                 function, body=self.rewrite(function.body, function.name, function.span)
             )
-        for let in self.model.lets:
+        for let in self.model.all_lets:
             self.lets[let.name] = replace(let, dist=self.rewrite(let.dist, let.name, let.span))
         model = replace(
             self.model,
@@ -99,9 +100,11 @@ class _Tabulator:
         model = replace(model, **changes)
         if model.policy is not None:
             policy = model.policy
-            model = replace(
-                model, policy=replace(policy, dist=self.rewrite(policy.dist, "policy", policy.span))
-            )
+            lets = tuple(self.lets[let.name] for let in policy.lets)
+            dist = self.rewrite(policy.dist, "policy", policy.span)
+            model = replace(model, policy=replace(policy, dist=dist, lets=lets))
+        registers = tuple(self._register(r) for r in model.history.registers)
+        model = replace(model, history=replace(model.history, registers=registers))
         for group in ("terminal", "legal", "upper", "tail", "lower", "success"):
             value = getattr(model, group)
             if value is not None:
@@ -109,6 +112,11 @@ class _Tabulator:
                 changed: dict[str, Any] = {group: self._value(value, group, span)}
                 model = replace(model, **changed)
         return model, tuple(self.tables)
+
+    def _register(self, register: ir.Register) -> ir.Register:
+        update = register.update
+        value = self.rewrite(update.value, register.name, register.span)
+        return replace(register, update=replace(update, value=value))
 
     def _part(self, part: Any, attribute: str) -> Any:
         name = part.variable if isinstance(part, ir.Assign) else part.name
@@ -301,13 +309,14 @@ class _Tabulator:
                 return True
             case ir.Local(name=name):
                 return self._enter(node, name.partition("%")[0], inputs, scope)
-            case ir.StateRead(variable=name) | ir.LetRead(let=name):
+            case ir.StateRead(variable=name) | ir.LetRead(let=name) | HistoryRead(field=name):
                 # A read whose index is bound inside the formula stands for many values, not one.
                 if any(
                     isinstance(i, ir.Local) and i.name in bound for part in node.indices for i in walk(part)
                 ):
                     return False
-                return self._enter(node, f"{name}_next" if node.primed else name, inputs, scope)
+                primed = not isinstance(node, HistoryRead) and node.primed
+                return self._enter(node, f"{name}_next" if primed else name, inputs, scope)
             case ir.VariantArgument(operand=operand) if not self._tests(node):
                 # The variant is tested outside the formula: only its argument is sure to be in range.
                 return not free_locals(operand) & bound and self._enter(node, node.variant, inputs, scope)

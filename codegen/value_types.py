@@ -78,18 +78,26 @@ def words_view(
     """Return a struct of words and the accessors of its variables, and of all bits of ``whole`` arrays."""
     members: list[str] = []
     for field in block.fields:
-        members += _accessors(field, names)
+        members += _accessors(field, names.variables[field.variable], names.setters[field.variable])
         if field.variable in whole:
             members += _bits_accessors(field, names)
     return views.Words(name, purpose, block.words, tuple(members))
 
 
-def _accessors(field: Field, names: Names) -> list[str]:
+def history_view(block: Block, names: Names) -> views.Words:
+    """Return the struct of what the history keeps, and its accessors."""
+    members: list[str] = []
+    for field in block.fields:
+        members += _accessors(field, names.history[field.variable], names.history_setters[field.variable])
+    return views.Words("History", "What the default policy knows of the past.", block.words, tuple(members))
+
+
+def _accessors(field: Field, get: str, set_: str) -> list[str]:
     formals = [f"{scalar(t)} i{n}" for n, t in enumerate(field.indices)]
     word, shift = _place(field)
     kind, bool_ = scalar(field.type), isinstance(field.type, Bool)
-    getter = f"HYPGEN_FN {kind} {names.variables[field.variable]}"
-    setter = f"HYPGEN_FN void {names.setters[field.variable]}"
+    getter = f"HYPGEN_FN {kind} {get}"
+    setter = f"HYPGEN_FN void {set_}"
     if field.width == 0:
         nothing = ", ".join(scalar(t) for t in field.indices)
         unused = ", ".join([*(scalar(t) for t in field.indices), kind])

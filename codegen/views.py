@@ -53,6 +53,7 @@ class Header:
     params: tuple[str, ...]
     words: tuple[Words, ...]
     sections: tuple[Section, ...]
+    base: str  # what the model's struct derives from, as C++ writes it
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from hypgen.dsl.scope import Scope
 from hypgen.dsl.symbols import duplicate
 from hypgen.dsl.type_expressions import length, require_finite
 from hypgen.dsl.typecheck import check_as
-from hypgen.dsl.types import INT32_MAX, Type
+from hypgen.dsl.types import INT32_MAX, Float, Type
 
 if TYPE_CHECKING:
     from hypgen.dsl.program import Program
@@ -76,7 +76,8 @@ def let(item: ast.Let, program: Program) -> ir.Let:
 def memory(item: ast.Memory, program: Program) -> tuple[Type, tuple[Type, ...]]:
     """Return the types of a register's entries and of its indexes."""
     t, indices = shape(program.type_of(item.type))
-    require_finite(t, item.type.span, "memory")
+    if not isinstance(t, Float):
+        require_finite(t, item.type.span, "memory", "a float, or a range such as 0 .. 100")
     if length(indices) > INT32_MAX:
         raise mistake("E0605", "the array is too long", item.type.span, "use smaller index types")
     return t, indices

@@ -18,6 +18,7 @@ ACT = Enum("Act", (Variant("wait"), Variant("move", SMALL), Variant("look", INDE
 MODE = Enum("Mode", (Variant("idle"), Variant("busy", BOOL), Variant("far", SMALL)))
 POS = Record("Pos", (("row", INDEX), ("col", SMALL), ("lit", BOOL)))
 FINITE: tuple[Type, ...] = (BOOL, SMALL, INDEX, MODE, POS)
+OBSERVED: tuple[tuple[str, Type], ...] = (("mode", MODE), ("number", SMALL))
 LIMIT = 100_000
 
 
@@ -37,6 +38,7 @@ class Maker:
         self.reads: list[ir.Variable] = []
         self.primed: list[ir.Variable] = []
         self.action = False
+        self.remembers = False
 
     def pick(self, *makers: str) -> str:
         return self.random.choice(makers)
@@ -64,12 +66,22 @@ class Maker:
             found += [ir.StateRead(t, v.name, tuple(self.index() for _ in v.indices), primed) for v in same]
         if t == SMALL:
             found.append(ir.ParamRead(SMALL, "offset", (self.index(),)))
+        if self.remembers:
+            found += self.kept(t)
         if found and self.random.random() < 0.8:
             return self.random.choice(found)
         if isinstance(t, Float):
             return ir.Const(t, self.random.choice([0.0, 1.0, -0.5, 2.0, 0.125, 3.5]))
         value = self.random.randrange(size_of(t)) + low_of(t)
         return ir.Const(t, bool(value) if isinstance(t, Bool) else value)
+
+    def kept(self, t: Type) -> list[ir.Expr]:
+        """Return reads of the history of exactly this type."""
+        reads: list[ir.Expr] = [ir.MemoryRead(SMALL, "count"), ir.MemoryRead(FLOAT, "mean")]
+        reads.append(ir.MemoryRead(POS, "marked", (self.index(),)))
+        for name, of in OBSERVED:
+            reads.append(ir.LastObservation(of, name, (self.index(),), ir.Const(of, low_of(of))))
+        return [r for r in reads if r.type == t]
 
     def index(self) -> ir.Expr:
         """Return an index that is cheap to read: a binder or a constant."""
@@ -144,7 +156,7 @@ class Maker:
         if kind in ("any", "all"):
             return self.quantified(kind, depth)
         if kind == "variant":
-            enum = ACT if self.action else MODE
+            enum = ACT if self.action or self.remembers else MODE
             variant = self.random.choice(enum.variants).name
             return ir.IsVariant(BOOL, enum, variant, self.code(enum, depth - 1))
         if kind == "same":
@@ -178,7 +190,8 @@ class Maker:
     def code(self, t: Type, depth: int) -> ir.Expr:
         """Return an expression of an enum or record."""
         if t == ACT:
-            return ir.ActionRead(ACT)
+            first = ir.Const(ACT, self.random.randrange(size_of(ACT)))
+            return ir.ActionRead(ACT) if self.action else ir.LastAction(ACT, (), first)
         if depth <= 0 or self.random.random() < 0.3:
             return self.leaf(t)
         if self.random.random() < 0.3:
@@ -285,7 +298,6 @@ def model(seed: int, depth: int = 3) -> ir.Model:
     binder = ir.Binder(make.bind(SMALL), SMALL)
     function = ir.Function("worth_of", (binder,), FLOAT, make.number(depth), span(3))
     make.locals.pop()
-    policy = ir.Policy((), _policy(make), ir.Site("policy:default"), span(4))
     bound = make.number(depth)
     make.action = True
     # Always something legal, and seldom terminal: a walk that ends at once shows little.
@@ -296,8 +308,9 @@ def model(seed: int, depth: int = 3) -> ir.Model:
     make.primed = list(_Shape.first)
     updates += [assign(v, stage=1) for v in _Shape.second]
     make.primed = [*_Shape.first, *_Shape.second]
+    registers, policy, lower = _remembering(seed, visible)
     observations = []
-    for name, t in (("mode", MODE), ("number", SMALL)):
+    for name, t in OBSERVED:
         looker = ir.Binder(make.bind(INDEX), INDEX)
         dist = make.dist(t, depth)
         make.locals.pop()
@@ -334,9 +347,10 @@ def model(seed: int, depth: int = 3) -> ir.Model:
         terminal=terminal,
         legal=legal,
         policy=policy,
+        history=ir.History(registers, tuple(name for name, _ in OBSERVED), action=True),
         upper=bound,
         tail=const(-1.0),
-        lower=None,
+        lower=lower,
         success=success,
         key=tuple(seen),
     )
@@ -349,6 +363,33 @@ def start(v: ir.Variable) -> ir.Assign:
     return ir.Assign(v.name, binders, dist, ir.Site(f"init:{v.name}"), span(2))
 
 
-def _policy(make: Maker) -> ir.Dist:
+def _remembering(seed: int, visible: list[ir.Variable]) -> tuple[tuple[ir.Register, ...], ir.Policy, ir.Expr]:
+    """Return memory, a policy and a lower bound that read each other's past."""
+    make = Maker(seed + 1_000_000)
+    make.reads = visible
+
+    def entries(t: Type, indices: tuple[Type, ...]) -> ir.Entries:
+        binders = tuple(ir.Binder(make.bind(i), i) for i in indices)
+        value = make.of(t, 2)
+        for _ in binders:
+            make.locals.pop()
+        return ir.Entries(binders, value)
+
+    shapes = (("count", SMALL, ()), ("mean", FLOAT, ()), ("marked", POS, (INDEX,)))
+    firsts = [entries(t, indices) for _, t, indices in shapes]
+    make.remembers = True
+    registers = tuple(
+        ir.Register(name, t, indices, first, entries(t, indices), span(4))
+        for (name, t, indices), first in zip(shapes, firsts, strict=True)
+    )
+    lower = make.number(3)
+    draws = ir.Let("policy.bold", "policy", None, make.dist(SMALL, 2), ir.Site("policy:bold"), span(4))
+    value = make.of(SMALL, 2)
+    plain = ir.Let("policy.plan", "policy", None, ir.Certain(SMALL, value), ir.Site("policy:plan"), span(4))
+    named = ir.Binary(BOOL, "lt", ir.LetRead(SMALL, draws.name), ir.LetRead(SMALL, plain.name))
     move = ir.MakeVariant(ACT, ACT, "move", make.of(SMALL, 2))
-    return ir.IfDist(ACT, make.truth(2), ir.Uniform(ACT), ir.Certain(ACT, move))
+    dist = ir.IfDist(
+        ACT, named, ir.Uniform(ACT), ir.Certain(ACT, ir.If(ACT, make.truth(2), move, const(0, ACT)))
+    )
+    site = ir.Site("policy:default")
+    return registers, ir.Policy((), dist, site, span(4), (draws, plain)), lower

@@ -93,7 +93,7 @@ TEST_F(EvaluatorTest, StopsAtTheDeadline) {
 
 TEST_F(EvaluatorTest, RefusesScenariosOfAnotherModel) {
   ScenarioBuffer wrong;
-  wrong.reserve(4, 4, 1);
+  wrong.reserve(4, 4, 1, 1);
   wrong.clear(0);
   wrong.push(std::uint32_t{0}, std::uint32_t{0});
   EXPECT_EQ(evaluator_->begin_search(wrong, setup_).status, Status::kEvaluatorFailed);
@@ -114,11 +114,11 @@ TEST_F(EvaluatorTest, MemoGivesWhatWasComputed) {
   SmallRockSample::State a{{1, 2}}, b{{1, 3}};
   int computed = 0;
   const auto compute = [&] { return ScenarioBounds{++computed, 0}; };
-  EXPECT_EQ(memo.find_or(a, compute).upper, 1);
-  EXPECT_EQ(memo.find_or(b, compute).upper, 2);
-  EXPECT_EQ(memo.find_or(b, compute).upper, 2);
+  EXPECT_EQ(memo.find_or(a, {}, compute).upper, 1);
+  EXPECT_EQ(memo.find_or(b, {}, compute).upper, 2);
+  EXPECT_EQ(memo.find_or(b, {}, compute).upper, 2);
   memo.clear();
-  EXPECT_EQ(memo.find_or(b, compute).upper, 3);
+  EXPECT_EQ(memo.find_or(b, {}, compute).upper, 3);
 }
 
 }  // namespace

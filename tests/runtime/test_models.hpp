@@ -16,7 +16,7 @@ namespace hypgen::testing {
 inline bool below(std::uint32_t word, float probability) { return word < math::threshold(probability); }
 
 // Cassandra, Kaelbling and Littman (1994). State and observations: 0 left, 1 right. Listens by default.
-struct Tiger {
+struct Tiger : NoHistory {
   static constexpr int kActionCount = 3;  // listen, open_left, open_right
   static constexpr int kVisibleCount = 0;
   static constexpr int kVariableCount = 1;
@@ -76,10 +76,10 @@ struct Tiger {
     return key == next.words[0] ? double{params.hearing} : 1.0 - double{params.hearing};
   }
   template <class D>
-  static int default_policy(const Params&, const Fixed&, const State&, D&) {
+  static int default_policy(const Params&, const Fixed&, const State&, const History&, D&) {
     return 0;
   }
-  static float lower(const Params&, const Fixed&, const State&) { return 0.0F; }
+  static float lower(const Params&, const Fixed&, const State&, const History&) { return 0.0F; }
   static float upper(const Params&, const Fixed&, const State&) { return 200.0F; }
   static float tail(const Params&, const Fixed&, const State&) { return -20.0F; }
   static bool load(const ParamValues& values, Params& params, std::string& error) {
@@ -90,7 +90,7 @@ struct Tiger {
 // Smith and Simmons (2004): an n x n grid with k rocks at places made from their number. Goes east by
 // default.
 template <int N, int K>
-struct RockSample {
+struct RockSample : NoHistory {
   static constexpr int kActionCount = 5 + K;  // north, south, east, west, sample, check(rock)
   static constexpr int kVisibleCount = 2;
   static constexpr int kVariableCount = 2 + K;
@@ -183,10 +183,10 @@ struct RockSample {
     return (key == kGood) == next.good(rock) ? accuracy : 1.0 - accuracy;
   }
   template <class D>
-  static int default_policy(const Params&, const Fixed&, const State&, D&) {
+  static int default_policy(const Params&, const Fixed&, const State&, const History&, D&) {
     return kEast;
   }
-  static float lower(const Params&, const Fixed&, const State&) { return 0.0F; }
+  static float lower(const Params&, const Fixed&, const State&, const History&) { return 0.0F; }
   static float upper(const Params& params, const Fixed&, const State& state) {
     float total = params.exit_value[state.x()];
     for (int r = 0; r < K; ++r) total += state.good(r) ? 10.0F : 0.0F;
@@ -216,7 +216,7 @@ struct RockSample {
 };
 
 // A counter that ends at 3, seen exactly; what goes wrong is set by params.
-struct Mishaps {
+struct Mishaps : NoHistory {
   static constexpr int kActionCount = 2;
   static constexpr int kVisibleCount = 1;
   static constexpr int kVariableCount = 2;
@@ -275,10 +275,11 @@ struct Mishaps {
     return key == next.words[1] ? 1.0 : 0.0;
   }
   template <class D>
-  static int default_policy(const Params& params, const Fixed& fixed, const State& state, D&) {
+  static int default_policy(const Params& params, const Fixed& fixed, const State& state, const History&,
+                            D&) {
     return is_legal(params, fixed, state, 0) ? 0 : -1;
   }
-  static float lower(const Params&, const Fixed&, const State&) { return 0.0F; }
+  static float lower(const Params&, const Fixed&, const State&, const History&) { return 0.0F; }
   static float upper(const Params& params, const Fixed&, const State&) { return params.upper; }
   static float tail(const Params&, const Fixed&, const State&) { return 0.0F; }
   static bool load(const ParamValues& values, Params& params, std::string& error) {

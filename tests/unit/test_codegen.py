@@ -410,12 +410,16 @@ int probe(const hypgen::ParamValues& values, std::string& error, std::int32_t* o
   M::export_visible(fixed, state, out);
   M::import_visible(out, fixed, state);
   M::export_state(fixed, state, out);
-  const int action = M::default_policy(params, fixed, state, draws);
+  M::History history, after;
+  M::init_history(params, fixed, state, history);
+  const int action = M::default_policy(params, fixed, state, history, draws);
   if (!M::is_legal(params, fixed, state, action)) return action;
   const hypgen::StepResult result = M::step(params, fixed, state, action, draws, next);
   const M::Key key = M::observe(params, fixed, state, action, draws, next);
+  M::roll_history(params, fixed, state, action, draws, next, history, after);
+  M::advance_history(params, fixed, state, action, key, next, after, history);
   const double weight = M::filter(params, fixed, state, action, key, draws, next);
-  float bounds = M::lower(params, fixed, state) + M::upper(params, fixed, state);
+  float bounds = M::lower(params, fixed, state, history) + M::upper(params, fixed, state);
   bounds += M::tail(params, fixed, state);
   return result.terminal && weight > static_cast<double>(bounds) ? M::kActionCount : M::kVisibleCount;
 }

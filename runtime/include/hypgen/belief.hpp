@@ -35,7 +35,7 @@ class Belief {
   // Gives a buffer the room that `sample` and `export_particles` need.
   virtual void reserve(ScenarioBuffer& buffer, std::size_t capacity) const = 0;
 
-  // Draws `count` scenarios with numbers from `first` on.
+  // Draws `count` scenarios with numbers from `first` on; they have the agent's history.
   virtual void sample(StreamKey key, std::uint32_t first, std::size_t count, ScenarioBuffer& out) const = 0;
 
   // What the default policy does now; -1 if no action is legal.
@@ -44,7 +44,8 @@ class Belief {
   // The probability that a variable (an index into the model's export_state) has a value.
   virtual double marginal(int variable, std::int32_t value) const = 0;
 
-  // Particles and their weights, which add up to 1. `import_particles` takes as many as there are.
+  // Particles with the agent's history, and their weights, which add up to 1. `import_particles` takes as
+  // many as there are.
   virtual void export_particles(ScenarioBuffer& particles, std::vector<double>& weights) const = 0;
   virtual bool import_particles(const ScenarioBuffer& particles, const std::vector<double>& weights) = 0;
 

@@ -13,8 +13,8 @@
 
 namespace hypgen {
 
-// Keeps, of each expanded leaf, its scenarios' numbers and states. A child's members are found again by
-// simulating one action over its parent's.
+// Keeps, of each expanded leaf, its history and its scenarios' numbers and states. A child's members are
+// found again by simulating one action over its parent's.
 template <class M>
 class CpuEvaluator final : public LeafEvaluator {
  public:
@@ -27,16 +27,21 @@ class CpuEvaluator final : public LeafEvaluator {
         baseline_(options.max_scenarios),
         outcomes_(std::max<std::size_t>(
             options.max_scenarios,
-            std::min(options.max_scenarios * M::kActionCount, kOutcomeBytes / sizeof(Outcome)))),
+            std::min(options.max_scenarios * M::kActionCount, kOutcomeBytes / kBytesAnOutcome))),
         grouping_(options.max_scenarios),
         cache_(options.max_scenarios, options.max_depth),
         rollout_(params_, cache_, options.discount, options.max_depth),
-        nodes_(options.memory_bytes / (sizeof(Node) + sizeof(Member)) + 1),
-        kept_(nodes_.capacity() + options.max_scenarios) {
+        nodes_(options.memory_bytes / (sizeof(Node) + sizeof(Member) + kHistoryBytes) + 1),
+        kept_(nodes_.capacity() + options.max_scenarios),
+        histories_(M::kHasHistory ? nodes_.capacity() : 1) {
     queue_.reserve(kMaxQueue);
     legal_.reserve(M::kActionCount);
     action_rows_.reserve(M::kActionCount);
     child_rows_.reserve(static_cast<std::size_t>(M::kActionCount) * options.max_scenarios);
+    if (M::kHasHistory) {
+      after_.reserve(outcomes_.size());
+      after_of_.resize(outcomes_.size());
+    }
   }
 
   RootResult begin_search(const ScenarioBuffer& root, const SearchSetup& setup) override {
@@ -47,10 +52,11 @@ class CpuEvaluator final : public LeafEvaluator {
     steps_ = next_check_ = 0;
     const std::size_t count = root.size();
     if (count == 0 || count > fixed_.size() || setup.depth_limit > options_.max_depth ||
-        !root.holds(sizeof(typename M::Fixed), sizeof(typename M::State))) {
+        !root.holds(sizeof(typename M::Fixed), sizeof(typename M::State), sizeof history_)) {
       return {Status::kEvaluatorFailed, {}, -1};
     }
     root.copy_to(fixed_.data(), states_.data());
+    root.copy_history_to(history_);
     for (std::uint32_t i = 0; i < count; ++i) members_[i] = {i, states_[i]};
     keep(count);
     return bound_root(count);
@@ -79,6 +85,7 @@ class CpuEvaluator final : public LeafEvaluator {
     queue_.clear();
     nodes_.reset();
     kept_.reset();
+    histories_.reset();
   }
 
  private:
@@ -86,6 +93,8 @@ class CpuEvaluator final : public LeafEvaluator {
   static constexpr std::size_t kOutcomeBytes = std::size_t{20} << 20;
   static constexpr std::size_t kMaxQueue = 256;
   static constexpr std::uint64_t kStepsBetweenChecks = 2048;  // of the clock: tens of microseconds
+
+  static constexpr std::size_t kHistoryBytes = M::kHasHistory ? sizeof(typename M::History) : 0;
 
   struct Member {
     std::uint32_t scenario;  // index into fixed_
@@ -101,6 +110,8 @@ class CpuEvaluator final : public LeafEvaluator {
     ScenarioBounds bounds;
     bool terminal;
   };
+  static constexpr std::size_t kBytesAnOutcome =
+      sizeof(Outcome) + (M::kHasHistory ? kHistoryBytes + sizeof(std::uint32_t) : 0);
 
   SearchDraws draws(std::uint32_t scenario, int depth) {
     return SearchDraws(cache_, scenario, static_cast<std::uint32_t>(depth));
@@ -109,9 +120,9 @@ class CpuEvaluator final : public LeafEvaluator {
   RootResult bound_root(std::size_t count) {
     PhiloxDraws first(cache_.key(), 0, 0);
     RootResult result{Status::kOk, {static_cast<std::uint32_t>(count), false, 0, 0}, -1};
-    result.default_action = M::default_policy(params_, fixed_[0], states_[0], first);
+    result.default_action = M::default_policy(params_, fixed_[0], states_[0], history_, first);
     for (std::uint32_t i = 0; i < count; ++i) {
-      const ScenarioBounds bounds = rollout_.bounds(fixed_[i], states_[i], i, 0);
+      const ScenarioBounds bounds = rollout_.bounds(fixed_[i], states_[i], history_, i, 0);
       result.row.upper_sum += bounds.upper;
       result.row.lower_sum += bounds.lower;
       if (out_of_time()) result.status = Status::kDeadline;
@@ -123,7 +134,7 @@ class CpuEvaluator final : public LeafEvaluator {
 
   Status expand(const LeafRequest& request, std::uint64_t& handle) {
     const bool is_root = request.parent == kNoHandle;
-    const std::size_t count = is_root ? load(nodes_[0]) : find_members(request);
+    const std::size_t count = is_root ? load(0) : find_members(request);
     if (count == 0) return Status::kEvaluatorFailed;
     handle = is_root ? 0 : keep(count);
     if (handle == kNoHandle) return Status::kMemoryFull;
@@ -142,12 +153,14 @@ class CpuEvaluator final : public LeafEvaluator {
     return rollout_.met_nan() ? Status::kModelNan : Status::kOk;
   }
 
-  std::size_t load(const Node& node) {
+  std::size_t load(std::uint64_t handle) {
+    const Node node = nodes_[handle];
+    if (M::kHasHistory) history_ = histories_[handle];
     std::copy_n(&kept_[node.first], node.count, members_.begin());
     return node.count;
   }
 
-  // Simulates the request's action over the parent's members and takes those of the group.
+  // Simulates the request's action over the parent's members and takes those of the group, and its history.
   std::size_t find_members(const LeafRequest& request) {
     const Node parent = nodes_[request.parent];
     grouping_.clear();
@@ -161,7 +174,13 @@ class CpuEvaluator final : public LeafEvaluator {
       const typename M::Key key = step.terminal
                                       ? typename M::Key{}
                                       : M::observe(params_, fixed, from.state, request.action, words, next);
-      if (grouping_.number(step.terminal, key) == request.group) members_[count++] = {from.scenario, next};
+      if (grouping_.number(step.terminal, key) == request.group) {
+        if (M::kHasHistory && count == 0 && !step.terminal) {
+          M::advance_history(params_, fixed, from.state, request.action, key, next,
+                             histories_[request.parent], history_);
+        }
+        members_[count++] = {from.scenario, next};
+      }
     }
     steps_ += parent.count;
     return count;
@@ -174,6 +193,7 @@ class CpuEvaluator final : public LeafEvaluator {
     std::copy_n(members_.begin(), count, &kept_[first]);
     const std::uint32_t node = nodes_.allocate(1);
     nodes_[node] = {first, static_cast<std::uint32_t>(count)};
+    if (M::kHasHistory) histories_[histories_.allocate(1)] = history_;
     return node;
   }
 
@@ -191,6 +211,7 @@ class CpuEvaluator final : public LeafEvaluator {
 
   // Fills outcomes_, action by action; false if the deadline has passed.
   bool simulate(Span<const int> actions, std::size_t count, int depth) {
+    if (M::kHasHistory && !make_histories(actions, count, depth)) return false;
     for (std::size_t i = 0; i < count; ++i) {
       const Member member = members_[i];
       const typename M::Fixed& fixed = fixed_[member.scenario];
@@ -204,10 +225,38 @@ class CpuEvaluator final : public LeafEvaluator {
         outcome = {step.reward, {}, {0, 0}, step.terminal};
         if (step.terminal) continue;
         outcome.key = M::observe(params_, fixed, member.state, actions[a], words, next);
-        outcome.bounds =
-            memo_.find_or(next, [&] { return rollout_.bounds(fixed, next, member.scenario, depth + 1); });
+        const typename M::History& after = M::kHasHistory ? after_[after_of_[a * count + i]] : history_;
+        outcome.bounds = memo_.find_or(
+            next, after, [&] { return rollout_.bounds(fixed, next, after, member.scenario, depth + 1); });
       }
       steps_ += actions.size();
+      if (out_of_time()) return false;
+    }
+    return true;
+  }
+
+  // Fills after_, with one history for each group of each action, and after_of_; false if the deadline has
+  // passed.
+  bool make_histories(Span<const int> actions, std::size_t count, int depth) {
+    after_.clear();
+    for (std::size_t a = 0; a < actions.size(); ++a) {
+      const std::size_t first = after_.size();
+      grouping_.clear();
+      for (std::size_t i = 0; i < count; ++i) {
+        const Member& member = members_[i];
+        const typename M::Fixed& fixed = fixed_[member.scenario];
+        SearchDraws words = draws(member.scenario, depth);
+        typename M::State next;
+        if (M::step(params_, fixed, member.state, actions[a], words, next).terminal) continue;
+        const typename M::Key key = M::observe(params_, fixed, member.state, actions[a], words, next);
+        const std::size_t group = first + grouping_.number(false, key);
+        if (group == after_.size()) {
+          after_.emplace_back();
+          M::advance_history(params_, fixed, member.state, actions[a], key, next, history_, after_.back());
+        }
+        after_of_[a * count + i] = static_cast<std::uint32_t>(group);
+      }
+      steps_ += count;
       if (out_of_time()) return false;
     }
     return true;
@@ -216,7 +265,7 @@ class CpuEvaluator final : public LeafEvaluator {
   // The default action's one-ply returns, which gains at the root are measured against.
   bool set_baseline(std::size_t count) {
     PhiloxDraws first(cache_.key(), 0, 0);
-    const int action = M::default_policy(params_, fixed_[0], members_[0].state, first);
+    const int action = M::default_policy(params_, fixed_[0], members_[0].state, history_, first);
     std::fill_n(baseline_.begin(), count, 0);
     if (action < 0) return true;
     if (!simulate({&action, 1}, count, 0)) return false;
@@ -266,9 +315,12 @@ class CpuEvaluator final : public LeafEvaluator {
   SearchSetup setup_{};
   std::uint64_t steps_ = 0;
   std::uint64_t next_check_ = 0;
-  std::vector<typename M::Fixed> fixed_;   // of the root's scenarios
-  std::vector<typename M::State> states_;  // theirs at the root
-  std::vector<Member> members_;            // of the leaf in work
+  std::vector<typename M::Fixed> fixed_;    // of the root's scenarios
+  std::vector<typename M::State> states_;   // theirs at the root
+  std::vector<Member> members_;             // of the leaf in work
+  typename M::History history_{};           // of the leaf in work
+  std::vector<typename M::History> after_;  // of the groups of its actions
+  std::vector<std::uint32_t> after_of_;     // of each outcome: into after_
   std::vector<std::int64_t> baseline_;
   std::vector<Outcome> outcomes_;
   std::vector<int> legal_;
@@ -281,6 +333,7 @@ class CpuEvaluator final : public LeafEvaluator {
   BoundsMemo<M> memo_;
   Arena<Node> nodes_;
   Arena<Member> kept_;
+  Arena<typename M::History> histories_;  // of nodes_
 };
 
 }  // namespace hypgen

@@ -1,31 +1,37 @@
 // What a generated model gives the runtime.
 //
-// A Model is a struct of static functions, deterministic and without globals; `Params`, `Fixed` and `State`
-// are trivially copyable, and equal values of `Fixed` and `State` have equal bytes:
+// A Model is a struct of static functions, deterministic and without globals; `Params`, `Fixed`, `State` and
+// `History` are trivially copyable, and equal values of the last three have equal bytes. P, F, S and H stand
+// for const references to them:
 //
 //   static constexpr int kActionCount, kVisibleCount, kVariableCount;
 //   static constexpr bool kHasLower;                // `bound lower` is declared
+//   static constexpr bool kHasHistory;              // the policy remembers; otherwise derive from NoHistory
 //   using Key = std::uint64_t;                      // of observations, or WideKey<N>
 //   struct Params;                                  // tables derived at load included
 //   struct Fixed { std::uint32_t words[..]; };      // once a scenario
 //   struct State { std::uint32_t words[..]; };      // the rest, packed
+//   struct History { std::uint32_t words[..]; };    // what the policy knows of the past
 //
-//   template <class D> static void init_visible(const Params&, D&, Fixed&, State&);  // zeroes first
-//   template <class D> static void init_hidden(const Params&, D&, Fixed&, State&);   // given the visible
-//   ones static void export_visible(const Fixed&, const State&, std::int32_t* out); static void
-//   import_visible(const std::int32_t* in, Fixed&, State&);              // zeroes the rest static void
-//   export_state(const Fixed&, const State&, std::int32_t* out); static bool is_legal(const Params&, const
-//   Fixed&, const State&, int action);     // reads no hidden variable template <class D> static StepResult
-//   step(const Params&, const Fixed&, const State&, int action, D&,
-//                                             State& next);
-//   template <class D> static Key observe(const Params&, const Fixed&, const State&, int action, D&,
-//                                         const State& next);
-//   template <class D> static double filter(const Params&, const Fixed&, const State&, int action, const
-//   Key&, D&,
-//                                           State& next);        // 0: contradictory or terminal
-//   template <class D> static int default_policy(const Params&, const Fixed&, const State&, D&);  // legal or
-//   -1 static float upper(const Params&, const Fixed&, const State&);    // and lower, tail static bool
-//   load(const ParamValues&, Params&, std::string& error);                            // host only
+//   void init_visible(P, D&, Fixed&, State&);       // zeroes first
+//   void init_hidden(P, D&, Fixed&, State&);        // given the visible
+//   void export_visible(F, S, std::int32_t* out);
+//   void import_visible(const std::int32_t* in, Fixed&, State&);  // zeroes the rest
+//   void export_state(F, S, std::int32_t* out);
+//   bool is_legal(P, F, S, int action);             // reads no hidden variable
+//   StepResult step(P, F, S, int action, D&, State& next);
+//   Key observe(P, F, S, int action, D&, S next);
+//   double filter(P, F, S, int action, const Key&, D&, State& next);  // 0: contradictory or terminal
+//   int default_policy(P, F, S, H, D&);             // legal, or -1
+//   float lower(P, F, S, H);
+//   float upper(P, F, S);
+//   float tail(P, F, S);
+//   bool load(const ParamValues&, Params&, std::string& error);       // host only
+//
+//   void init_history(P, F, S, History&);           // reads visible variables only, as do the next two
+//   void advance_history(P, F, S, int action, const Key&, S next, H, History& after);
+//   void roll_history(P, F, S, int action, D&, S next, H, History& after);
+//       // the same without a key: draws the observations that are kept, as `observe` would
 //
 // `D` is a draw source: `std::uint32_t word(std::uint32_t site, std::uint32_t index)`.
 #pragma once
@@ -33,6 +39,7 @@
 #include <cstdint>
 
 #include "hypgen/config.hpp"
+#include "hypgen/history.hpp"
 #include "hypgen/math.hpp"
 
 namespace hypgen {

@@ -30,6 +30,7 @@ class ParticleBelief final : public Belief {
       now_[i].weight = 1.0 / static_cast<double>(now_.size());
     }
     hypotheses_ = count_distinct();
+    M::init_history(params_, now_[0].fixed, now_[0].state, history_);
   }
 
   Status update(int action, KeyWords words) override {
@@ -41,17 +42,23 @@ class ParticleBelief final : public Belief {
     if (!(total > 0.0)) return explain_failure(action);
     ++step_;
     for (Particle& particle : next_) particle.weight /= total;
+    // The history follows from what is visible, which is the same in all particles.
+    typename M::History after;
+    M::advance_history(params_, now_[0].fixed, now_[0].state, action, key, next_[0].state, history_, after);
+    history_ = after;
     now_.swap(next_);
     if (effective_sample_size() < 0.5 * static_cast<double>(now_.size())) resample();
     return Status::kOk;
   }
 
   void reserve(ScenarioBuffer& buffer, std::size_t capacity) const override {
-    buffer.reserve(sizeof(typename M::Fixed), sizeof(typename M::State), capacity);
+    buffer.reserve(sizeof(typename M::Fixed), sizeof(typename M::State), sizeof(typename M::History),
+                   capacity);
   }
 
   void sample(StreamKey key, std::uint32_t first, std::size_t count, ScenarioBuffer& out) const override {
     out.clear(first);
+    out.set_history(history_);
     PhiloxDraws draws(key, first, 0);
     choose(draws.word(kSampleSite, 0), count,
            [&](const Particle& particle) { out.push(particle.fixed, particle.state); });
@@ -59,7 +66,7 @@ class ParticleBelief final : public Belief {
 
   int default_action(StreamKey key) const override {
     PhiloxDraws draws(key, 0, 0);
-    return M::default_policy(params_, now_[0].fixed, now_[0].state, draws);
+    return M::default_policy(params_, now_[0].fixed, now_[0].state, history_, draws);
   }
 
   double marginal(int variable, std::int32_t value) const override {
@@ -74,6 +81,7 @@ class ParticleBelief final : public Belief {
 
   void export_particles(ScenarioBuffer& particles, std::vector<double>& weights) const override {
     particles.clear(0);
+    particles.set_history(history_);
     weights.clear();
     for (const Particle& particle : now_) {
       particles.push(particle.fixed, particle.state);
@@ -83,12 +91,13 @@ class ParticleBelief final : public Belief {
 
   bool import_particles(const ScenarioBuffer& particles, const std::vector<double>& weights) override {
     if (particles.size() != now_.size() || weights.size() != now_.size() ||
-        !particles.holds(sizeof(typename M::Fixed), sizeof(typename M::State))) {
+        !particles.holds(sizeof(typename M::Fixed), sizeof(typename M::State), sizeof history_)) {
       return false;
     }
     std::vector<typename M::Fixed> fixed(now_.size());
     std::vector<typename M::State> states(now_.size());
     particles.copy_to(fixed.data(), states.data());
+    particles.copy_history_to(history_);
     for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = {fixed[i], states[i], weights[i]};
     hypotheses_ = count_distinct();
     return true;
@@ -183,6 +192,7 @@ class ParticleBelief final : public Belief {
   StreamKey key_{};
   std::uint32_t step_ = 0;
   std::size_t hypotheses_ = 0;  // distinct particles that the episode began with
+  typename M::History history_{};
   std::vector<Particle> now_;
   std::vector<Particle> next_;
 };

@@ -36,14 +36,14 @@ class Rollout {
   }
 
   ScenarioBounds bounds(const typename M::Fixed& fixed, const typename M::State& state,
-                        std::uint32_t scenario, int depth) {
+                        const typename M::History& history, std::uint32_t scenario, int depth) {
     if (at_horizon_ && depth >= depth_limit_) return {0, 0};
     const float upper = M::upper(params_, fixed, state);
     float lower = 0.0F;
     if (M::kHasLower && depth < depth_limit_) {
-      lower = M::lower(params_, fixed, state);
+      lower = M::lower(params_, fixed, state, history);
     } else {
-      lower = default_return(fixed, state, scenario, depth);
+      lower = default_return(fixed, state, history, scenario, depth);
     }
     nan_ |= math::is_nan(upper) || math::is_nan(lower);
     return {math::to_fixed(upper), math::to_fixed(lower)};
@@ -56,13 +56,13 @@ class Rollout {
  private:
   // float32 terms in step order, then the tail bound of the state reached at the depth limit, if the episode
   // goes on there. A state without legal actions is worth nothing.
-  float default_return(const typename M::Fixed& fixed, typename M::State state, std::uint32_t scenario,
-                       int depth) {
+  float default_return(const typename M::Fixed& fixed, typename M::State state, typename M::History history,
+                       std::uint32_t scenario, int depth) {
     float total = 0.0F;
     const float* discount = discounts_.data();
     for (int t = depth; t < depth_limit_; ++t, ++discount) {
       SearchDraws draws(cache_, scenario, static_cast<std::uint32_t>(t));
-      const int action = M::default_policy(params_, fixed, state, draws);
+      const int action = M::default_policy(params_, fixed, state, history, draws);
       if (action < 0) return total;
       typename M::State next;
       const StepResult result = M::step(params_, fixed, state, action, draws, next);
@@ -70,6 +70,9 @@ class Rollout {
       nan_ |= result.error;
       total += *discount * math::from_fixed(result.reward);
       if (result.terminal) return total;
+      typename M::History after;
+      M::roll_history(params_, fixed, state, action, draws, next, history, after);
+      history = after;
       state = next;
     }
     if (at_horizon_) return total;
@@ -86,19 +89,21 @@ class Rollout {
 };
 
 // Bounds of states met at one scenario and depth. Many actions lead to the same state (sensing actions leave
-// it alone), and equal states have equal bounds, as draws do not depend on the action. A later state may take
-// an earlier one's slot.
+// it alone), and equal states with equal histories have equal bounds, as draws do not depend on the action. A
+// later state may take an earlier one's slot.
 template <class M>
 class BoundsMemo {
  public:
   void clear() { ++stamp_; }
 
   template <class Compute>
-  ScenarioBounds find_or(const typename M::State& state, const Compute& compute) {
-    Slot& slot = slots_[hash(state)];
-    if (slot.stamp != stamp_ || std::memcmp(&slot.state, &state, sizeof state) != 0) {
+  ScenarioBounds find_or(const typename M::State& state, const typename M::History& history,
+                         const Compute& compute) {
+    const Start start{history, state};
+    Slot& slot = slots_[hash(start)];
+    if (slot.stamp != stamp_ || std::memcmp(&slot.start, &start, sizeof start) != 0) {
       slot.bounds = compute();
-      slot.state = state;
+      slot.start = start;
       slot.stamp = stamp_;
     }
     return slot.bounds;
@@ -106,15 +111,19 @@ class BoundsMemo {
 
  private:
   static constexpr unsigned kSlotBits = 6;
+  // What a rollout starts from. A history that is empty takes no room as a base.
+  struct Start : M::History {
+    typename M::State state;
+  };
   struct Slot {
     std::uint64_t stamp;
     ScenarioBounds bounds;
-    typename M::State state;
+    Start start;
   };
 
-  static std::uint32_t hash(const typename M::State& state) {
-    std::uint32_t words[sizeof state / 4];
-    std::memcpy(words, &state, sizeof words);
+  static std::uint32_t hash(const Start& start) {
+    std::uint32_t words[sizeof start / 4];
+    std::memcpy(words, &start, sizeof words);
     std::uint32_t value = 0;
     for (const std::uint32_t word : words) value = (value ^ word) * 0x9E3779B1U + 0x7F4A7C15U;
     return value >> (32 - kSlotBits);  // the upper bits: the product carries upwards only

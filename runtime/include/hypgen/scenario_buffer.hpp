@@ -8,14 +8,17 @@
 
 namespace hypgen {
 
-// `size` scenarios; scenario i draws under the number `first + i`. Memory is reserved by `reserve` only.
+// `size` scenarios; scenario i draws under the number `first + i`. All have the one history that the agent
+// has. Memory is reserved by `reserve` only.
 class ScenarioBuffer {
  public:
-  void reserve(std::size_t fixed_bytes, std::size_t state_bytes, std::size_t capacity) {
+  void reserve(std::size_t fixed_bytes, std::size_t state_bytes, std::size_t history_bytes,
+               std::size_t capacity) {
     fixed_bytes_ = fixed_bytes;
     state_bytes_ = state_bytes;
     fixed_.resize(fixed_bytes * capacity);
     states_.resize(state_bytes * capacity);
+    history_.resize(history_bytes);
     capacity_ = capacity;
     size_ = 0;
   }
@@ -39,8 +42,17 @@ class ScenarioBuffer {
     std::memcpy(states, states_.data(), size_ * sizeof(State));
   }
 
-  bool holds(std::size_t fixed_bytes, std::size_t state_bytes) const {
-    return fixed_bytes == fixed_bytes_ && state_bytes == state_bytes_;
+  template <class History>
+  void set_history(const History& history) {
+    std::memcpy(history_.data(), &history, sizeof history);
+  }
+  template <class History>
+  void copy_history_to(History& history) const {
+    std::memcpy(&history, history_.data(), sizeof history);
+  }
+
+  bool holds(std::size_t fixed_bytes, std::size_t state_bytes, std::size_t history_bytes) const {
+    return fixed_bytes == fixed_bytes_ && state_bytes == state_bytes_ && history_bytes == history_.size();
   }
   std::size_t size() const { return size_; }
   std::size_t capacity() const { return capacity_; }
@@ -54,6 +66,7 @@ class ScenarioBuffer {
   std::uint32_t first_ = 0;
   std::vector<unsigned char> fixed_;
   std::vector<unsigned char> states_;
+  std::vector<unsigned char> history_;
 };
 
 }  // namespace hypgen

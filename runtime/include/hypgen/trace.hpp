@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -45,6 +46,7 @@ class Tracer {
     }
     out.close();
     if (!out) error = options_.file + ": cannot be written";
+    if (!histories_agree_) error = "a bug of hypgen: rollouts keep another history than the agent";
     return error.empty();
   }
 
@@ -55,12 +57,14 @@ class Tracer {
   struct Lane {
     typename M::Fixed fixed;
     typename M::State state;
+    typename M::History history;
   };
 
   void restart(std::uint32_t i, std::uint32_t t) {
     PhiloxDraws draws(key_, i, t);
     M::init_visible(params_, draws, lanes_[i].fixed, lanes_[i].state);
     M::init_hidden(params_, draws, lanes_[i].fixed, lanes_[i].state);
+    M::init_history(params_, lanes_[i].fixed, lanes_[i].state, lanes_[i].history);
   }
 
   // Appends the row of one lane and moves it on; false if the lane has ended.
@@ -68,7 +72,7 @@ class Tracer {
     Lane& lane = lanes_[i];
     PhiloxDraws draws(key_, i, t);
     put_variables(lane.state, lane.fixed);
-    put(M::default_policy(params_, lane.fixed, lane.state, draws));
+    put(M::default_policy(params_, lane.fixed, lane.state, lane.history, draws));
     const int action = choose_action(lane, i, t);
     put(action);
     if (action < 0) {
@@ -86,14 +90,27 @@ class Tracer {
     for (const std::uint64_t word : words_of(key)) put(static_cast<std::int64_t>(word));
     put_float(M::upper(params_, lane.fixed, lane.state));
     put_float(M::tail(params_, lane.fixed, lane.state));
-    put_float(M::kHasLower ? M::lower(params_, lane.fixed, lane.state) : 0.0F);
+    put_float(M::kHasLower ? M::lower(params_, lane.fixed, lane.state, lane.history) : 0.0F);
     if (goes_on) {
       put_filter(lane, i, t, action, key);
+      advance(lane, action, key, draws, next);
     } else {
       row_.resize(kColumns);
     }
     lane.state = next;
     return goes_on;
+  }
+
+  // Takes what was seen into the lane's history; notes whether a rollout would have come to another one.
+  void advance(Lane& lane, int action, const typename M::Key& key, PhiloxDraws& draws,
+               const typename M::State& next) {
+    typename M::History after, rolled;
+    M::advance_history(params_, lane.fixed, lane.state, action, key, next, lane.history, after);
+    if constexpr (M::kHasHistory) {
+      M::roll_history(params_, lane.fixed, lane.state, action, draws, next, lane.history, rolled);
+      histories_agree_ = histories_agree_ && std::memcmp(&after, &rolled, sizeof after) == 0;
+    }
+    lane.history = after;
   }
 
   void put_filter(const Lane& lane, std::uint32_t i, std::uint32_t t, int action,
@@ -139,6 +156,7 @@ class Tracer {
   std::vector<Lane> lanes_;
   std::vector<int> legal_;
   std::vector<std::int64_t> row_;
+  bool histories_agree_ = true;
 };
 
 }  // namespace hypgen

@@ -14,7 +14,7 @@
 
 namespace hypgen::models {
 
-struct SmallRocks {
+struct SmallRocks : NoHistory {
   static constexpr int kActionCount = 5;
   static constexpr int kVisibleCount = 1;
   static constexpr int kVariableCount = 3;
@@ -263,7 +263,8 @@ struct SmallRocks {
   }
 
   template <class D>
-  HYPGEN_FN static int default_policy(const Params& params, const Fixed& fixed, const State& state, D&) {
+  HYPGEN_FN static int default_policy(const Params& params, const Fixed& fixed, const State& state,
+      const History&, D&) {
     const int chosen = choose();
     if (is_legal(params, fixed, state, chosen)) return chosen;
     return first_legal(params, fixed, state);
@@ -281,7 +282,7 @@ struct SmallRocks {
     return 0.0f;
   }
 
-  HYPGEN_FN static float lower(const Params&, const Fixed&, const State&) {
+  HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
     return 0.0f;
   }
 

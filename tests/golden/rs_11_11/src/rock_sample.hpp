@@ -14,7 +14,7 @@
 
 namespace hypgen::models {
 
-struct RockSample {
+struct RockSample : NoHistory {
   static constexpr int kActionCount = 16;
   static constexpr int kVisibleCount = 2;
   static constexpr int kVariableCount = 13;
@@ -345,7 +345,8 @@ struct RockSample {
   }
 
   template <class D>
-  HYPGEN_FN static int default_policy(const Params& params, const Fixed& fixed, const State& state, D&) {
+  HYPGEN_FN static int default_policy(const Params& params, const Fixed& fixed, const State& state,
+      const History&, D&) {
     const int chosen = choose();
     if (is_legal(params, fixed, state, chosen)) return chosen;
     return first_legal(params, fixed, state);
@@ -361,7 +362,7 @@ struct RockSample {
     return 0.0f;
   }
 
-  HYPGEN_FN static float lower(const Params&, const Fixed&, const State&) {
+  HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
     return 0.0f;
   }
 

@@ -14,7 +14,7 @@
 
 namespace hypgen::models {
 
-struct Tag {
+struct Tag : NoHistory {
   static constexpr int kActionCount = 5;
   static constexpr int kVisibleCount = 3;
   static constexpr int kVariableCount = 4;
@@ -275,7 +275,8 @@ struct Tag {
   }
 
   template <class D>
-  HYPGEN_FN static int default_policy(const Params& params, const Fixed&, const State& state, D& draws) {
+  HYPGEN_FN static int default_policy(const Params& params, const Fixed&, const State& state,
+      const History&, D& draws) {
     return choose(params, state, draws);
   }
 
@@ -290,7 +291,7 @@ struct Tag {
     return -19.999996f;
   }
 
-  HYPGEN_FN static float lower(const Params&, const Fixed&, const State&) {
+  HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
     return 0.0f;
   }
 

@@ -14,7 +14,7 @@
 
 namespace hypgen::models {
 
-struct Tiger {
+struct Tiger : NoHistory {
   static constexpr int kActionCount = 3;
   static constexpr int kVisibleCount = 0;
   static constexpr int kVariableCount = 1;
@@ -172,7 +172,7 @@ struct Tiger {
   }
 
   template <class D>
-  HYPGEN_FN static int default_policy(const Params&, const Fixed&, const State&, D&) {
+  HYPGEN_FN static int default_policy(const Params&, const Fixed&, const State&, const History&, D&) {
     return choose();
   }
 
@@ -186,7 +186,7 @@ struct Tiger {
     return -19.999996f;
   }
 
-  HYPGEN_FN static float lower(const Params&, const Fixed&, const State&) {
+  HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
     return 0.0f;
   }
 

@@ -14,7 +14,7 @@
 
 namespace hypgen::models {
 
-struct TwoRobotRockSample {
+struct TwoRobotRockSample : NoHistory {
   static constexpr int kActionCount = 625;
   static constexpr int kVisibleCount = 4;
   static constexpr int kVariableCount = 24;
@@ -373,7 +373,8 @@ struct TwoRobotRockSample {
   }
 
   template <class D>
-  HYPGEN_FN static int default_policy(const Params& params, const Fixed& fixed, const State& state, D&) {
+  HYPGEN_FN static int default_policy(const Params& params, const Fixed& fixed, const State& state,
+      const History&, D&) {
     int chosen = 0;
     for (std::int32_t b = 0; b <= 1; ++b) chosen = chosen * 25 + choose(b);
     if (is_legal(params, fixed, state, chosen)) return chosen;
@@ -412,7 +413,7 @@ struct TwoRobotRockSample {
     return 0.0f;
   }
 
-  HYPGEN_FN static float lower(const Params&, const Fixed&, const State&) {
+  HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
     return 0.0f;
   }
 

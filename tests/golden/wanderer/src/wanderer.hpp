@@ -14,7 +14,7 @@
 
 namespace hypgen::models {
 
-struct Wanderer {
+struct Wanderer : NoHistory {
   static constexpr int kActionCount = 4;
   static constexpr int kVisibleCount = 2;
   static constexpr int kVariableCount = 9;
@@ -303,7 +303,8 @@ struct Wanderer {
   }
 
   template <class D>
-  HYPGEN_FN static int default_policy(const Params&, const Fixed&, const State& state, D& draws) {
+  HYPGEN_FN static int default_policy(const Params&, const Fixed&, const State& state, const History&,
+      D& draws) {
     int chosen = 0;
     for (std::int32_t b = 0; b <= 1; ++b) chosen = chosen * 2 + choose(state, draws, b);
     return chosen;
@@ -331,7 +332,7 @@ struct Wanderer {
     return -20.0f;
   }
 
-  HYPGEN_FN static float lower(const Params&, const Fixed&, const State&) {
+  HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
     return -20.0f;
   }
 

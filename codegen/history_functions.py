@@ -1,0 +1,99 @@
+"""The functions that keep the history: what the default policy knows of the past."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hypgen.codegen import histories, views
+from hypgen.codegen.function_builder import Builder, origin
+from hypgen.codegen.functions import arguments
+from hypgen.codegen.interface import PLACE, Interface
+from hypgen.dsl import ir
+
+_STEP = [*PLACE, ("int", "action")]
+_CHANGE = [("const History&", "history"), ("History&", "after")]
+_NEXT = ("const State&", "next")
+
+
+class HistoryFunctions:
+    """Builds ``init_history``, ``advance_history`` and ``roll_history`` of a model that keeps something."""
+
+    def __init__(self, interface: Interface) -> None:
+        self.interface = interface
+        self.context = interface.context
+        self.model = interface.model
+        self.kept = [o for o in self.model.observations if o.name in self.model.history.observations]
+        self.fields = histories.fields(self.model)
+
+    def all(self) -> list[views.Function]:
+        """Return the functions in the order in which they call each other."""
+        return [self.init(), self.remember(), self.advance(), self.roll()]
+
+    def init(self) -> views.Function:
+        """Return ``init_history``: the registers' first values."""
+        builder = self.interface.given([*PLACE, ("History&", "history")])
+        builder.code.add("history = History{};")
+        for register in self.model.history.registers:
+            builder.code.add(f"// {origin(register.span)}: {register.name}")
+            self._fill(builder, "history", register, register.first)
+        return builder.done("void", "init_history")
+
+    def remember(self) -> views.Function:
+        """Return ``remember``: all that is kept but what was seen."""
+        builder = self.interface.acting([*_STEP, *_CHANGE])
+        builder.code.add("after = History{};")
+        for register in self.model.history.registers:
+            builder.code.add(f"// {origin(register.span)}: {register.name}'")
+            self._fill(builder, "after", register, register.update)
+        if self.model.history.action:
+            action = self.model.action
+            binders = [ir.Binder(f"i{n}", t) for n, t in enumerate(action.indices)]
+            with builder.printer.loops(binders):
+                done = ir.ActionRead(action.type, _locals(binders))
+                self._set(builder, "after", histories.ACTION, binders, builder.printer.text(done))
+        if any(f.key == histories.STARTED for f in self.fields):
+            self._set(builder, "after", histories.STARTED, [], "true")
+        return builder.done("void", "remember", ["// What is kept besides what was seen."])
+
+    def advance(self) -> views.Function:
+        """Return ``advance_history``: what was seen comes from the key."""
+        key = (self.interface.key.argument, "key")
+        builder = self.interface.given([*_STEP, key, _NEXT, *_CHANGE])
+        builder.code.add("remember(params, fixed, state, action, history, after);")
+        if self.kept:
+            digits = self.interface.digits(builder, {o.name for o in self.kept})
+            for observation in self.kept:
+                with builder.printer.loops(observation.binders):
+                    value = digits[observation.name](observation.binders)
+                    self._keep(builder, observation, value)
+        return builder.done("void", "advance_history")
+
+    def roll(self) -> views.Function:
+        """Return ``roll_history``: what was seen is drawn, and only what is kept."""
+        builder = self.interface.acting([*_STEP, ("D&", "draws"), _NEXT, *_CHANGE])
+        builder.code.add(f"remember(params, fixed, state, {self.interface.code}, history, after);")
+        for observation in self.kept:
+            with builder.printer.loops(observation.binders):
+                needs = self.context.needs.of(observation.dist)
+                more = [builder.printer.text(i) for i in _locals(observation.binders)]
+                name = self.interface.parts.observations[observation.name]
+                self._keep(builder, observation, f"{name}({arguments(needs, self.context, *more)})")
+        return builder.done("void", "roll_history")
+
+    def _fill(self, builder: Builder, owner: str, register: ir.Register, entries: ir.Entries) -> None:
+        with builder.printer.loops(entries.binders):
+            value = builder.printer.text(entries.value)
+            self._set(builder, owner, histories.memory_key(register.name), entries.binders, value)
+
+    def _keep(self, builder: Builder, observation: ir.Observation, value: str) -> None:
+        key = histories.observation_key(observation.name)
+        self._set(builder, "after", key, observation.binders, value)
+
+    def _set(self, builder: Builder, owner: str, key: str, binders: Sequence[ir.Binder], value: str) -> None:
+        indices = [builder.printer.text(i) for i in _locals(binders)]
+        setter = self.context.names.history_setters[key]
+        builder.code.add(f"{owner}.{setter}({', '.join([*indices, value])});")
+
+
+def _locals(binders: Sequence[ir.Binder]) -> tuple[ir.Local, ...]:
+    return tuple(ir.Local(b.type, b.name) for b in binders)
