@@ -12,7 +12,12 @@ import click
 from hypgen import __version__
 from hypgen.cli.common import EXIT_CODES, Exit, say, show_model_error
 
-COMMANDS = ("new", "check", "fmt", "sim", "explain", "compile", "run", "doctor")
+SECTIONS = {
+    "Write a model": ("new", "check", "fmt", "sim", "explain"),
+    "Solve it": ("compile", "run"),
+    "This machine": ("doctor",),
+}
+COMMANDS = tuple(name for names in SECTIONS.values() for name in names)
 
 
 class LazyGroup(click.Group):
@@ -30,6 +35,13 @@ class LazyGroup(click.Group):
         command: click.Command = module.command
         return command
 
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands, those that belong together under one heading."""
+        for heading, names in SECTIONS.items():
+            commands = ((name, self.get_command(ctx, name)) for name in names)
+            with formatter.section(heading):
+                formatter.write_dl([(n, c.get_short_help_str(100)) for n, c in commands if c is not None])
+
 
 @click.group(
     cls=LazyGroup,
@@ -42,6 +54,7 @@ def group() -> None:
 
     \b
     Examples:
+      hypgen new robot --template robot
       hypgen check examples/tiger.pomdp
       hypgen run examples/rock_sample.pomdp --runs 10 --time 0.1
       hypgen compile examples/tag.pomdp -o tag-solver

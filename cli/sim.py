@@ -68,10 +68,10 @@ def command(
     show_hidden: bool,
     as_json: bool,
 ) -> int:
-    """Play an episode of MODEL, step by step, on the reference interpreter.
+    """Play an episode of MODEL, step by step.
 
-    You choose the actions, or a script or a policy does; states, observations and rewards are shown by name.
-    Nothing is compiled.
+    On the reference interpreter: nothing is compiled. You choose the actions, or a script or a policy does;
+    states, observations and rewards are shown by name.
 
     \b
     Examples:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import textwrap
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from hypgen.dsl.interpreter_episode import Episode, Outcome, Values
 
 _WIDTH = 100
+_LISTED = 4  # entries of an observation that have a line each
 
 
 class Report(Protocol):
@@ -72,13 +74,10 @@ class TextReport:
         for v in self._variables:
             names = entry_names(v.name, v.element, v.indices, model)
             for name, old, new in zip(names, before[v.name], after[v.name], strict=True):
-                if old != new:
+                if old != new and (old == old or new == new):  # not from NaN to NaN
                     click.echo(f"  {name}: {value_text(old, v.type)} -> {value_text(new, v.type)}{_mark(v)}")
         for o in model.observations if outcome.observation else ():
-            indices = tuple(b.type for b in o.binders)
-            names = entry_names(o.name, o.element, indices, model)
-            for name, value in zip(names, outcome.observation[o.name], strict=True):
-                click.echo(f"  observed {name} = {value_text(value, o.type)}")
+            self._observed(o, outcome.observation[o.name])
         earned = [f"{name} {value:.6g}" for name, value in outcome.terms.items() if value]
         terms = f" ({', '.join(earned)})" if len(outcome.terms) > 1 and earned else ""
         click.echo(
@@ -86,6 +85,14 @@ class TextReport:
         )
         if outcome.error:
             click.echo("  a reward term is not a number: it counts as 0")
+
+    def _observed(self, o: ir.Observation, values: list[Any]) -> None:
+        indices = tuple(b.type for b in o.binders)
+        if len(values) > _LISTED:
+            click.echo(_wrapped(f"observed {o.name} = {array_text(values, o.type, indices)}"))
+            return
+        for name, value in zip(entry_names(o.name, o.element, indices, self._model), values, strict=True):
+            click.echo(f"  observed {name} = {value_text(value, o.type)}")
 
     def undone(self) -> None:
         """Print where the episode stands again."""
@@ -192,8 +199,15 @@ class JsonReport:
 
 def _data(values: list[Any], t: Type, is_array: bool) -> Any:
     """Return an array's entries, row-major, or a scalar's value; enums and records by name."""
-    data = values if isinstance(t, Bool | Int | Float) else [value_text(value, t) for value in values]
+    data = values if isinstance(t, Bool | Int) else [_datum(value, t) for value in values]
     return data if is_array else data[0]
+
+
+def _datum(value: Any, t: Type) -> Any:
+    """Return a float (null where it is not finite) or a name."""
+    if isinstance(t, Float):
+        return value if math.isfinite(value) else None
+    return value_text(value, t)
 
 
 def _mark(variable: ir.Variable) -> str:
@@ -201,11 +215,17 @@ def _mark(variable: ir.Variable) -> str:
 
 
 def _wrapped(text: str) -> str:
-    return textwrap.fill(
-        text,
-        _WIDTH,
-        initial_indent="  ",
-        subsequent_indent="    ",
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
+    """Return the text indented, its long lines broken."""
+    lines = []
+    for line in text.split("\n"):
+        start = "  " + line[: len(line) - len(line.lstrip())]
+        filled = textwrap.fill(
+            line.lstrip(),
+            _WIDTH,
+            initial_indent=start,
+            subsequent_indent=f"{start}  ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+        lines.append(filled)
+    return "\n".join(lines)

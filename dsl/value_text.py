@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Sequence
 
 from hypgen.dsl import ir
@@ -67,12 +68,20 @@ def _brackets(place: Sequence[str]) -> str:
 
 
 def array_text(values: Sequence[bool | int | float], t: Type, indices: tuple[Type, ...]) -> str:
-    """Return an array's entries, row-major, as nested lists; a scalar's value alone."""
+    """Return an array's entries, row-major, as nested lists, under the names of an enum if one is the index.
+
+    Each row of an array of several dimensions is on a line of its own. A scalar's value stands alone.
+    """
     if not indices:
         return value_text(values[0], t)
     step = length_of(indices[1:])
-    rows = [values[start : start + step] for start in range(0, len(values), step)]
-    return f"[{', '.join(array_text(row, t, indices[1:]) for row in rows)}]"
+    rows = [array_text(values[i : i + step], t, indices[1:]) for i in range(0, len(values), step)]
+    if isinstance(indices[0], Enum):
+        rows = [f"{value_text(code, indices[0])}: {row}" for code, row in enumerate(rows)]
+    if len(indices) == 1:
+        return f"[{', '.join(rows)}]"
+    inner = ",\n".join(rows)
+    return f"[\n{textwrap.indent(inner, '  ')}\n]"
 
 
 def action_text(code: int, action: ir.Action) -> str:

@@ -64,7 +64,10 @@ def test_actions_can_be_abbreviated(text: str, codes: list[int]) -> None:
 
 
 def test_arrays() -> None:
-    assert array_text([1, 2, 3, 4, 5, 6], Int(0, 9), (BOOL, Int(1, 3))) == "[[1, 2, 3], [4, 5, 6]]"
+    assert array_text([1, 2, 3, 4, 5, 6], Int(0, 9), (BOOL, Int(1, 3))) == "[\n  [1, 2, 3],\n  [4, 5, 6]\n]"
+    assert (
+        array_text([True, False], BOOL, (Enum("E", (Variant("a"), Variant("b"))),)) == "[a: true, b: false]"
+    )
     model = ir_samples.wanderer()
     names = [entry_names(v.name, v.element, v.indices, model) for v in model.variables]
     assert "map.wall[1]" in names[0]
