@@ -34,7 +34,9 @@ class Costs:
                 return inside + self.of(self.functions[name].body)
             case ir.LetRead(let=name):
                 return inside + (0 if self.lets[name].draws else self.of(self.lets[name].dist))
-            case ir.Quantified(binders=binders) | ir.UniformSet(binders=binders):
+            case (
+                ir.Quantified(binders=binders) | ir.UniformSet(binders=binders) | ir.Weighted(binders=binders)
+            ):
                 return (1 + inside) * math.prod(size_of(b.type) for b in binders)
             case ir.If():
                 return _BRANCH + inside

@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 
 from hypgen.codegen import picks
-from hypgen.codegen.cpp import code_of, scalar, shifted
+from hypgen.codegen.cpp import code_of, integer, scalar, shifted
 from hypgen.codegen.expr_printer import ADD, TERNARY, Append, ExprPrinter, Sink, needs_statements
+from hypgen.codegen.law_printer import bin_density_text, bin_text, count_text, draw_text
 from hypgen.dsl import ir
 from hypgen.dsl.ir_walk import negated
 from hypgen.dsl.types import Bool, Type, low_of, size_of
@@ -55,6 +56,16 @@ class DistPrinter:
                 self._sample_table(dist, word, sink)
             case ir.UniformSet():
                 self._sample_set(dist, word, sink)
+            case ir.UniformInt() | ir.Counted():
+                self.code.add(sink(count_text(dist, word, "", printer)))
+            case ir.Continuous():
+                self.code.add(sink(draw_text(dist, word, printer)))
+            case ir.Binned():
+                self.code.add(sink(bin_text(dist, word, printer)))
+            case ir.Weighted():
+                self._sample_weighted(dist, word, sink)
+            case ir.Widened(dist=inner):
+                self.sample(inner, word, sink)
             case picks.WeightedPick(value=value):
                 drawn = printer.scope.unique("word")
                 self.code.add(f"const std::uint32_t {drawn} = {word};")
@@ -125,6 +136,39 @@ class DistPrinter:
             self._matches(dist, lambda: self._pick_at(dist, left, picked))
             code.add(sink(picked))
 
+    def _sample_weighted(self, dist: ir.Weighted, word: str, sink: Sink) -> None:
+        """Add up the weights, then go to the first match that the word does not pass."""
+        printer, code, binder = self.printer, self.code, dist.binders[0]
+        drawn, everything, passed, picked = map(printer.scope.unique, ("word", "all", "passed", "picked"))
+        code.add(f"const std::uint32_t {drawn} = {word};")
+        code.add(f"dist::WeightSum {everything};")
+        code.add(f"{scalar(binder.type)} {picked} = {printer.first(binder)};")
+        self._matches(
+            dist,
+            lambda: self._pick_if(f"{everything}.add({printer.text(dist.weight)})", picked, binder),
+        )
+        with ExitStack() as stack:
+            if dist.otherwise is not None:
+                with printer.block(f"if ({everything}.empty())"):
+                    self.sample(dist.otherwise, drawn, sink)
+                if not sink.returns:
+                    stack.enter_context(printer.block("else"))
+            code.add(f"dist::WeightSum {passed};")
+            reach = f"{drawn} < {passed}.words_of_all({everything}.sum())"
+
+            def search() -> None:
+                condition = f"{passed}.add({printer.text(dist.weight)}) && {reach}"
+                self._pick_if(condition, picked, binder, "break;")
+
+            self._matches(dist, search)
+            code.add(sink(picked))
+
+    def _pick_if(self, condition: str, picked: str, binder: ir.Binder, *then: str) -> None:
+        with self.printer.block(f"if ({condition})"):
+            for line in (f"{picked} = {self.printer.locals[binder.name]};", *then):
+                self.code.add(line)
+        self.code.join()
+
     def _return_at(self, dist: ir.UniformSet, left: str, sink: Sink) -> None:
         with self.printer.block(f"if ({left}-- == 0)"):
             self.printer.emit(dist.value, sink)
@@ -135,7 +179,7 @@ class DistPrinter:
             self.printer.emit(dist.value, Sink(f"{picked} = "))
         self.code.join()
 
-    def _matches(self, dist: ir.UniformSet, append: Append) -> None:
+    def _matches(self, dist: ir.UniformSet | ir.Weighted, append: Append) -> None:
         """Loop over the matches of a set; ``append`` adds what to do at each."""
         with self.printer.loops(dist.binders):
             with ExitStack() as stack:
@@ -189,6 +233,20 @@ class DistPrinter:
                 code.add(sink(f"{masses}.density()"))
             case ir.UniformSet():
                 self._set_density(dist, value, sink)
+            case ir.UniformInt() | ir.Counted():
+                code.add(sink(count_text(dist, value, "_density", printer)))
+            case ir.Binned():
+                code.add(sink(bin_density_text(dist, value, printer)))
+            case ir.Weighted():
+                self._weighted_density(dist, value, sink)
+            case ir.Widened(dist=inner):
+                low = low_of(inner.type)
+                printer.branch(
+                    f"{value} < {integer(low)} || {value} > {integer(low + size_of(inner.type) - 1)}",
+                    lambda: code.add(sink("0.0")),
+                    lambda: self.density(inner, value, sink),
+                    sink,
+                )
             case picks.WeightedPick(probabilities=probabilities, value=picked):
                 masses = printer.scope.unique("masses")
                 code.add(f"dist::Masses {masses};")
@@ -226,6 +284,26 @@ class DistPrinter:
             if not sink.returns:
                 stack.enter_context(printer.block("else"))
             code.add(sink(f"static_cast<double>({equal}) / static_cast<double>({count})"))
+
+    def _weighted_density(self, dist: ir.Weighted, value: str, sink: Sink) -> None:
+        printer, code, binder = self.printer, self.code, dist.binders[0]
+        part = printer.scope.unique("part")
+        code.add(f"dist::WeightShare {part};")
+
+        def tally() -> None:
+            weight = printer.text(dist.weight)
+            code.add(f"{part}.add({weight}, {value} == {printer.locals[binder.name]});")
+
+        self._matches(dist, tally)
+        with printer.block(f"if ({part}.empty())"):
+            if dist.otherwise is not None:
+                self.density(dist.otherwise, value, sink)
+            else:
+                code.add(sink(f"{value} == {printer.first(binder)} ? 1.0 : 0.0"))
+        with ExitStack() as stack:
+            if not sink.returns:
+                stack.enter_context(printer.block("else"))
+            code.add(sink(f"{part}.density()"))
 
     def _uniform_pick_density(self, dist: picks.UniformPick, value: str, sink: Sink) -> None:
         printer, code = self.printer, self.code

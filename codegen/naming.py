@@ -79,8 +79,11 @@ class Scope:
     taken: set[str] = field(default_factory=set)
 
     def unique(self, name: str) -> str:
-        """Return ``name``, with an underscore if C++ has taken it or a number if the model has; take it."""
-        name = name.replace(".", "_").replace(":", "_")
+        """Return ``name``, with an underscore if C++ has taken it or a number if the model has; take it.
+
+        What follows a ``%`` tells locals of the IR apart and is left out.
+        """
+        name = name.partition("%")[0].replace(".", "_").replace(":", "_")
         if name in _KEYWORDS or name in _TAKEN or name in _CONCEPT:
             name += "_"
         found, number = name, 2

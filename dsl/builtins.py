@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-DRAWS = frozenset({"bernoulli", "uniform", "noisy"})
-LATER_DRAWS = frozenset({"weighted", "normal", "exponential", "poisson", "binomial", "truncated", "binned"})
+NUMBER_DRAWS = frozenset({"normal", "exponential", "poisson", "binomial"})
+DRAWS = NUMBER_DRAWS | {"bernoulli", "uniform", "weighted", "noisy", "truncated", "binned"}
 LATER_FUNCTIONS = frozenset({"belief"})
 RANGES = frozenset({"clamp", "wrap", "checked"})
 HISTORY = frozenset({"last"})
@@ -15,5 +15,5 @@ FUNCTIONS = (
 )
 QUANTIFIERS = frozenset({"sum", "any", "all", "count", "min", "max", "argmin", "argmax"})
 TABLES = frozenset({"distance"})
-RESERVED_CALLS = TABLES | DRAWS | LATER_DRAWS | LATER_FUNCTIONS | HISTORY | FUNCTIONS | QUANTIFIERS
+RESERVED_CALLS = TABLES | DRAWS | LATER_FUNCTIONS | HISTORY | FUNCTIONS | QUANTIFIERS
 RESERVED_VALUES = frozenset({"gamma", "pi"})

@@ -8,7 +8,7 @@ from functools import partial
 
 from hypgen.dsl import ast, builtins, guarded_reads, history, ir, operators, range_calls, trigonometry
 from hypgen.dsl.diagnostics import did_you_mean
-from hypgen.dsl.draws import misplaced_draw
+from hypgen.dsl.draws import misplaced_draw, refuse_operand
 from hypgen.dsl.mistakes import Mistake, gather, later, mistake
 from hypgen.dsl.references import owner_of
 from hypgen.dsl.scope import Scope
@@ -40,7 +40,7 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
         raise misplaced_draw(f"{name}(..)", node.span)
     if name in builtins.RESERVED_CALLS and name in scope.program.symbols.globals:
         raise Mistake  # declaring it has been reported
-    if name in builtins.LATER_DRAWS | builtins.LATER_FUNCTIONS:
+    if name in builtins.LATER_FUNCTIONS:
         raise later(f"'{name}'", node.span)
     if name == "last":
         return history.last(node, scope)
@@ -59,6 +59,8 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
         )
     item = scope.program.symbols.globals.get(name)
     if isinstance(item, ast.Function):
+        if item.rhs.draw:
+            raise misplaced_draw(f"{name}(..)", node.span)
         return _function(item, node, scope)
     if isinstance(item, ast.RecordDecl):
         return _record(item, node, scope)
@@ -156,6 +158,7 @@ def _builtin(node: ast.Call, scope: Scope) -> ir.Expr:
         form = f"its form is {node.name}({_FORMS.get(node.name, 'x' if least == 1 else 'a, b')})"
         given_words = f"{given} argument{'' if given == 1 else 's'}"
         raise mistake("E0302", f"'{node.name}' is given {given_words}", node.span, form)
+    refuse_operand(node.name, node.arguments, scope)
     if node.name == "index":
         return _code(node, scope)
     values = gather([partial(range_calls.number, n, scope, node.name) for n in node.arguments])

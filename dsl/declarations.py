@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 from hypgen.dsl import ast, ir
 from hypgen.dsl.constants import shape
 from hypgen.dsl.distributions import right_side
-from hypgen.dsl.mistakes import gather, later, mistake
+from hypgen.dsl.mistakes import gather, mistake
 from hypgen.dsl.operators import retyped
 from hypgen.dsl.scope import Scope
-from hypgen.dsl.type_expressions import length, require_finite, require_length
+from hypgen.dsl.type_expressions import length, require_finite, require_length, scalar_type
 from hypgen.dsl.typecheck import check_as, fit
-from hypgen.dsl.types import INT, INT32_MAX, PROB, Array, Float, Int, Type, size_of
+from hypgen.dsl.types import INT, INT32_MAX, PROB, Float, Int, Type, size_of
 
 if TYPE_CHECKING:
     from hypgen.dsl.program import Program
@@ -67,45 +67,27 @@ def let(owner: str, item: ast.Let, program: Program) -> ir.Let:
 
 def let_of(item: ast.Let, path: str, scope: Scope, site: ir.Site, binder: ir.Binder | None = None) -> ir.Let:
     """Return the let ``path`` that ``item`` declares, checked in ``scope``."""
-    target = None if item.type is None else _scalar_type(item.type, scope.program)
+    target = None if item.type is None else scalar_type(item.type, scope.program)
     dist = right_side(item.rhs, scope, target, f"'{item.name}'")
     if isinstance(dist, ir.Certain):
         dist = ir.Certain(dist.value.type, dist.value)
     return ir.Let(path, path.partition(".")[0], binder, dist, site, item.span)
 
 
-def _scalar_type(node: ast.TypeExpr, program: Program) -> Type:
-    found = program.type_of(node)
-    if isinstance(found, Array):
-        raise mistake(
-            "E0304",
-            "an array cannot stand here",
-            node.span,
-            "use one value; index it by a formal or a binder",
-        )
-    return found
-
-
 def formals(item: ast.Function, program: Program) -> tuple[ir.Binder, ...]:
     """Return a function's formals."""
-    types = gather([partial(_scalar_type, f.type, program) for f in item.formals])
+    types = gather([partial(scalar_type, f.type, program) for f in item.formals])
     return tuple(ir.Binder(f.name, t) for f, t in zip(item.formals, types, strict=True))
 
 
 def function(item: ast.Function, program: Program) -> ir.Function:
     """Return a function; its type's interval is what the body can reach."""
-    if item.rhs.draw:
-        raise later(
-            "a function that names a distribution",
-            item.rhs.span,
-            "write the draw where it is used, or use '='",
-        )
     binders = program.formals(item)
     open_ints = any(b.type == INT for b in binders)
     scope = Scope(program, owner=f"fn {item.name}", open_ints=open_ints)
     for field, binder in zip(item.formals, binders, strict=True):
         scope = scope.bind(field.name, ir.Local(binder.type, binder.name), field.span)
-    declared = _scalar_type(item.type, program)
+    declared = scalar_type(item.type, program)
     body = check_as(item.rhs.expr, scope, declared, f"the value of '{item.name}'")
     return ir.Function(item.name, binders, _reached(declared, body), body, item.span)
 
@@ -120,7 +102,7 @@ def follow_call(item: ast.Function, arguments: list[ir.Expr], scope: Scope) -> i
     program.function(item)  # reports what is wrong with it by itself, recursion included
     names = [f.name for f in item.formals]
     inner = _followed(scope, None, dict(zip(names, arguments, strict=True)))
-    declared = _scalar_type(item.type, program)
+    declared = scalar_type(item.type, program)
     body = check_as(item.rhs.expr, inner, declared, f"the value of '{item.name}'")
     return retyped(body, PROB) if declared == PROB else body
 
@@ -130,7 +112,7 @@ def follow_let(owner: str, item: ast.Let, member: tuple[ir.Expr, ...], scope: Sc
     binder = scope.program.element(owner).binder
     inner = _followed(scope, owner, {} if binder is None else {binder.name: member[0]})
     e = inner.check(item.rhs.expr)
-    return e if item.type is None else fit(e, _scalar_type(item.type, scope.program), item.rhs.span)
+    return e if item.type is None else fit(e, scalar_type(item.type, scope.program), item.rhs.span)
 
 
 def _followed(scope: Scope, owner: str | None, bound: Mapping[str, ir.Expr]) -> Scope:

@@ -2,29 +2,49 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
-from hypgen.dsl import ast, builtins, ir, matching, operators
+from hypgen.dsl import ast, builtins, ir, limited_draws, matching, number_draws, operators, set_draws
 from hypgen.dsl.bindings import let_dist
-from hypgen.dsl.draws import bind_value, is_draw
-from hypgen.dsl.mistakes import gather, later, mistake, unreachable
-from hypgen.dsl.quantifiers import bind_all, bind_types
+from hypgen.dsl.draws import bind_value, is_draw, named_draw
+from hypgen.dsl.expressions import enter_prime, require_state
+from hypgen.dsl.fitting import joined
+from hypgen.dsl.mistakes import gather, mistake, unreachable
+from hypgen.dsl.named_distributions import inlined
+from hypgen.dsl.number_draws import refuse_unlimited
 from hypgen.dsl.scope import Scope
-from hypgen.dsl.source import Span
 from hypgen.dsl.type_expressions import require_finite
-from hypgen.dsl.typecheck import check_as, fit, mismatch
+from hypgen.dsl.typecheck import check_as, mismatch
 from hypgen.dsl.types import BOOL, PROB, Int, Type
 
 _SUM_TOLERANCE = 1e-6
+# Reads whose range is declared, not found by analysis.
+_DECLARED = ir.StateRead | ir.ParamRead | ir.TableRead | ir.ActionRead | ir.Local | ir.FieldRead
+_FORMS = {
+    "bernoulli": ((1,), "bernoulli(p)"),
+    "noisy": ((2,), "noisy(value, p)"),
+    "uniform": ((1, 2), "uniform(T) or uniform(low, high)"),
+    "normal": ((2,), "normal(mean, sd)"),
+    "exponential": ((1,), "exponential(mean)"),
+    "poisson": ((1,), "poisson(mean)"),
+    "binomial": ((2,), "binomial(n, p)"),
+    "truncated": ((3,), "truncated(draw, low, high)"),
+    "binned": ((3,), "binned(draw, low, high)"),
+    "clamp": ((1, 3), "clamp(draw) or clamp(draw, low, high)"),
+    "weighted": ((), "weighted(i in T: weight)"),
+}
 
 
 def right_side(rhs: ast.Rhs, scope: Scope, target: Type | None, what: str) -> ir.Dist:
     """Return what ``= e`` or ``~ d`` says, as a distribution over ``target`` (None: as found)."""
-    if not rhs.draw and is_draw(rhs.expr):
+    if not rhs.draw and is_draw(rhs.expr, scope):
         raise mistake(
             "E0701", "this is a draw, and '=' is exact", rhs.span, "write '~' in place of '=' to draw"
         )
-    return check(rhs.expr, scope, target, what)
+    dist = check(rhs.expr, scope, target, what)
+    refuse_unlimited(dist, rhs.expr.span)
+    return dist
 
 
 def check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.Dist:
@@ -36,7 +56,7 @@ def check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.Di
             node.span,
             "give a value or draw of one entry",
         )
-    if target is None and not is_draw(node):
+    if target is None and not is_draw(node, scope):
         value = scope.check(node)
         return ir.Certain(value.type, value)
     match node:
@@ -49,18 +69,19 @@ def check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.Di
             return _match(node, scope, target, what)
         case ast.TableLiteral():
             return _table(node, scope, target, what)
-        case ast.Call(_, "bernoulli"):
-            return _bernoulli(node, scope, target, what)
-        case ast.Call(_, "noisy"):
-            return _noisy(node, scope, target, what)
-        case ast.Call(_, "uniform"):
-            return _uniform(node, scope, target, what)
+        case ast.Prime(_, ast.Call(_, name) as call) if item := named_draw(name, scope):
+            inner = enter_prime(node, scope)
+            require_state(node, scope)
+            return inlined(call, item, inner, target, what)
+        case ast.Call(_, name) if item := named_draw(name, scope):
+            return inlined(node, item, scope, target, what)
+        case ast.Call() if is_draw(node, scope):
+            _check_form(node)
+            return _CALLS[node.name](node, scope, target, what)
         case ast.Quantified(_, "uniform"):
-            return _uniform_set(node, scope, target, what)
-        case ast.Call(span, name) if name in builtins.LATER_DRAWS:
-            raise later(f"'{name}'", span)
-        case ast.Quantified(span, kind) if kind in builtins.LATER_DRAWS:
-            raise later(f"'{kind}'", span)
+            return set_draws.uniform_set(node, scope, target, what)
+        case ast.Quantified(_, "weighted"):
+            return set_draws.weighted(node, scope, target, what)
     if target is None:
         raise AssertionError(node)  # is_draw told it for a draw
     return ir.Certain(target, check_as(node, scope, target, what))
@@ -72,40 +93,7 @@ def choose(condition: ir.Expr, then: ir.Dist, otherwise: ir.Dist) -> ir.Dist:
         return then if condition.value else otherwise
     if isinstance(then, ir.Certain) and isinstance(otherwise, ir.Certain):
         return ir.Certain(then.type, operators.choose(condition, then.value, otherwise.value))
-    return ir.IfDist(then.type, condition, then, otherwise)
-
-
-def _joined(branches: list[tuple[ir.Dist, Span]], what: str) -> list[ir.Dist]:
-    """Return branches of one type, which is what they have in common."""
-    common = branches[0][0].type
-    for dist, span in branches[1:]:
-        joined = operators.join(common, dist.type)
-        if joined is None:
-            raise mismatch(common, dist.type, span, what)
-        common = joined
-    return [_typed(dist, common) for dist, _ in branches]
-
-
-def _typed(dist: ir.Dist, t: Type) -> ir.Dist:
-    """Return ``dist`` over a wider type."""
-    if dist.type == t:
-        return dist
-    match dist:
-        case ir.Certain(_, value):
-            return ir.Certain(t, value)
-        case ir.IfDist(_, condition, then, otherwise):
-            return ir.IfDist(t, condition, _typed(then, t), _typed(otherwise, t))
-        case ir.LetDist(_, name, value, body):
-            return ir.LetDist(t, name, value, _typed(body, t))
-        case ir.Table(_, entries, rest):
-            return ir.Table(t, entries, rest)
-        case ir.UniformSet(_, binders, condition, value, otherwise):
-            return ir.UniformSet(
-                t, binders, condition, value, None if otherwise is None else _typed(otherwise, t)
-            )
-        case ir.Uniform(own):
-            return _uniform_over(own, t)
-    raise AssertionError(dist)
+    return ir.IfDist(operators.join(then.type, otherwise.type) or then.type, condition, then, otherwise)
 
 
 def _conditional(node: ast.If, scope: Scope, target: Type | None, what: str) -> ir.Dist:
@@ -121,7 +109,7 @@ def _conditional(node: ast.If, scope: Scope, target: Type | None, what: str) -> 
         ]
     )
     if target is None:
-        then, otherwise = _joined([(then, node.then.span), (otherwise, node.otherwise.span)], what)
+        then, otherwise = joined([(then, node.then.span), (otherwise, node.otherwise.span)], what)
     return choose(condition, then, otherwise)
 
 
@@ -129,16 +117,19 @@ def _match(node: ast.Match, scope: Scope, target: Type | None, what: str) -> ir.
     scrutinee, cases = matching.cases(node, scope, lambda n, s: check(n, s, target, what))
     bodies = gather([partial(check, c.body, c.scope, target, what) for c in cases])
     if target is None:
-        bodies = _joined([(b, c.body.span) for b, c in zip(bodies, cases, strict=True)], what)
+        bodies = joined([(b, c.body.span) for b, c in zip(bodies, cases, strict=True)], what)
     return matching.fold(scrutinee, cases, bodies, choose, let_dist)
 
 
-def _arguments(node: ast.Call, count: int, form: str) -> None:
-    if len(node.arguments) != count:
+def _check_form(node: ast.Call) -> None:
+    """Raise unless a built-in draw is given as many arguments as it takes."""
+    counts, form = _FORMS[node.name]
+    given = len(node.arguments)
+    if given not in counts:
         raise mistake(
             "E0302",
-            f"'{node.name}' takes {count} argument{'' if count == 1 else 's'}, but {len(node.arguments)} "
-            f"{'is' if len(node.arguments) == 1 else 'are'} given",
+            f"'{node.name}' takes {' or '.join(map(str, counts))} argument{'' if counts == (1,) else 's'}, "
+            f"but {given} {'is' if given == 1 else 'are'} given",
             node.span,
             f"its form is {form}",
         )
@@ -150,7 +141,6 @@ def probability(node: ast.Expr, scope: Scope) -> ir.Expr:
 
 
 def _bernoulli(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.Dist:
-    _arguments(node, 1, "bernoulli(p)")
     p = probability(node.arguments[0], scope)
     if target not in (None, BOOL):
         assert target is not None
@@ -159,10 +149,9 @@ def _bernoulli(node: ast.Call, scope: Scope, target: Type | None, what: str) -> 
 
 
 def _noisy(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.Dist:
-    _arguments(node, 2, "noisy(value, p)")
     if target is None:
-        value = scope.check(node.arguments[0])
-        if isinstance(value.type, Int):
+        value = replace(scope, facts={}).check(node.arguments[0])
+        if isinstance(value.type, Int) and not isinstance(value, _DECLARED):
             raise mistake(
                 "E0705",
                 "which other values this noisy draw can give is not known",
@@ -177,51 +166,8 @@ def _noisy(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.D
 
 
 def _uniform(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.Dist:
-    if len(node.arguments) == 2:
-        raise later("a draw from an interval", node.span, "draw from a finite type: uniform(T)")
-    _arguments(node, 1, "uniform(T)")
-    argument = node.arguments[0]
-    if not isinstance(argument, ast.Name):
-        raise mistake("E0705", "uniform(..) takes a type", argument.span, "name a finite type")
-    found = scope.program.type_of(ast.TypeName(argument.span, argument.name))
-    require_finite(found, argument.span, "a uniform draw")
-    if target is None:
-        return ir.Uniform(found)
-    if isinstance(target, Int) and isinstance(found, Int):
-        fit(ir.Local(found, argument.name), target, node.span, what)
-    elif target != found:
-        raise mismatch(target, found, node.span, what)
-    return _uniform_over(found, target)
-
-
-def _uniform_over(own: Type, target: Type) -> ir.Dist:
-    """Return the uniform draw from ``own`` as a distribution over ``target``, which may be wider."""
-    if own == target:
-        return ir.Uniform(own)
-    return ir.UniformSet(target, (ir.Binder("value_1", own),), None, ir.Local(own, "value_1"), None)
-
-
-def _uniform_set(node: ast.Quantified, scope: Scope, target: Type | None, what: str) -> ir.Dist:
-    binders = bind_types(node.binders, scope)
-    inner = bind_all(node.binders, binders, scope)
-    condition = (
-        None if node.where is None else check_as(node.where, inner, BOOL, "the condition after 'where'")
-    )
-    if condition is not None:
-        inner = inner.given(condition)
-    if condition is not None and operators.is_false(condition) and node.otherwise is None:
-        raise mistake("E0608", "this draws from an empty set", node.span, "add 'else value'")
-    body = node.body
-    if body is None:
-        if len(binders) != 1:
-            raise mistake("E0705", "what to draw is not said", node.span, "add ': value' after the binders")
-        body = ast.Name(node.binders[0].span, binders[0].name)
-    value = inner.check(body, target)
-    if target is not None:
-        value = fit(value, target, body.span, what)
-    t = target or (binders[0].type if node.body is None else value.type)
-    otherwise = None if node.otherwise is None else check(node.otherwise, scope, t, what)
-    return ir.UniformSet(t, binders, condition, value, otherwise)
+    form = set_draws.uniform_type if len(node.arguments) == 1 else number_draws.check
+    return form(node, scope, target, what)
 
 
 def _table(node: ast.TableLiteral, scope: Scope, target: Type | None, what: str) -> ir.Dist:
@@ -256,3 +202,14 @@ def _check_sum(node: ast.TableLiteral, weights: list[ir.Expr]) -> None:
         remedy = "make them sum to 1, or give the remainder to 'else value'"
     if wrong:
         raise mistake("E0703", f"the weights sum to {total:g}", node.span, remedy)
+
+
+_CALLS = {
+    **dict.fromkeys(builtins.NUMBER_DRAWS, number_draws.check),
+    "bernoulli": _bernoulli,
+    "noisy": _noisy,
+    "uniform": _uniform,
+    "truncated": limited_draws.truncated,
+    "clamp": limited_draws.clamped,
+    "binned": limited_draws.binned,
+}

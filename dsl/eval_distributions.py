@@ -11,16 +11,17 @@ from typing import Any
 import numpy as np
 
 from hypgen.dsl import ir
-from hypgen.dsl.eval_expressions import Expressions
+from hypgen.dsl.eval_continuous import ContinuousLaws
+from hypgen.dsl.eval_counts import share, words_of
 from hypgen.dsl.eval_values import Array, Frame, Word, as_type, combinations, from_position
 from hypgen.dsl.float_math import threshold
-from hypgen.dsl.types import low_of, size_of
+from hypgen.dsl.types import Int, low_of, size_of
 
 _SHIFT = np.uint64(32)
 _RANGE = np.uint64(2**32)
 
 
-class Evaluator(Expressions):
+class Evaluator(ContinuousLaws):
     """The values of a model's expressions, and the draws and densities of its distributions."""
 
     def sample(self, dist: ir.Dist, frame: Frame, word: Word) -> Array:
@@ -40,6 +41,18 @@ class Evaluator(Expressions):
                 return self._sample_table(dist, frame, word)
             case ir.Noisy():
                 return self._sample_noisy(dist, frame, word)
+            case ir.UniformInt():
+                return self._sample_int(dist, frame, word)
+            case ir.Counted():
+                return self.sample_count(dist, frame, word)
+            case ir.Weighted():
+                return self._sample_weighted(dist, frame, word)
+            case ir.Continuous():
+                return self.sample_continuous(dist, frame, word)
+            case ir.Binned():
+                return self.sample_bin(dist, frame, word)
+            case ir.Widened():
+                return self.sample(dist.dist, frame, word)
             case ir.IfDist():
                 return self._choose(dist, frame, lambda branch: self.sample(branch, frame, word))
             case ir.LetDist():
@@ -53,7 +66,7 @@ class Evaluator(Expressions):
                 return np.where(self.value(dist.value, frame) == value, 1.0, 0.0)
             case ir.Bernoulli():
                 width = threshold(self.value(dist.probability, frame))
-                return _share(np.where(value, width, _RANGE - width))
+                return share(np.where(value, width, _RANGE - width))
             case ir.Uniform():
                 return np.asarray(1.0 / size_of(dist.type))
             case ir.UniformSet():
@@ -62,6 +75,18 @@ class Evaluator(Expressions):
                 return self._density_of_table(dist, frame, value)
             case ir.Noisy():
                 return self._density_of_noisy(dist, frame, value)
+            case ir.UniformInt():
+                return self._density_of_int(dist, frame, value)
+            case ir.Counted():
+                return self.density_of_count(dist, frame, value)
+            case ir.Weighted():
+                return self._density_of_weighted(dist, frame, value)
+            case ir.Binned():
+                return self.density_of_bin(dist, frame, value)
+            case ir.Widened():
+                assert isinstance(dist.dist.type, Int)
+                inside = (value >= dist.dist.type.low) & (value <= dist.dist.type.high)
+                return np.where(inside, self.density(dist.dist, frame, value), 0.0)
             case ir.IfDist():
                 return self._choose(dist, frame, lambda branch: self.density(branch, frame, value))
             case ir.LetDist():
@@ -105,6 +130,70 @@ class Evaluator(Expressions):
             empty = np.where(members[0][1] == value, 1.0, 0.0)
         return np.where(count == 0, empty, share)
 
+    # Ranges and weights ------------------------------------------------------------------------
+
+    def _int_ends(self, dist: ir.UniformInt, frame: Frame) -> tuple[Array, Array]:
+        """Return the lowest int and how many there are."""
+        low, high = (self.value(e, frame).astype(np.int64) for e in (dist.low, dist.high))
+        return low, np.maximum(high - low + 1, 1)
+
+    def _sample_int(self, dist: ir.UniformInt, frame: Frame, word: Word) -> Array:
+        assert isinstance(dist.type, Int)
+        low, count = self._int_ends(dist, frame)
+        drawn = low + (word() * count.astype(np.uint64) >> _SHIFT).astype(np.int64)
+        return as_type(np.clip(drawn, dist.type.low, dist.type.high), dist.type)
+
+    def _density_of_int(self, dist: ir.UniformInt, frame: Frame, value: Array) -> Array:
+        assert isinstance(dist.type, Int)
+        low, count = self._int_ends(dist, frame)
+        # An end of the type stands for all ints beyond it too.
+        first = np.where(value == dist.type.low, low, np.maximum(low, value))
+        last = np.where(value == dist.type.high, low + count - 1, np.minimum(low + count - 1, value))
+        return np.asarray(np.maximum(last - first + 1, 0).astype(np.float64) / count.astype(np.float64))
+
+    def _weights(self, dist: ir.Weighted, frame: Frame) -> list[tuple[Array, Array, Array]]:
+        """Return, for each value of the binder, the value, where it can be drawn, and the sum up to it."""
+        found = []
+        total: Array = np.zeros(())
+        for _, _, values in combinations(dist.binders):
+            inner = frame.bind(values)
+            weight = self.value(dist.weight, inner)
+            match = self.holds(dist.condition, inner) & (weight > 0.0)
+            total = np.where(match, total + weight.astype(np.float64), total)
+            found.append((values[dist.binders[0].name], match, total))
+        return found
+
+    def _sample_weighted(self, dist: ir.Weighted, frame: Frame, word: Word) -> Array:
+        found, draw = self._weights(dist, frame), word()
+        total = found[-1][2]
+        result = found[0][0]
+        for value, match, _ in found:
+            result = np.where(match, value, result)  # the last match, unless one before it is hit
+        for value, match, until in reversed(found):
+            result = np.where(match & (draw < words_of(until / total)), value, result)
+        if dist.otherwise is not None:
+            result = np.where(total > 0.0, result, self.sample(dist.otherwise, frame, word))
+        return as_type(result, dist.type)
+
+    def _density_of_weighted(self, dist: ir.Weighted, frame: Frame, value: Array) -> Array:
+        found = self._weights(dist, frame)
+        total = found[-1][2]
+        words: Array = np.zeros((), dtype=np.uint64)
+        before: Array = np.zeros(())
+        later: Array = np.zeros((), dtype=np.bool_)
+        for candidate, match, until in reversed(found):
+            end = np.where(later, words_of(until / total), _RANGE)
+            words = np.where(match & (candidate == value), end, words)
+            later = later | match
+        for candidate, match, until in found:
+            words = np.where(match & (candidate == value), words - words_of(before / total), words)
+            before = until
+        if dist.otherwise is not None:
+            empty = self.density(dist.otherwise, frame, value)
+        else:
+            empty = np.where(found[0][0] == value, 1.0, 0.0)
+        return np.where(total > 0.0, share(words), empty)
+
     # Tables ----------------------------------------------------------------------------------
 
     def _sample_table(self, dist: ir.Table, frame: Frame, word: Word) -> Array:
@@ -128,7 +217,7 @@ class Evaluator(Expressions):
             words = np.where(self.value(entry, frame) == value, words + (end - total), words)
             total = end
         rest = dist.entries[-1][0] if dist.rest is None else dist.rest
-        return _share(np.where(self.value(rest, frame) == value, words + (_RANGE - total), words))
+        return share(np.where(self.value(rest, frame) == value, words + (_RANGE - total), words))
 
     # Noisy values ----------------------------------------------------------------------------
 
@@ -151,9 +240,4 @@ class Evaluator(Expressions):
         if size == 1:
             return np.where(exact == value, 1.0, 0.0)
         width = threshold(self.value(dist.probability, frame))
-        return np.where(exact == value, _share(width), _share(_RANGE - width) / (size - 1))
-
-
-def _share(words: Array) -> Array:
-    """Return the probability of that many words."""
-    return np.asarray(words).astype(np.float64) * 2.0**-32
+        return np.where(exact == value, share(width), share(_RANGE - width) / (size - 1))

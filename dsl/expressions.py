@@ -8,7 +8,7 @@ from functools import partial
 
 from hypgen.dsl import ast, calls, intervals, ir, matching, operators, quantifiers, references
 from hypgen.dsl.bindings import let_in
-from hypgen.dsl.draws import bind_value, is_draw, misplaced_draw
+from hypgen.dsl.draws import bind_value, is_draw, misplaced_draw, refuse_operand
 from hypgen.dsl.mistakes import gather, mistake, unreachable
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
@@ -147,6 +147,7 @@ def _comparison(node: ast.Binary, scope: Scope) -> ir.Expr:
 
 
 def _arithmetic(node: ast.Binary, scope: Scope) -> ir.Expr:
+    refuse_operand(node.op, (node.left, node.right), scope)
     left, right = gather([partial(check, n, scope) for n in (node.left, node.right)])
     for e, n in ((left, node.left), (right, node.right)):
         require_number(e, n.span, f"an operand of '{node.op}'")
@@ -201,15 +202,27 @@ def _int_power(base: ir.Expr, exponent: int, scope: Scope) -> ir.Expr:
 
 
 def _prime(node: ast.Prime, scope: Scope, expected: Type | None) -> ir.Expr:
+    if is_draw(node.operand, scope):
+        raise mistake(
+            "E0704", "a draw cannot be primed", node.span, "prime the values that the draw reads instead"
+        )
+    inner = enter_prime(node, scope)
+    e = check(node.operand, inner, expected)
+    require_state(node, scope)
+    return e
+
+
+def enter_prime(node: ast.Prime, scope: Scope) -> Scope:
+    """Return the scope of what is primed."""
     if scope.primed:
         raise mistake(
             "E0408", "this is primed twice", node.span, "one prime already reads the next state: remove one"
         )
-    if is_draw(node.operand):
-        raise mistake(
-            "E0704", "a draw cannot be primed", node.span, "prime the values that the draw reads instead"
-        )
-    e = check(node.operand, scope.prime(), expected)
+    return scope.prime()
+
+
+def require_state(node: ast.Prime, scope: Scope) -> None:
+    """Raise unless something under the prime changes in a step."""
     if not references.mentions_state(node.operand, scope):
         raise mistake(
             "E0409",
@@ -217,7 +230,6 @@ def _prime(node: ast.Prime, scope: Scope, expected: Type | None) -> ir.Expr:
             node.span,
             "remove the prime; only variables, and what reads them, change in a step",
         )
-    return e
 
 
 def _conditional(node: ast.If, scope: Scope, expected: Type | None) -> ir.Expr:

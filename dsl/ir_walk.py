@@ -58,7 +58,7 @@ def bound_names(node: Node) -> tuple[str, ...]:
     match node:
         case ir.LetIn(name=name) | ir.LetDist(name=name):
             return (name,)
-        case ir.Quantified(binders=binders) | ir.UniformSet(binders=binders):
+        case ir.Quantified(binders=binders) | ir.UniformSet(binders=binders) | ir.Weighted(binders=binders):
             return tuple(b.name for b in binders)
     return ()
 
@@ -110,7 +110,9 @@ def rename_bound(expr: Any, suffix: str) -> Any:
                 return replace(node, name=name + suffix)
             case ir.LetIn(name=name) | ir.LetDist(name=name):
                 return replace(node, name=name + suffix)
-            case ir.Quantified(binders=binders) | ir.UniformSet(binders=binders):
+            case (
+                ir.Quantified(binders=binders) | ir.UniformSet(binders=binders) | ir.Weighted(binders=binders)
+            ):
                 return replace(node, binders=tuple(ir.Binder(b.name + suffix, b.type) for b in binders))
         return node
 

@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 from hypgen.dsl import ast
-from hypgen.dsl.builtins import DRAWS, LATER_DRAWS
+from hypgen.dsl.builtins import DRAWS
 from hypgen.dsl.diagnostics import did_you_mean
 from hypgen.dsl.mistakes import Mistake, Report, gather, mistake
 from hypgen.dsl.shapes import Names, Shape, Shapes
@@ -340,9 +340,9 @@ def _described(shape: Shape) -> str:
 def _draws(e: ast.Expr) -> bool:
     match e:
         case ast.Call(_, name):
-            return name in DRAWS | LATER_DRAWS
+            return name in DRAWS
         case ast.Quantified(_, kind):
-            return kind in DRAWS | LATER_DRAWS
+            return kind in DRAWS
     return isinstance(e, ast.TableLiteral)
 
 

@@ -170,6 +170,8 @@ class _Declared:
                     self.tables.append(value)
             case ast.Param():
                 self.params.append(program.param(item))
+            case ast.Function(rhs=ast.Rhs(draw=True)):
+                program.named_distribution(item)
             case ast.Function():
                 self.functions.append(program.function(item))
             case ast.Element(_, name):

@@ -152,7 +152,7 @@ def _first(rhs: ast.Rhs, indices: tuple[Type, ...], scope: Scope, t: Type, name:
     """Return what a register holds at first; one value that is not an array stands for all entries."""
     if not indices or isinstance(rhs.expr, ast.Comprehension | ast.ArrayLiteral):
         return _entries(rhs, indices, scope, t, name)
-    _refuse_draw(rhs, name)
+    _refuse_draw(rhs, scope, name)
     value = check_as(rhs.expr, scope, t, f"'{name}'")
     binders: list[ir.Binder] = []
     for index in indices:
@@ -162,14 +162,14 @@ def _first(rhs: ast.Rhs, indices: tuple[Type, ...], scope: Scope, t: Type, name:
 
 
 def _entries(rhs: ast.Rhs, indices: tuple[Type, ...], scope: Scope, t: Type, name: str) -> ir.Entries:
-    _refuse_draw(rhs, name)
+    _refuse_draw(rhs, scope, name)
     binders, dist = array_of(rhs, indices, scope, t, name)
     assert isinstance(dist, ir.Certain)
     return ir.Entries(binders, dist.value)
 
 
-def _refuse_draw(rhs: ast.Rhs, name: str) -> None:
-    if rhs.draw or is_draw(rhs.expr):
+def _refuse_draw(rhs: ast.Rhs, scope: Scope, name: str) -> None:
+    if rhs.draw or is_draw(rhs.expr, scope):
         raise mistake(
             "E0503",
             f"the memory '{name}' cannot draw: it follows from what was seen and done",

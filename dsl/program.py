@@ -10,7 +10,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TypeVar
 
-from hypgen.dsl import ast, constants, declarations, expressions, ir, policies, settings, type_expressions
+from hypgen.dsl import (
+    ast,
+    constants,
+    declarations,
+    distributions,
+    expressions,
+    ir,
+    named_distributions,
+    policies,
+    settings,
+    type_expressions,
+)
 from hypgen.dsl.mistakes import Mistake, Report, mistake
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
@@ -36,6 +47,7 @@ class Program:
         self._done: dict[str, object] = {}
         self._failed: set[str] = set()
         self._active: dict[str, Span] = {}
+        self._calls = 0
 
     def _demand(self, key: str, span: Span, compute: Callable[[], T]) -> T:
         """Return what ``compute`` gives for the declaration ``key`` at ``span``, computing it once."""
@@ -71,6 +83,10 @@ class Program:
     def check(self, node: ast.Expr, scope: Scope, expected: Type | None = None) -> ir.Expr:
         """Return ``node`` as a typed expression."""
         return expressions.check(node, scope, expected)
+
+    def draw(self, node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.Dist:
+        """Return the distribution that ``node`` writes."""
+        return distributions.check(node, scope, target, what)
 
     def type_of(self, node: ast.TypeExpr) -> Type:
         """Return the type that ``node`` writes."""
@@ -127,6 +143,15 @@ class Program:
     def function(self, item: ast.Function) -> ir.Function:
         """Return a function."""
         return self._demand(f"fn {item.name}", item.span, lambda: declarations.function(item, self))
+
+    def named_distribution(self, item: ast.Function) -> ir.Dist:
+        """Return the distribution that a function names, over its formals as locals."""
+        return self._demand(f"fn {item.name}", item.span, lambda: named_distributions.declared(item, self))
+
+    def number_call(self) -> int:
+        """Return a number that no call of a named distribution has had."""
+        self._calls += 1
+        return self._calls
 
     def follow_let(self, element: str, item: ast.Let, member: tuple[ir.Expr, ...], scope: Scope) -> ir.Expr:
         """Return the value of a let where ``scope`` evaluates."""

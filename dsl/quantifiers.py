@@ -12,7 +12,7 @@ from hypgen.dsl import ast, intervals, ir, operators
 from hypgen.dsl.builtins import QUANTIFIERS
 from hypgen.dsl.diagnostics import did_you_mean
 from hypgen.dsl.draws import misplaced_draw
-from hypgen.dsl.mistakes import gather, later, mistake
+from hypgen.dsl.mistakes import gather, mistake
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.type_expressions import require_finite
 from hypgen.dsl.typecheck import check_as, described, fit
@@ -62,8 +62,8 @@ def check(node: ast.Quantified, scope: Scope, expected: Type | None) -> ir.Expr:
 
 
 def _check_form(node: ast.Quantified) -> None:
-    if node.kind == "uniform":
-        raise misplaced_draw("uniform(..)", node.span)
+    if node.kind in ("uniform", "weighted"):
+        raise misplaced_draw(f"{node.kind}(..)", node.span)
     if node.kind not in QUANTIFIERS:
         if node.kind == "distance":
             raise mistake(
@@ -72,8 +72,6 @@ def _check_form(node: ast.Quantified) -> None:
                 node.span,
                 "declare const d: float[T, T] = distance(a in T, b in T where ..) and read d[a, b]",
             )
-        if node.kind == "weighted":
-            raise later(f"'{node.kind}'", node.span)
         remedy = did_you_mean(node.kind, QUANTIFIERS) or f"use one of {', '.join(sorted(QUANTIFIERS))}"
         raise mistake("E0204", f"'{node.kind}' cannot run over values", node.span, remedy)
     if node.kind == "count" and node.body is not None:

@@ -68,6 +68,10 @@ class Scope:
         """Return ``node`` as a typed expression; ``expected`` helps to resolve names but is not enforced."""
         return self.program.check(node, self, expected)
 
+    def draw(self, node: ast.Expr, target: Type | None, what: str) -> ir.Dist:
+        """Return the distribution that ``node`` writes, over ``target`` (None: over its own type)."""
+        return self.program.draw(node, self, target, what)
+
     def bind(self, name: str, value: ir.Expr, span: Span) -> Scope:
         """Return this scope with a local more, which must not shadow anything."""
         if name in self.locals:

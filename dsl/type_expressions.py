@@ -88,6 +88,19 @@ def require_length(indices: tuple[Type, ...], span: Span) -> None:
         )
 
 
+def scalar_type(node: ast.TypeExpr, program: Program) -> Type:
+    """Return a type that is not an array."""
+    found = program.type_of(node)
+    if isinstance(found, Array):
+        raise mistake(
+            "E0304",
+            "an array cannot stand here",
+            node.span,
+            "use one value; index it by a formal or a binder",
+        )
+    return found
+
+
 def require_finite(t: Type, span: Span, what: str, instead: str = "") -> None:
     """Raise unless ``t`` has finitely many values; ``instead`` is what else could stand there."""
     if not is_finite(t):

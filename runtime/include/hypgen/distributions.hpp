@@ -7,15 +7,12 @@
 #include <cstdint>
 
 #include "hypgen/config.hpp"
+#include "hypgen/continuous.hpp"
+#include "hypgen/counts.hpp"
 #include "hypgen/math.hpp"
+#include "hypgen/words.hpp"
 
 namespace hypgen::dist {
-
-/// The number of words there are.
-inline constexpr std::uint64_t kWords = std::uint64_t{1} << 32;
-
-/// The probability of `words` out of all words.
-HYPGEN_FN double share(std::uint64_t words) { return static_cast<double>(words) * (1.0 / 4294967296.0); }
 
 /// true with probability p.
 HYPGEN_FN bool bernoulli(std::uint32_t word, float p) { return word < math::threshold(p); }
@@ -28,6 +25,25 @@ HYPGEN_FN double bernoulli_density(bool value, float p) {
 /// One of 0 .. count - 1, each with the same probability.
 HYPGEN_FN std::int32_t uniform(std::uint32_t word, std::int32_t count) {
   return static_cast<std::int32_t>((std::uint64_t{word} * static_cast<std::uint64_t>(count)) >> 32);
+}
+
+/// One of low .. high, each with the same probability, or low if that lies above high; clamped into least ..
+/// most.
+HYPGEN_FN std::int32_t uniform_int(std::uint32_t word, std::int32_t low, std::int32_t high,
+                                   std::int32_t least, std::int32_t most) {
+  const std::int64_t count = high < low ? 1 : std::int64_t{high} - low + 1;
+  const auto position = (std::uint64_t{word} * static_cast<std::uint64_t>(count)) >> 32;
+  const std::int64_t drawn = low + static_cast<std::int64_t>(position);
+  return static_cast<std::int32_t>(drawn < least ? least : drawn > most ? most : drawn);
+}
+
+HYPGEN_FN double uniform_int_density(std::int32_t value, std::int32_t low, std::int32_t high,
+                                     std::int32_t least, std::int32_t most) {
+  const std::int64_t count = high < low ? 1 : std::int64_t{high} - low + 1;
+  const std::int64_t end = low + count - 1;
+  const std::int64_t from = value == least || value < low ? low : value;
+  const std::int64_t to = value == most || value > end ? end : value;
+  return from > to ? 0.0 : static_cast<double>(to - from + 1) / static_cast<double>(count);
 }
 
 /// 1 where `word` >= `bound`, else 0: by the borrow of a difference, as compilers branch on comparisons and
@@ -73,6 +89,56 @@ class Masses {
  private:
   std::uint64_t left_ = kWords;
   std::uint64_t words_ = 0;
+};
+
+/// Adds up the weights of a draw's candidates.
+class WeightSum {
+ public:
+  /// The next candidate: whether it can be drawn at all.
+  HYPGEN_FN bool add(float weight) {
+    if (!(weight > 0.0F)) return false;
+    sum_ = sum_ + static_cast<double>(weight);
+    return true;
+  }
+
+  HYPGEN_FN bool empty() const { return !(sum_ > 0.0); }
+
+  HYPGEN_FN double sum() const { return sum_; }
+
+  /// The number of words that candidates up to this one take of all those in `total`.
+  HYPGEN_FN std::uint64_t words_of_all(double total) const { return words_of(sum_ / total); }
+
+ private:
+  double sum_ = 0.0;
+};
+
+/// The words of one candidate among weighted ones.
+class WeightShare {
+ public:
+  HYPGEN_FN void add(float weight, bool is_value) {
+    const double before = sum_.sum();
+    if (!sum_.add(weight)) return;
+    last_ = is_value;
+    if (!is_value) return;
+    found_ = true;
+    before_ = before;
+    after_ = sum_.sum();
+  }
+
+  HYPGEN_FN bool empty() const { return sum_.empty(); }
+
+  HYPGEN_FN double density() const {
+    if (!found_) return 0.0;
+    const std::uint64_t end = last_ ? kWords : words_of(after_ / sum_.sum());
+    return share(end - words_of(before_ / sum_.sum()));
+  }
+
+ private:
+  WeightSum sum_;
+  double before_ = 0.0;
+  double after_ = 0.0;
+  bool found_ = false;
+  bool last_ = false;
 };
 
 }  // namespace hypgen::dist
