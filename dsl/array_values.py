@@ -74,7 +74,7 @@ def _literal(
 ) -> tuple[tuple[ir.Binder, ...], ir.Dist]:
     """Return the entries of a list: a table where all are constants, else a choice by the index."""
     leaves = list(_leaves(node, len(indices)))
-    gather([partial(_refuse_draw, leaf, name) for leaf in leaves])
+    gather([partial(_refuse_draw, leaf, scope, name) for leaf in leaves])
     binders = _binders(indices, scope)
     places = tuple(ir.Local(b.type, b.name) for b in binders)
     constant = replace(scope, owner=None, evaluate=True, constant=True)
@@ -100,8 +100,8 @@ def _leaves(node: ast.Expr, depth: int) -> Iterator[ast.Expr]:
             yield from _leaves(item, depth - 1)
 
 
-def _refuse_draw(node: ast.Expr, name: str) -> None:
-    if is_draw(node):
+def _refuse_draw(node: ast.Expr, scope: Scope, name: str) -> None:
+    if is_draw(node, scope):
         raise mistake(
             "E0706",
             f"this entry of '{name}' is a draw, and a list has values",
