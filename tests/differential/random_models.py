@@ -182,7 +182,7 @@ class Maker:
         if kind == "if":
             return ir.If(FLOAT, self.truth(depth - 1), a, self.number(depth - 1))
         if kind == "clamp":
-            return ir.Clamp(FLOAT, a, -1.5, 2.0)
+            return self.random.choice([ir.Clamp, ir.Checked])(FLOAT, a, -1.5, 2.0)
         if kind == "sum":
             return self.quantified("sum", depth, of_floats=True)
         return ir.Binary(FLOAT, "pow", a, ir.ToFloat(FLOAT, self.leaf(SMALL)))
@@ -230,9 +230,10 @@ class Maker:
         return ir.Const(PROB, self.random.choice([0.125, 0.25, 0.30000001192092896, 0.5]))
 
     def dist(self, t: Type, depth: int) -> ir.Dist:
-        """Return a distribution over a finite type."""
+        """Return a distribution over a finite type, or over floats."""
         nested = ("if", "let") if depth > 0 else ()
-        kind = self.pick("certain", "uniform", "noisy", "table", "rest", "set", *nested)
+        finite = () if isinstance(t, Float) else ("uniform", "noisy")
+        kind = self.pick("certain", *finite, "table", "rest", "set", *nested)
         if kind == "certain":
             return ir.Certain(t, self.of(t, depth))
         if kind == "uniform":
@@ -250,7 +251,7 @@ class Maker:
             binder = ir.Binder(self.bind(SMALL), SMALL)
             condition, value = self.truth(depth), self.of(t, depth)
             self.locals.pop()
-            otherwise = ir.Uniform(t) if self.random.random() < 0.5 else None
+            otherwise = ir.Uniform(t) if finite and self.random.random() < 0.5 else None
             return ir.UniformSet(t, (binder,), condition, value, otherwise)
         if kind == "if":
             return ir.IfDist(t, self.truth(depth), self.dist(t, depth - 1), self.dist(t, depth - 1))
@@ -275,7 +276,8 @@ class _Shape:
     spots = _variable("spots", INDEX, visible=True, array=True)
     place = _variable("place", POS, visible=False)
     first = (level, flags, mode)
-    second = (spots, place)
+    speeds = _variable("speeds", FLOAT, visible=False, array=True)
+    second = (spots, place, speeds)
     variables = (secret, *first, *second)
 
 
@@ -359,7 +361,9 @@ def model(seed: int, depth: int = 3) -> ir.Model:
 def start(v: ir.Variable) -> ir.Assign:
     """Return an init that reaches every value."""
     binders = tuple(ir.Binder("i", t) for t in v.indices)
-    dist = ir.Bernoulli(BOOL, const(0.5)) if v.type == BOOL else ir.Uniform(v.type)
+    dist: ir.Dist = ir.Bernoulli(BOOL, const(0.5)) if v.type == BOOL else ir.Uniform(v.type)
+    if isinstance(v.type, Float):
+        dist = ir.Table(FLOAT, ((const(-1.5), const(0.25)), (const(0.75), const(0.5))), const(2.0))
     return ir.Assign(v.name, binders, dist, ir.Site(f"init:{v.name}"), span(2))
 
 
