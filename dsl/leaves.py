@@ -78,9 +78,16 @@ class _Flattener:
                     replace(item, name=_joined(name, path), rhs=self._rhs(rhs, shape, path, names))
                     for path, _ in self.shapes.leaves(shape.record)
                 ]
-            case ast.Let(name=name) if names.element is not None and (
-                shape := self.shapes.of(ast.Name(item.span, name), names)
-            ):
+            case ast.Policy(members=members):
+                for let in members:
+                    if isinstance(let, ast.Let):
+                        names = self.shapes.bound(let.name, self.shapes.of_let(let, names), names)
+                own = gather([partial(self.item, m, names) for m in members])
+                rhs = replace(item.rhs, expr=self.scalar(item.rhs.expr, names))
+                kinds = ast.Memory | ast.Let | ast.Update
+                kept = tuple(m for part in own for m in part if isinstance(m, kinds))
+                return [replace(item, rhs=rhs, members=kept)]
+            case ast.Let(name=name) if shape := self.shapes.of(ast.Name(item.span, name), names):
                 return [
                     replace(
                         item,

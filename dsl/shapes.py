@@ -151,6 +151,10 @@ class Shapes:
         item = self._globals.get(name)
         return item if isinstance(item, ast.Function) else None
 
+    def of_let(self, item: ast.Let, names: Names) -> Shape | None:
+        """Return the shape of a let that is declared where ``names`` hold."""
+        return self.of(item.rhs.expr, names) if item.type is None else self.of_type(item.type)
+
     def variable(self, element: str, name: str) -> Shape | None:
         """Return the shape of an element's variable."""
         item = self._members.get(element, {}).get(name)
@@ -191,8 +195,5 @@ class Shapes:
         key = (element, name)
         if key not in self._lets:
             self._lets[key] = None  # what a let that reads itself has; that is reported elsewhere
-            if item.type is not None:
-                self._lets[key] = self.of_type(item.type)
-            else:
-                self._lets[key] = self.of(item.rhs.expr, Names(element))
+            self._lets[key] = self.of_let(item, Names(element))
         return self._lets[key]
