@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hypgen.dsl.format_layout import INDENT, Line
+from hypgen.dsl.format_layout import INDENT
+from hypgen.dsl.format_lines import Line
 from hypgen.dsl.format_tokens import CLAUSES, CLOSERS, Piece
 
 WIDTH = 100

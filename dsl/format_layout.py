@@ -6,72 +6,14 @@ author has aligned with a token of a line above (``else`` under ``then``, one ``
 
 from __future__ import annotations
 
-import re
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass, field
 
+from hypgen.dsl.format_alignment import Alignment, Edge, Groups
+from hypgen.dsl.format_lines import Line
 from hypgen.dsl.format_tokens import CLOSERS, INFIX, OPENERS, Piece
 
 INDENT = 2
-_TAB = 8
 _ROUNDS = 100
-_SAME_COLUMN = 8  # signs further apart than this were not meant to be aligned
-
-
-@dataclass
-class Line:
-    """A line: the tokens ``first .. last - 1``, their columns, and a comment behind them or alone."""
-
-    first: int
-    last: int
-    columns: list[int] = field(default_factory=list)
-    comment: str = ""
-    comment_column: int = 0
-    blank_before: bool = False
-
-    @property
-    def tokens(self) -> range:
-        """Return the indexes of the line's tokens."""
-        return range(self.first, self.last)
-
-
-def read_lines(text: str, pieces: list[Piece]) -> list[Line]:
-    """Return the lines of a text as the author has them, runs of blank ones noted on the line after."""
-    lines: list[Line] = []
-    number, offset, blank = 0, 0, False
-    for content in text.split("\n"):
-        first, end = number, offset
-        columns = []
-        while number < len(pieces) and pieces[number].start < offset + len(content):
-            columns.append(_width(content[: pieces[number].start - offset]))
-            end = pieces[number].end
-            number += 1
-        comment = re.match(r"\s*(#.*?)?\s*$", content[end - offset :])
-        assert comment is not None
-        at = _width(content[: end - offset + comment.start(1)]) if comment[1] else 0
-        if columns or comment[1]:
-            lines.append(Line(first, number, columns, comment[1] or "", at, blank and bool(lines)))
-        blank = not columns and not comment[1]
-        offset += len(content) + 1
-    return lines
-
-
-def _width(text: str) -> int:
-    return len(text.expandtabs(_TAB))
-
-
-def write_lines(lines: list[Line], pieces: list[Piece]) -> str:
-    """Return the text of placed lines."""
-    result = []
-    for line in lines:
-        text = ""
-        for number, column in zip(line.tokens, line.columns, strict=True):
-            text = text.ljust(column) + pieces[number].text
-        if line.comment:
-            text = text.ljust(line.comment_column) + line.comment
-        result.append("\n" * line.blank_before + text + "\n")
-    return "".join(result)
 
 
 def place(lines: list[Line], pieces: list[Piece]) -> list[Line]:
@@ -86,17 +28,17 @@ class _Placement:
         self.code = [line for line in lines if line.columns]
         self.line_of = {number: at for at, line in enumerate(self.code) for number in line.tokens}
         self.source = [column for line in self.code for column in line.columns]
-        self.apart = self._paragraphs()
         self.out = list(self.source)
 
     def result(self) -> list[Line]:
-        groups = self._groups()
-        floors: dict[int, int] = {}
+        groups = Alignment(self.code, self.pieces, self._paragraphs()).groups()
+        floors: dict[Edge, int] = {}
         for _ in range(_ROUNDS):
             self._put(groups, floors)
-            reached: dict[int, int] = {}
-            for number, group in groups.items():
-                reached[group] = max(reached.get(group, 0), self.out[number])
+            reached: dict[Edge, int] = {}
+            for number, edges in groups.items():
+                for group, offset in edges:
+                    reached[group] = max(reached.get(group, 0), self.out[number] + offset)
             if reached == floors:
                 break
             floors = reached
@@ -115,14 +57,14 @@ class _Placement:
 
     # Columns ---------------------------------------------------------------------------------------
 
-    def _put(self, groups: dict[int, int], floors: dict[int, int]) -> None:
-        """Place all tokens, those of a group no further left than its floor."""
+    def _put(self, groups: Groups, floors: dict[Edge, int]) -> None:
+        """Place all tokens, the edges of a group no further left than its floor."""
         for line in self.code:
             self.out[line.first] = self._indent(line.first)
             for number in line.tokens[1:]:
                 column = self._end(number - 1) + self.pieces[number].gap
-                if number in groups:
-                    column = max(column, floors.get(groups[number], 0))
+                for group, offset in groups.get(number, ()):
+                    column = max(column, floors.get(group, 0) - offset)
                 self.out[number] = column
 
     def _end(self, number: int) -> int:
@@ -185,89 +127,6 @@ class _Placement:
                 return number
         return None
 
-    # Alignment --------------------------------------------------------------------------------------
-
-    def _groups(self) -> dict[int, int]:
-        """Return the group of every token that is aligned with one of another line."""
-        columns = list(self.source)
-        siblings = list(self._siblings())
-        self._mend_signs(columns, siblings)
-        root: dict[int, int] = {}
-
-        def find(number: int) -> int:
-            while root.setdefault(number, number) != number:
-                number = root[number]
-            return number
-
-        neighbours = [(a, a + 1) for a in range(len(self.code) - 1) if self.apart[a] == self.apart[a + 1]]
-        first_lines = [(self.line_of[a], self.line_of[b]) for run in siblings for a, b in _pairs(run)]
-        for a, b in {*neighbours, *first_lines}:
-            for one, other in self._aligned(self.code[a], self.code[b], columns):
-                root[find(one)] = find(other)
-        return {number: find(number) for number in list(root)}
-
-    def _aligned(self, above: Line, below: Line, columns: list[int]) -> Iterator[tuple[int, int]]:
-        """Yield the tokens of two lines that stand in one column, where it took more than the usual space."""
-        places = {columns[number]: number for number in above.tokens[1:]}
-        for other in below.tokens[1:]:
-            one = places.get(columns[other])
-            if one is None or self.pieces[one].role != self.pieces[other].role:
-                continue
-            if (
-                self.pieces[one].gap
-                and self.pieces[other].gap
-                and (self._wide(one, columns) or self._wide(other, columns))
-            ):
-                yield one, other
-
-    def _wide(self, number: int, columns: list[int]) -> bool:
-        gap = columns[number] - columns[number - 1] - len(self.pieces[number - 1].text)
-        return gap > self.pieces[number].gap
-
-    def _siblings(self) -> Iterator[list[int]]:
-        """Yield the runs of like statements, each on lines of its own and with no blank line between."""
-        runs: dict[int, list[int]] = {}
-        for line in self.code:
-            piece = self.pieces[line.first]
-            if not piece.kind:
-                continue
-            run = runs.setdefault(piece.opener, [])
-            if run and (
-                self.pieces[run[-1]].kind != piece.kind
-                or self.apart[self.line_of[run[-1]]] != self.apart[self.line_of[line.first]]
-            ):
-                yield run
-                run = runs[piece.opener] = []
-            run.append(line.first)
-        yield from runs.values()
-
-    def _mend_signs(self, columns: list[int], siblings: list[list[int]]) -> None:
-        """Where a run has its signs aligned but for a few, count these as aligned too."""
-        for run in siblings:
-            signs = [sign for sign in map(self._sign, run) if sign is not None]
-            agreed = {
-                columns[a]
-                for a, b in _pairs(signs)
-                if columns[a] == columns[b] and (self._wide(a, columns) or self._wide(b, columns))
-            }
-            if len(agreed) != 1:
-                continue
-            column = agreed.pop()
-            members = [sign for sign in signs if abs(columns[sign] - column) <= _SAME_COLUMN]
-            column = max(columns[sign] for sign in members)
-            for sign in members:
-                shift = column - columns[sign]
-                for number in range(sign, self.code[self.line_of[sign]].last):
-                    columns[number] += shift
-
-    def _sign(self, statement: int) -> int | None:
-        """Return the statement's ``=``, ``~`` or ``=>`` (an enum's brace) if it stands on the first line."""
-        wanted = "{" if self.pieces[statement].kind == "enum" else "sign"
-        for number in range(statement, self.code[self.line_of[statement]].last):
-            if self.pieces[number].role == wanted and self.pieces[number].statement == statement:
-                return number
-        return None
-
     # Comments ---------------------------------------------------------------------------------------
 
     def _with_comments(self) -> list[Line]:
@@ -321,7 +180,3 @@ class _Placement:
 
     def _has_both(self, at: int) -> bool:
         return bool(self.lines[at].columns and self.lines[at].comment)
-
-
-def _pairs(run: list[int]) -> Iterator[tuple[int, int]]:
-    return zip(run, run[1:], strict=False)

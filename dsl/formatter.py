@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from hypgen.dsl.format_breaks import break_long_lines
-from hypgen.dsl.format_layout import place, read_lines, write_lines
+from hypgen.dsl.format_layout import place
+from hypgen.dsl.format_lines import read_lines, write_lines
 from hypgen.dsl.format_tokens import annotate
 from hypgen.dsl.source import Source
 

@@ -102,6 +102,25 @@ def test_what_is_aligned_stays_aligned_and_mends() -> None:
     )
 
 
+def test_numbers_of_a_table_may_be_aligned_at_their_ends() -> None:
+    check(
+        """\
+        const a: int[X, Y] = [
+            [ 1,-20,  3],
+            [10,  2, 33],
+            [ 1, 2, 3]
+        ]
+        """,
+        """\
+        const a: int[X, Y] = [
+          [ 1, -20,  3],
+          [10,   2, 33],
+          [ 1, 2, 3]
+        ]
+        """,
+    )
+
+
 def test_continued_lines_keep_their_place() -> None:
     check(
         """\
