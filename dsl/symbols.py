@@ -119,13 +119,13 @@ def collect(file: ast.ModelFile, report: Report) -> Symbols:
                 report.attempt(partial(_declare_variants, symbols, item))
             case ast.Observe(name=name):
                 report.attempt(partial(_declare_observation, symbols, item, name))
-            case ast.Policy(members=members):
-                for part in members:
-                    report.attempt(partial(_declare_policy_member, symbols, part))
     for element in declarations:
         if isinstance(element, ast.Element) and symbols.globals.get(element.name) is element:
             for member in element.members:
                 report.attempt(partial(_declare_member, symbols, element, member))
+    for item in file.items:
+        for part in item.members if isinstance(item, ast.Policy) else ():
+            report.attempt(partial(_declare_policy_member, symbols, part))
     return symbols
 
 
@@ -177,8 +177,9 @@ def _declare_observation(symbols: Symbols, item: ast.Observe, name: str) -> None
 def _declare_policy_member(symbols: Symbols, member: ast.Item) -> None:
     if not isinstance(member, PolicyMember):
         return
-    if member.name in symbols.policy:
-        raise duplicate(member.name, member.span, symbols.policy[member.name].span)
+    first = symbols.policy.get(member.name) or symbols.observations.get(member.name)
+    if first is not None:
+        raise duplicate(member.name, member.span, first.span)
     symbols.refuse_shadow(member.name, None, member.span)
     symbols.policy[member.name] = member
     if member.name == "default":

@@ -132,3 +132,17 @@ def test_a_folder_of_someone_elses_is_left_alone(project: Path) -> None:
     done = hypgen("compile", TIGER, "-o", str(project))
     assert done.returncode == 2 and "was not written by hypgen" in done.stderr
     assert [p.name for p in project.iterdir()] == ["thesis.tex"]
+
+
+def test_a_policy_that_remembers_makes_better_rollouts(tmp_path: Path) -> None:
+    values = {}
+    for name in ("tiger", "tiger_memory"):
+        lines = tmp_path / f"{name}.jsonl"
+        model = str(ROOT / "examples" / f"{name}.pomdp")
+        options = ("--mode", "rollout", "--runs", "1", "--steps", "1", "--trials", "2", "--scenarios", "500")
+        done = hypgen("run", model, *options, "--json", str(lines))
+        assert done.returncode == 0, done.stderr
+        (step,) = [row for row in map(json.loads, lines.read_text().splitlines()) if row["type"] == "step"]
+        values[name] = step["lower"]
+    assert values["tiger"] < -19, "listening for ever"
+    assert values["tiger_memory"] > 10
