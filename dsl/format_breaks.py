@@ -110,6 +110,9 @@ def _column(line: Line, at: int, pieces: list[Piece]) -> int:
     opener = pieces[at].opener
     if pieces[at].kind and opener < 0:
         return 0
+    then = _then(line, at, pieces)
+    if then is not None and then + _rest(line, at, pieces) <= WIDTH:
+        return then
     if opener >= line.first and opener != at - 1:
         inside = line.columns[opener + 1 - line.first]
         if inside + _rest(line, at, pieces) <= WIDTH:
@@ -117,6 +120,17 @@ def _column(line: Line, at: int, pieces: list[Piece]) -> int:
     if opener < line.first and (pieces[at].kind or not pieces[line.first].kind):
         return line.columns[0]
     return line.columns[0] + (INDENT if pieces[at - 1].role == "sign" else 2 * INDENT)
+
+
+def _then(line: Line, at: int, pieces: list[Piece]) -> int | None:
+    """Return the column of the ``then`` on the line that an ``else`` belongs to."""
+    nested = 0
+    for number in range(at, line.first, -1):
+        if pieces[number].opener == pieces[at].opener and pieces[number].text in ("then", "else"):
+            nested += 1 if pieces[number].text == "else" else -1
+            if nested <= 0:
+                return line.columns[number - line.first] if number < at else None
+    return None
 
 
 def _rest(line: Line, at: int, pieces: list[Piece]) -> int:

@@ -153,6 +153,11 @@ def test_continued_lines_keep_their_place() -> None:
 def test_long_lines_are_broken() -> None:
     term = "sum(r in Rock where rock[r].good: value_of_a_rock(r))"
     check(f"reward a = {term} + {term}\n", f"reward a = {term}\n    + {term}\n")
+    long = "value_of_what_is_expected_here(a, b)"
+    check(
+        f"reward a = if a then {long} else if b then {long} else 0\n",
+        f"reward a = if a then {long}\n                else if b then {long} else 0\n",
+    )
     check(
         "discount 0.5 element e { hidden " + "x" * 80 + ": bool init x = true }\n",
         "discount 0.5\nelement e {\n  hidden " + "x" * 80 + ": bool\n  init x = true\n}\n",
