@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hypgen.cli.common import EXIT_CODES, Exit, model_options
+from hypgen.cli.common import EXIT_CODES, Exit, model_options, show_diagnostics
 
 if TYPE_CHECKING:
     from hypgen.dsl import ir
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 @click.command(epilog=EXIT_CODES)
 @model_options
+@click.option("--strict", is_flag=True, help="End with 1 if there are warnings.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result, mistakes included, as JSON.")
 @click.option(
     "--samples",
@@ -34,6 +35,7 @@ def command(
     as_json: bool,
     samples: int | None,
     seed: int,
+    strict: bool,
 ) -> int:
     """Check MODEL and print one line about it, or every mistake that is found.
 
@@ -63,16 +65,22 @@ def command(
         fine = {"ok": True, "diagnostics": [], "library": name}
         click.echo(json.dumps(fine, indent=2) if as_json else f"{model}: OK: library {name}")
         return Exit.OK
-    facts = summary(checked.model)
+    facts, warned = summary(checked.model), len(checked.warnings)
+    if not as_json:
+        show_diagnostics(checked.warnings, checked.sources)
     if samples is not None:
         from hypgen.cli import sampling
 
-        return sampling.run(checked, samples, seed, facts if as_json else None)
+        return sampling.run(checked, samples, seed, facts if as_json else None, strict)
     if as_json:
-        click.echo(json.dumps({"ok": True, "diagnostics": [], **facts}, indent=2))
+        from hypgen.dsl.snippet import to_json
+
+        shown = [to_json(w) for w in checked.warnings]
+        click.echo(json.dumps({"ok": True, "diagnostics": shown, **facts}, indent=2))
     else:
-        click.echo(f"{model}: OK: {describe(facts)}")
-    return Exit.OK
+        counted = f"; {warned} warning{'' if warned == 1 else 's'}" if warned else ""
+        click.echo(f"{model}: OK: {describe(facts)}{counted}")
+    return Exit.DIFFERENT if strict and warned else Exit.OK
 
 
 def summary(model: ir.Model) -> dict[str, Any]:

@@ -5,15 +5,16 @@ from __future__ import annotations
 import enum
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 if TYPE_CHECKING:
-    from hypgen.dsl.diagnostics import ModelError
+    from hypgen.dsl.diagnostics import Diagnostic, ModelError
     from hypgen.dsl.driver import Loaded
+    from hypgen.dsl.source import Source
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -22,7 +23,7 @@ class Exit(enum.IntEnum):
     """How a command ends; ``run`` gives the solver's own code where the solver was started."""
 
     OK = 0
-    DIFFERENT = 1  # `fmt --check` found something to do
+    DIFFERENT = 1  # `fmt --check` found something to do, `check --strict` a warning
     MISTAKE = 2  # the model, an option or the machine: the user can do something about it
     BUG = 70  # hypgen's own (sysexits' EX_SOFTWARE)
     INTERRUPTED = 130
@@ -67,11 +68,25 @@ def say(text: str) -> None:
     click.echo(text, err=True)
 
 
+def say_warnings(loaded: Loaded) -> None:
+    """Print a model's warnings, a line each."""
+    if loaded.warnings:
+        from hypgen.dsl.snippet import render_line
+
+        for warning in loaded.warnings:
+            say(render_line(warning))
+
+
 def show_model_error(error: ModelError) -> None:
-    """Print every diagnostic of a model to standard error, coloured where a person reads it."""
+    """Print every diagnostic of a model to standard error."""
+    show_diagnostics(error.diagnostics, error.sources)
+
+
+def show_diagnostics(diagnostics: Sequence[Diagnostic], sources: Mapping[str, Source]) -> None:
+    """Print diagnostics to standard error, coloured where a person reads it."""
     from hypgen.dsl.snippet import render_all
 
-    text = render_all(error.diagnostics, error.sources)
+    text = render_all(diagnostics, sources)
     if not sys.stderr.isatty() or os.environ.get("NO_COLOR"):
         click.echo(text, err=True, nl=False)
         return
@@ -80,6 +95,7 @@ def show_model_error(error: ModelError) -> None:
 
     styled = Text(text)
     styled.highlight_regex(r"(?m)^error\[\w+\]:.*$", "bold red")
+    styled.highlight_regex(r"(?m)^warning\[\w+\]:.*$", "bold yellow")
     styled.highlight_regex(r"(?m)^help:", "bold cyan")
     styled.highlight_regex(r"\^+", "bold red")
     Console(stderr=True, highlight=False).print(styled, end="", soft_wrap=True)

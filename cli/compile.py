@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hypgen.cli.common import EXIT_CODES, Exit, load, model_options, say
+from hypgen.cli.common import EXIT_CODES, Exit, load, model_options, say, say_warnings
 
 if TYPE_CHECKING:
     from hypgen.dsl.driver import Loaded
@@ -54,6 +54,7 @@ def command(
     if output is not None:
         check_target(output)
     loaded = load(model, instance, settings)
+    say_warnings(loaded)
     files = driver.generate(loaded.model)
     if emit_only and output is not None:
         export(files, output)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.common import EXIT_CODES, load, model_options
+from hypgen.cli.common import EXIT_CODES, load, model_options, say_warnings
 
 
 @click.command(epilog=EXIT_CODES, context_settings={"ignore_unknown_options": True})
@@ -40,6 +40,7 @@ def command(
     if str(model).startswith("-"):
         raise click.UsageError(f"The model comes first, before the solver's options (found '{model}').")
     loaded = load(model, instance, settings)
+    say_warnings(loaded)
     solver = build(loaded, driver.generate(loaded.model), model, instance, force)
     sys.stdout.flush()
     sys.stderr.flush()

@@ -13,13 +13,14 @@ import click
 from hypgen.cli.common import Exit, say
 from hypgen.dsl.interpreter_check import Progress, Walk
 from hypgen.dsl.interpreter_laws import check_densities, check_returns
+from hypgen.dsl.snippet import to_json
 
 if TYPE_CHECKING:
     from hypgen.dsl.driver import Loaded
 
 
-def run(loaded: Loaded, samples: int, seed: int, facts: dict[str, Any] | None) -> int:
-    """Check a model by sampling; print findings, or with ``facts`` everything as JSON."""
+def run(loaded: Loaded, samples: int, seed: int, facts: dict[str, Any] | None, strict: bool) -> int:
+    """Check a model by sampling; print findings, or with ``facts`` everything, warnings too, as JSON."""
     missing = [p.name for p in loaded.model.params if p.default is None]
     if missing:
         name = missing[0]
@@ -42,7 +43,7 @@ def run(loaded: Loaded, samples: int, seed: int, facts: dict[str, Any] | None) -
             "seed": seed,
             "interrupted": interrupted,
         }
-        found = [f.to_json() for f in findings]
+        found = [*map(to_json, loaded.warnings), *(f.to_json() for f in findings)]
         click.echo(json.dumps({"ok": not wrong, "diagnostics": found, **facts, "samples": sampled}, indent=2))
     else:
         for finding in findings:
@@ -56,6 +57,8 @@ def run(loaded: Loaded, samples: int, seed: int, facts: dict[str, Any] | None) -
     if interrupted:
         say("interrupted")
         return Exit.INTERRUPTED
+    if strict and not wrong and (findings or loaded.warnings):
+        return Exit.DIFFERENT
     return Exit.MISTAKE if wrong else Exit.OK
 
 

@@ -413,6 +413,13 @@ class Bound(Item):
 
 
 @dataclass(frozen=True)
+class Invariant(Item):
+    """``invariant e``, of the model or of an element's members."""
+
+    condition: Expr
+
+
+@dataclass(frozen=True)
 class Assignment(Node):
     """``name = e`` of an instance file."""
 

@@ -13,6 +13,7 @@ from hypgen.dsl.source import Source, Span
 class Diagnostic:
     """One mistake in a model: a stable ``code`` (``E0101``), its span, a message and a remedy.
 
+    A ``code`` with a W (``W01``) is a warning: something that is allowed and yet doubtful.
     ``notes`` are further places that belong to the mistake, each with its own text. A diagnostic
     without a span (an unreadable file) names the file in its message.
     """
@@ -22,6 +23,11 @@ class Diagnostic:
     span: Span | None
     remedy: str
     notes: tuple[tuple[Span, str], ...] = field(default=())
+
+    @property
+    def severity(self) -> str:
+        """Return ``error`` or ``warning``."""
+        return "warning" if self.code.startswith("W") else "error"
 
 
 class ModelError(Exception):

@@ -26,6 +26,7 @@ class Loaded:
     model: ir.Model
     ast: ast.ModelFile
     sources: dict[str, Source]
+    warnings: tuple[Diagnostic, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -65,8 +66,9 @@ def load_any(
         from hypgen.dsl import lower
 
         if isinstance(complete, ast.ModelFile):
-            model = lower.lower(complete, overrides, sources[file.span.file], imported)
-            return Loaded(model, complete, sources)
+            warned: list[Diagnostic] = []
+            model = lower.lower(complete, overrides, sources[file.span.file], imported, warned)
+            return Loaded(model, complete, sources, tuple(warned))
         if overrides or instance is not None:
             raise _not_a_model(complete)
         lower.check_library(complete)

@@ -128,7 +128,11 @@ def _comparison(node: ast.Binary, scope: Scope) -> ir.Expr:
     op = _COMPARISONS[node.op]
     if operators.is_numeric(left.type) and operators.is_numeric(right.type):
         require_same([(left, node.left.span), (right, node.right.span)], "compare")
-        return operators.compare(op, *operators.promote(left, right))
+        compared = operators.compare(op, *operators.promote(left, right))
+        floats = isinstance(left.type, Float) or isinstance(right.type, Float)
+        if floats and op in ("eq", "ne") and scope.owner is not None and not isinstance(compared, ir.Const):
+            scope.program.float_equalities.setdefault(scope.owner, {})[node.span] = None
+        return compared
     if left.type != right.type:
         raise mistake(
             "E0301",

@@ -96,6 +96,7 @@ __all__ = [
     "FieldRead",
     "If",
     "IfDist",
+    "Invariant",
     "IsVariant",
     "LastAction",
     "LastObservation",
@@ -270,6 +271,17 @@ class Reward:
     element: str | None
     binder: Binder | None
     value: Expr
+    span: Span
+
+
+@dataclass(frozen=True)
+class Invariant:
+    """What holds in every state, for each value of ``binder``; solvers do not evaluate it."""
+
+    name: str
+    element: str | None
+    binder: Binder | None
+    condition: Expr
     span: Span
 
 
@@ -462,6 +474,7 @@ class Model:
     success: Expr | None
     key: tuple[KeyField, ...]
     history: History = History()
+    invariants: tuple[Invariant, ...] = ()
     factors: tuple[Factor, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
     spans: dict[str, Span] = field(default_factory=dict, compare=False)

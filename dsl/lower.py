@@ -10,7 +10,8 @@ from dataclasses import replace
 from functools import partial
 from pathlib import PurePath
 
-from hypgen.dsl import analysis, ast, bounds, init_order, ir, members, operators, policies, settings
+from hypgen.dsl import analysis, ast, bounds, init_order, ir, members, operators, policies, settings, warnings
+from hypgen.dsl.diagnostics import Diagnostic
 from hypgen.dsl.factors import factorise
 from hypgen.dsl.leaves import flatten
 from hypgen.dsl.mistakes import Report, mistake
@@ -26,12 +27,17 @@ _ZERO = operators.real(0.0)
 
 
 def lower(
-    file: ast.ModelFile, overrides: Mapping[str, ast.Expr], source: Source, imported: Sequence[Source] = ()
+    file: ast.ModelFile,
+    overrides: Mapping[str, ast.Expr],
+    source: Source,
+    imported: Sequence[Source] = (),
+    warned: list[Diagnostic] | None = None,
 ) -> ir.Model:
     """Return the checked model; raises ``ModelError`` with every independent mistake.
 
-    ``imported`` are the texts of the libraries whose items ``file`` has taken in.
+    ``imported`` are the texts of the libraries whose items ``file`` has taken in. Warnings go to ``warned``.
     """
+    written = file
     with _deep_recursion():
         report = Report()
         file, overrides = flatten(file, overrides, report)
@@ -41,6 +47,8 @@ def lower(
         model = _model(program, (source, *imported))
         report.raise_if_any()
         assert model is not None
+        if warned is not None:
+            warned += warnings.warnings(written, model, program)
         return model
 
 
@@ -48,7 +56,8 @@ def check_library(file: ast.LibraryFile) -> None:
     """Check a library by itself; raises ``ModelError`` with every independent mistake."""
     with _deep_recursion():
         report = Report()
-        alone = ast.ModelFile(file.span, file.name, file.items)
+        alone, _ = flatten(ast.ModelFile(file.span, file.name, file.items), {}, report)
+        report.raise_if_any()
         _Declared(Program(alone, {}, collect(alone, report), report))
         report.raise_if_any()
 
@@ -81,7 +90,9 @@ def _model(program: Program, sources: Sequence[Source]) -> ir.Model | None:
     history = policies.history(program, observations)
 
     variables = {v.name: v for v in declared.variables}
-    check_reads(program, variables, _readers(program, inits, found_bounds))
+    invariants = members.invariants(program)
+    warnings.check_float_equalities(program)
+    check_reads(program, variables, _readers(program, inits, found_bounds, invariants))
     updates = analysis.stage_updates(updates, program.uses, report)
     inits = init_order.order_inits(inits, variables, declared.definitions(), program.uses, report)
     sites = [(a.site, a.span) for a in (*inits, *updates)]
@@ -125,6 +136,7 @@ def _model(program: Program, sources: Sequence[Source]) -> ir.Model | None:
         success=conditions["success"],
         key=key,
         history=history,
+        invariants=tuple(invariants),
         spans=_spans(program.file),
     )
     for name in ("upper", "tail"):
@@ -201,13 +213,19 @@ def _action(program: Program) -> ir.Action:
     return program.action(items[0])
 
 
-def _readers(program: Program, inits: list[ir.Assign], found_bounds: Mapping[str, ir.Expr]) -> list[str]:
+def _readers(
+    program: Program,
+    inits: list[ir.Assign],
+    found_bounds: Mapping[str, ir.Expr],
+    invariants: list[ir.Invariant],
+) -> list[str]:
     """Return the declarations that may not read everything."""
     return [
         *(f"init {i.variable}" for i in inits),
         "legal when",
         *policies.readers(program),
         *(f"bound {name}" for name in found_bounds),
+        *(f"invariant {i.name}" for i in invariants),
     ]
 
 

@@ -182,6 +182,31 @@ def _reward(owner: ast.Element | None, item: ast.Reward, name: str, program: Pro
     return ir.Reward(name, element, binder, value, item.span)
 
 
+def invariants(program: Program) -> list[ir.Invariant]:
+    """Return all invariants, named by their element and number."""
+    found = []
+    for number, (owner, item) in enumerate(_owned(program, ast.Invariant), 1):
+        assert isinstance(item, ast.Invariant)
+        name = f"{number}" if owner is None else f"{owner.name}.{number}"
+        found.append(program.report.attempt(partial(_invariant, owner, item, name, program)))
+    return [i for i in found if i is not None]
+
+
+def _invariant(owner: ast.Element | None, item: ast.Invariant, name: str, program: Program) -> ir.Invariant:
+    element = None if owner is None else owner.name
+    scope = element_scope(program, element, f"invariant {name}")
+    value = check_as(item.condition, scope, BOOL, "an invariant")
+    if operators.is_false(value):
+        raise mistake(
+            "E0811",
+            "this invariant never holds",
+            item.condition.span,
+            "state what is true of every state, such as total == n",
+        )
+    binder = None if element is None else program.element(element).binder
+    return ir.Invariant(name, element, binder, value, item.span)
+
+
 def condition(program: Program, kind: str) -> ir.Expr | None:
     """Return what the ``kind when`` lines say together: for ``legal`` all, for others any; None without."""
     items = [i for i in program.file.items if isinstance(i, ast.Condition) and i.kind == kind]

@@ -43,6 +43,7 @@ class Program:
         self.symbols = symbols
         self.report = report
         self.uses = Uses()
+        self.float_equalities: dict[str, dict[Span, None]] = {}  # where each declaration has them
         self.literals: list[ir.ConstantArray] = []  # of definitions whose entries are listed
         self._done: dict[str, object] = {}
         self._failed: set[str] = set()

@@ -17,7 +17,7 @@ _ELLIPSIS = "..."
 
 def render(diagnostic: Diagnostic, sources: Mapping[str, Source]) -> str:
     """Return a diagnostic as text: message, place, excerpt with carets, notes and remedy."""
-    lines = [f"error[{diagnostic.code}]: {diagnostic.message}"]
+    lines = [f"{diagnostic.severity}[{diagnostic.code}]: {diagnostic.message}"]
     spans = [s for s in (diagnostic.span, *(span for span, _ in diagnostic.notes)) if s is not None]
     gutter = max((len(str(s.line)) for s in spans), default=1)
     if diagnostic.span is not None:
@@ -37,9 +37,17 @@ def render_all(diagnostics: Iterable[Diagnostic], sources: Mapping[str, Source])
     return "\n".join(shown)
 
 
+def render_line(diagnostic: Diagnostic) -> str:
+    """Return a diagnostic as one line: place, code and message."""
+    span = diagnostic.span
+    place = "" if span is None else f"{span.file}:{span.line}:{span.column}: "
+    return f"{place}{diagnostic.severity}[{diagnostic.code}]: {diagnostic.message}"
+
+
 def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
     """Return a diagnostic as plain data."""
     return {
+        "severity": diagnostic.severity,
         "code": diagnostic.code,
         "message": diagnostic.message,
         "span": _span_data(diagnostic.span),

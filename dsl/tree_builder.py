@@ -77,10 +77,6 @@ class _Builder:
             return Span(self.file_name, 1, 1, 1, 1)
         return Span(self.file_name, at.line, at.column, at.end_line, at.end_column)
 
-    def _later(self, span: Span, construct: str, remedy: str) -> None:
-        message = f"{construct} belongs to a later version of the language"
-        self.diagnostics.append(Diagnostic("E0901", message, span, remedy))
-
     def _named(self, span: Span, names: list[Token]) -> list[tuple[Span, str]]:
         """Give a lone name the whole declaration's span, and each of several names its own."""
         return [(span if len(names) == 1 else self.span_of(n), str(n)) for n in names]
@@ -176,8 +172,8 @@ class _Builder:
     def bound(self, span: Span, name: Token, value: ast.Expr) -> ast.Bound:
         return ast.Bound(span, str(name), value)
 
-    def invariant(self, span: Span, _: ast.Expr) -> None:
-        self._later(span, "'invariant'", "leave it out; what a range type says is checked already")
+    def invariant(self, span: Span, condition: ast.Expr) -> ast.Invariant:
+        return ast.Invariant(span, condition)
 
     def observe(self, span: Span, name: Token, type_: ast.TypeExpr, rhs: ast.Rhs) -> ast.Observe:
         return ast.Observe(span, str(name), type_, rhs)

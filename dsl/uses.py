@@ -68,6 +68,16 @@ class Uses:
         """Return all declarations that read something."""
         return tuple(self._of)
 
+    def nodes(self, owner: str) -> set[str]:
+        """Return ``owner`` and the functions and lets that it comes to read."""
+        found, pending = {owner}, [owner]
+        while pending:
+            for use in self._of.get(pending.pop(), ()):
+                if use.kind in ("fn", "let", "draw") and use.node not in found:
+                    found.add(use.node)
+                    pending.append(use.node)
+        return found
+
     def closure(self, owner: str) -> list[Reach]:
         """Return all that ``owner`` reads, directly or through functions and lets, in order of first reach.
 

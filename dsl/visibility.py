@@ -46,6 +46,7 @@ _ALLOWED = {
     "bound lower": Allowance("bound lower", history=True),
     "hidden init": Allowance("an init", hidden=True),
     "visible init": Allowance("the init of a visible variable"),
+    "invariant": Allowance("an invariant", hidden=True),
     "step": Allowance("a step", **_EVERYTHING),
 }
 
@@ -76,6 +77,8 @@ def _allowance(owner: str, variables: dict[str, ir.Variable]) -> Allowance:
         return _ALLOWED["policy default"]
     if owner.startswith("memory "):
         return _ALLOWED["update" if owner.endswith("'") else "first"]
+    if owner.startswith("invariant "):
+        return _ALLOWED["invariant"]
     return _ALLOWED.get(owner, _ALLOWED["step"])
 
 

@@ -128,11 +128,6 @@ def test_unclosed_bracket_notes_where_it_was_opened() -> None:
     assert (span.line, span.column, text) == (2, 11, "opened here")
 
 
-def test_several_constructs_of_a_later_version_are_reported_at_once() -> None:
-    found = mistakes("model M invariant a < b invariant b < c")
-    assert [d.code for d in found] == ["E0901"] * 2
-
-
 @pytest.mark.parametrize(
     "text",
     [
