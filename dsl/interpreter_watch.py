@@ -69,10 +69,10 @@ class WatchedInterpreter(Interpreter):
         with self.watch.only(np.asarray(np.False_)):
             return super().advance_history(state, action, key, history)
 
-    def _assign(self, assign: ir.Assign, frame: Frame, target: State) -> None:
+    def _assign(self, assign: ir.Assign, frame: Frame, target: State, member: int | None = None) -> None:
         place = Place(assign.span, (assign.dist,), assign.binders)
         with self.watch.at(place):
-            super()._assign(assign, frame, target)
+            super()._assign(assign, frame, target, member)
             if isinstance(self._evaluator.variables[assign.variable].type, Float):
                 values = target[assign.variable].reshape(self.lanes, -1)
                 self.watch.note(

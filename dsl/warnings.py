@@ -62,8 +62,9 @@ def _unused(file: ast.ModelFile) -> Iterator[Diagnostic]:
             yield _never_used(item.name, item, item.span)
         if isinstance(item, ast.Element):
             for member in item.members:
-                hidden = isinstance(member, ast.Variable) and not member.visible
-                if (hidden or isinstance(member, ast.Let)) and (item.name, member.name) not in used:
+                if not isinstance(member, ast.Variable | ast.Let) or getattr(member, "visible", False):
+                    continue
+                if (item.name, member.name) not in used:
                     yield _never_used(f"{item.name}.{member.name}", member, member.span)
 
 

@@ -70,7 +70,8 @@ enum Side { near, far }
 record Pos { row: Row  side: Side }
 fn here(p: Pos): bool = p.row == 0
 """
-    bottom = """reward r = (match pick(room.x) { left => 1 right => 0 }) + (if here(Pos(0, far)) then 1 else 0)
+    bottom = """reward r = (match pick(room.x) { left => 1 right => 0 })
+reward s = if here(Pos(0, far)) then 1 else 0
 fn pick(c: Cell): Door = if c == 0 then Door.left else right
 reward q = if room.z then 1 else 0
 """
