@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import groupby
 
+from hypgen.dsl.ir_factors import Evidence, Factor, Obstacle
 from hypgen.dsl.ir_laws import (
     Binned,
     Binomial,
@@ -91,8 +92,10 @@ __all__ = [
     "Continuous",
     "Counted",
     "Dist",
+    "Evidence",
     "Exponential",
     "Expr",
+    "Factor",
     "FieldRead",
     "If",
     "IfDist",
@@ -109,6 +112,7 @@ __all__ = [
     "MemoryRead",
     "Noisy",
     "Normal",
+    "Obstacle",
     "ParamRead",
     "Poisson",
     "Quantified",
@@ -381,58 +385,6 @@ class KeyField:
     def length(self) -> int:
         """Return the number of digits that the field takes."""
         return length_of(self.indices)
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """What the agent learns in a step, and of which member of a factor it tells.
-
-    ``kind``: ``visible`` (the new value of the visible variable ``name``, by its density), ``observe`` (an
-    observation), ``end`` (that the episode goes on: ``condition`` is false); one for each value of
-    ``binders``. ``touch`` is the position, from 0, of the member whose hidden state it reads, -1 for none.
-    """
-
-    kind: str
-    name: str
-    binders: tuple[Binder, ...]
-    touch: Expr
-    condition: Expr | None = None
-
-
-@dataclass(frozen=True)
-class Factor:
-    """The hidden variables of an element, or of each member of a family: independent of all others given
-    what the agent has seen. ``evidence`` is in the order in which it is weighed.
-
-    ``size`` is the number of joint values, coded in mixed radix: ``variables`` in order, entries row-major,
-    the first the most significant; 0 where no exact posterior is kept, and then ``inexact`` says why.
-    """
-
-    element: str
-    binder: Binder | None
-    variables: tuple[str, ...]
-    size: int
-    inexact: str
-    evidence: tuple[Evidence, ...]
-
-    @property
-    def exact(self) -> bool:
-        """Return whether the factor's posterior is kept exactly, as a number for each joint value."""
-        return self.size > 0
-
-    @property
-    def members(self) -> int:
-        """Return how many factors of the kind there are: one for each member."""
-        return 1 if self.binder is None else size_of(self.binder.type)
-
-
-@dataclass(frozen=True)
-class Obstacle:
-    """Why the hidden variables of an element are no factor: the place that reads, and the reason."""
-
-    element: str
-    span: Span
-    reason: str
 
 
 @dataclass(frozen=True)
