@@ -139,8 +139,8 @@ class Code:
         self._depth += 1
         yield
         self._depth -= 1
-        if head.startswith("} else") and self.lines[-1].endswith(f"{head} {{"):
-            self.lines.pop()  # nothing to do otherwise
+        if head == "} else" and self.lines[-1].endswith("} else {"):
+            self.lines.pop()  # nothing to do otherwise; an empty ``else if`` stays, for what comes after it
         self.add("}")
         loose = head.startswith(("if", "for")) and len(self.lines) == start + 3
         self._loose_braces = (start, len(self.lines)) if loose else (0, 0)

@@ -29,6 +29,10 @@ class DistPrinter:
         match dist:
             case ir.Certain(value=value):
                 printer.emit(value, sink)
+            case ir.IfDist(then=ir.Certain(value=value), otherwise=ir.Certain(value=other)) if sink.keeps(
+                value
+            ) and sink.keeps(other):
+                return
             case ir.IfDist(
                 condition=condition, then=ir.Certain(value=value) as kept, otherwise=otherwise
             ) if sink.keeps(value):

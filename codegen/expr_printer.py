@@ -118,6 +118,8 @@ class ExprPrinter:
             case ir.LetIn(name=name, value=value, body=body):
                 self.declare(name, value, body)
                 self.emit(body, sink)
+            case ir.If(then=then, otherwise=otherwise) if sink.keeps(then) and sink.keeps(otherwise):
+                return
             case ir.If(condition=condition, then=then, otherwise=otherwise) if sink.keeps(then):
                 self.emit(ir.If(expr.type, negated(condition), otherwise, then), sink)
             case ir.If() if branches(expr) or sink.keeps(expr.otherwise):

@@ -102,7 +102,9 @@ def _model(program: Program, sources: Sequence[Source]) -> ir.Model | None:
     analysis.check_sites(sites + [(ir.Site("policy:default"), program.file.span)], report)
     watched = [f"observe {o.name}" for o in observations] + ["terminal when"]
     marked = analysis.mark_variables(declared.variables, updates, program.uses, watched)
-    analysis.check_visible_floats(marked, program.uses, watched, report)
+    updated = {u.variable for u in updates}  # an update with a mistake of its own is not among them
+    floats = [v for v in marked if v.name in updated]
+    analysis.check_visible_floats(floats, program.uses, watched, report)
     key = analysis.key_fields(observations, marked)
     analysis.check_key(key, program.file.span, report)
     if report.found or action is None or discount is None:

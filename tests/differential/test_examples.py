@@ -8,7 +8,6 @@ from pathlib import Path
 
 import ir_samples
 import pytest
-import random_models
 import traces
 
 from hypgen.codegen.driver import generate
@@ -23,7 +22,6 @@ FOLDER = Path(__file__).parent
 EXAMPLES = sorted((FOLDER.parent.parent / "examples").glob("*.pomdp"))
 MODELS = sorted((FOLDER / "models").glob("*.pomdp"))
 SEED, SCENARIOS, STEPS = 20261122, 2000, 60
-RANDOM_MODELS = 6
 
 
 @pytest.fixture(scope="module")
@@ -71,9 +69,3 @@ def test_model(path: Path, tmp_path: Path) -> None:
 )
 def test_hand_built_model(model: ir.Model, tmp_path: Path) -> None:
     assert_same_trace(model, tmp_path)
-
-
-@pytest.mark.usefixtures("_compiler")
-@pytest.mark.parametrize("seed", range(RANDOM_MODELS))
-def test_random_model(seed: int, tmp_path: Path) -> None:
-    assert_same_trace(random_models.model(seed), tmp_path)

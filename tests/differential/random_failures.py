@@ -1,0 +1,83 @@
+"""Compares random models by seed, and makes those that fail small.
+
+python tests/differential/random_failures.py FIRST LAST    prints what fails of these seeds
+
+Put a model that failed into ``found/``, where it stays as a test.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import model_batches
+import random_models
+from random_tree import Node, shrink
+
+BATCH = 20
+# What constants may come to: arms that never occur, values that never fit, zero divisors, empty sets.
+UNLUCKY = frozenset({"E0307", "E0601", "E0603", "E0608"})
+
+
+def failure(result: str | None) -> str:
+    """Return what kind of failure a comparison found; nothing where there is none."""
+    if result is None:
+        return ""
+    return result.partition(" in row")[0].partition(":")[0]
+
+
+def failures(seeds: Sequence[int], size: model_batches.Size, workers: int = 2) -> Iterator[str]:
+    """Compare the models of ``seeds``; yield each that fails in a small form, with what is wrong with it."""
+    groups = [seeds[i : i + BATCH] for i in range(0, len(seeds), BATCH)]
+    with ThreadPoolExecutor(workers) as pool:
+        for group, results in zip(groups, pool.map(lambda g: _compare_seeds(g, size), groups), strict=True):
+            for seed, result in zip(group, results, strict=True):
+                if failure(result):
+                    yield f"seed {seed}:\n{_small(accepted(seed), failure(result), size)}"
+
+
+def accepted(seed: int) -> Node:
+    """Return the first model of a seed that has no mistake by bad luck."""
+    for attempt in range(20):
+        model = random_models.model(seed, attempt)
+        result = model_batches.lowered(str(model), 0)
+        unlucky = (
+            isinstance(result, str) and result.startswith("refused") and result.split(": ")[1] in UNLUCKY
+        )
+        if not unlucky:
+            return model
+    raise AssertionError(f"seed {seed}: the checker refuses every model")
+
+
+def _compare_seeds(seeds: Sequence[int], size: model_batches.Size) -> list[str | None]:
+    return _compare([accepted(seed) for seed in seeds], size)
+
+
+def _compare(models: Sequence[Node], size: model_batches.Size) -> list[str | None]:
+    with tempfile.TemporaryDirectory() as folder:
+        return model_batches.compare([str(model) for model in models], Path(folder), size)
+
+
+def _small(model: Node, kind: str, size: model_batches.Size) -> str:
+    def failing(candidates: Sequence[Node]) -> Node | None:
+        results = _compare(candidates, size)
+        return next((c for c, r in zip(candidates, results, strict=True) if failure(r) == kind), None)
+
+    small = shrink(model, failing)
+    lines = [line for line in str(small).splitlines() if line.strip()]
+    return "\n".join([*lines, "", str(_compare([small], size)[0])])
+
+
+def main() -> None:
+    """Compare the models of a range of seeds."""
+    first, last = int(sys.argv[1]), int(sys.argv[2])
+    for report in failures(range(first, last), model_batches.Size()):
+        print(report, flush=True)
+
+
+if __name__ == "__main__":
+    sys.path.append(str(Path(__file__).parent.parent / "unit"))
+    main()
