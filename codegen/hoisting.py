@@ -30,6 +30,8 @@ def unguarded(node: Node) -> Iterator[Node]:
             ir.Quantified(condition=ir.Expr() as condition) | ir.UniformSet(condition=ir.Expr() as condition)
         ):
             certain = iter((condition,))
+        case ir.Weighted(condition=condition, weight=weight):
+            certain = iter((weight if condition is None else condition,))
         case _:
             certain = children(node)
     for child in certain:

@@ -122,6 +122,12 @@ class Watch(Evaluator):
                 self._check_table(dist, frame)
             case ir.UniformSet(otherwise=None):
                 self._check_set(dist, frame)
+            case ir.Binomial():
+                self._check_probability(dist.probability, frame)
+            case ir.Weighted():
+                self._check_weights(dist, frame)
+            case ir.UniformInt() | ir.Poisson() | ir.Continuous() | ir.Binned():
+                self._check_law(dist, frame)
         return super().sample(dist, frame, word)
 
     def _check_probability(self, e: ir.Expr, frame: Frame) -> None:
@@ -164,6 +170,49 @@ class Watch(Evaluator):
             ~np.logical_or.reduce(np.broadcast_arrays(*holds)),
             frame,
         )
+
+    def _check_weights(self, dist: ir.Weighted, frame: Frame) -> None:
+        some: Array = np.zeros((), dtype=np.bool_)
+        for _, _, values in combinations(dist.binders):
+            inner = frame.bind(values)
+            holds, weight = self.holds(dist.condition, inner), self.value(dist.weight, inner)
+            self._check_parameter(
+                "a weight", weight, holds & ~(weight >= 0.0), "give weights from 0 up", inner
+            )
+            some = some | (holds & (weight > 0.0))
+        if dist.otherwise is None:
+            self.note(
+                "C0103",
+                lambda _: "no weight of this 'weighted' is above 0: there is no value to draw",
+                "say what to draw then: add `else draw`, or change the weights",
+                ~some,
+                frame,
+            )
+
+    def _check_law(self, dist: ir.Dist, frame: Frame) -> None:
+        match dist:
+            case ir.Poisson(mean=mean):
+                value = self.value(mean, frame)
+                wrong = ~((value >= 0.0) & (value <= 690.0))
+                self._check_parameter("the mean of a poisson draw", value, wrong, "keep it in 0..690", frame)
+            case ir.Normal(deviation=scale) | ir.Exponential(mean=scale):
+                value = self.value(scale, frame)
+                what = (
+                    "a standard deviation"
+                    if isinstance(dist, ir.Normal)
+                    else "the mean of an exponential draw"
+                )
+                self._check_parameter(what, value, ~(value > 0.0), "keep it above 0", frame)
+            case ir.UniformInt() | ir.UniformFloat() | ir.Truncated() | ir.Binned():
+                low, high = self.value(dist.low, frame), self.value(dist.high, frame)
+                wrong = ~(low <= high) if isinstance(dist, ir.UniformInt | ir.UniformFloat) else ~(low < high)
+                remedy = "keep it above the lower end"
+                self._check_parameter("the upper end of a draw", high, wrong, remedy, frame)
+        if isinstance(dist, ir.Truncated | ir.Clamped | ir.Binned):
+            self._check_law(dist.law, frame)
+
+    def _check_parameter(self, what: str, value: Array, wrong: Array, remedy: str, frame: Frame) -> None:
+        self.note("C0106", lambda lane: f"{what} is {_at(value, lane):.6g}", remedy, wrong, frame)
 
     # Branches of distributions ---------------------------------------------------------------
 

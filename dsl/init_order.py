@@ -175,7 +175,9 @@ def _reads(
             if otherwise is not None:
                 yield from _reads(otherwise, values, below, definitions)
             return
-        case ir.UniformSet(_, _, condition, value, rest) if condition is not None:
+        case ir.UniformSet(_, _, condition, value, rest) | ir.Weighted(_, _, condition, value, rest) if (
+            condition is not None
+        ):
             yield from _reads(condition, values, below, definitions)
             yield from _reads(value, values, below | _ordered(condition, True, values), definitions)
             if rest is not None:

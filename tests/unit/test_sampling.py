@@ -19,7 +19,10 @@ from hypgen.dsl.interpreter_laws import check_densities, check_returns
 
 ROOT = Path(__file__).parent.parent.parent
 MODELS = sorted((Path(__file__).parent / "findings").glob("*.pomdp"))
-RIGHT = [*(ROOT / "examples").glob("*.pomdp"), ROOT / "tests" / "differential" / "models" / "wide_key.pomdp"]
+RIGHT = [
+    *(ROOT / "examples").glob("*.pomdp"),
+    *(ROOT / "tests" / "differential" / "models" / f"{n}.pomdp" for n in ("draws", "wide_key")),
+]
 
 
 def quiet(phase: str, done: int, total: int) -> None:
