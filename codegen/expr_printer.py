@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hypgen.codegen.cpp import Code, code_of, float32, integer, literal, loop, scalar, stored
-from hypgen.codegen.histories import HistoryRead
+from hypgen.codegen.histories import BeliefCall, HistoryRead
 from hypgen.codegen.naming import Names
 from hypgen.codegen.needs import PARTS, Needs, NeedsAnalysis
 from hypgen.codegen.state_tables import ArrayBits
@@ -78,6 +78,7 @@ class Context:
     names: Names
     needs: NeedsAnalysis
     index_types: dict[str, tuple[Type, ...]]  # of params, derived tables and constant arrays, by IR name
+    beliefs: Mapping[int, ir.BeliefRead] = field(default_factory=dict)  # those that take a function
 
 
 def needs_statements(*nodes: ir.Expr) -> bool:
@@ -220,6 +221,9 @@ class ExprPrinter:
                 return self._state_read(expr), PRIMARY
             case HistoryRead(field=name, indices=indices):
                 return f"history.{self.names.history[name]}({self.arguments(indices)})", PRIMARY
+            case BeliefCall(number=number, arguments=arguments):
+                needs = self.context.needs.belief(number)
+                return self.call(self.names.beliefs[number], needs, arguments, False), PRIMARY
             case ArrayBits(variable=name):
                 return f"state.{self.names.bits[name]}()", PRIMARY
             case ir.ActionRead(indices=indices):

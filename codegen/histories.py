@@ -6,12 +6,14 @@ know one kind of read only.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from hypgen.dsl import ir
-from hypgen.dsl.ir_walk import map_children
-from hypgen.dsl.types import BOOL, Type
+from hypgen.dsl.ir_walk import Node, free_locals, map_children, walk
+from hypgen.dsl.types import BOOL, FLOAT, Int, Type
 
 STARTED = "started"
 ACTION = "last_action"
@@ -23,6 +25,14 @@ class HistoryRead(ir.Expr):
 
     field: str
     indices: tuple[ir.Expr, ...] = ()
+
+
+@dataclass(frozen=True)
+class BeliefCall(ir.Expr):
+    """The mean that the function of a ``BeliefRead`` gives: of its number, called with its free locals."""
+
+    number: int
+    arguments: tuple[ir.Expr, ...]
 
 
 @dataclass(frozen=True)
@@ -45,6 +55,11 @@ def observation_key(observation: str) -> str:
     return f"last:{observation}"
 
 
+def belief_key(element: str) -> str:
+    """Return the key of the field with a factor's posterior."""
+    return f"belief:{element}"
+
+
 def fields(model: ir.Model) -> tuple[KeptField, ...]:
     """Return the fields of the model's history; none where it keeps nothing."""
     kept, action = model.history, model.action
@@ -55,6 +70,12 @@ def fields(model: ir.Model) -> tuple[KeptField, ...]:
         if o.name in kept.observations:
             indices = tuple(b.type for b in o.binders)
             found.append(KeptField(observation_key(o.name), f"last_{o.name}", o.type, indices))
+    for factor in model.factors:
+        if factor.element in kept.beliefs:
+            values = () if factor.size == 2 else (Int(0, factor.size - 1),)
+            members = () if factor.binder is None else (factor.binder.type,)
+            name = f"belief_{factor.element}"
+            found.append(KeptField(belief_key(factor.element), name, FLOAT, (*members, *values)))
     if kept.action:
         found.append(KeptField(ACTION, f"last_{action.name}", action.type, action.indices))
     if kept.action or kept.observations:
@@ -64,23 +85,37 @@ def fields(model: ir.Model) -> tuple[KeptField, ...]:
 
 def with_field_reads(model: ir.Model) -> ir.Model:
     """Return the model with every read of the history as a ``HistoryRead``."""
-    policy, lower = model.policy, model.lower
+    policy, lower, read = model.policy, model.lower, partial(_read, factors=model.factors)
     if policy is not None:
-        lets = tuple(replace(x, dist=_read(x.dist)) for x in policy.lets)
-        policy = replace(policy, dist=_read(policy.dist), lets=lets)
+        lets = tuple(replace(x, dist=read(x.dist)) for x in policy.lets)
+        policy = replace(policy, dist=read(policy.dist), lets=lets)
     registers = tuple(
-        replace(r, update=replace(r.update, value=_read(r.update.value))) for r in model.history.registers
+        replace(r, update=replace(r.update, value=read(r.update.value))) for r in model.history.registers
     )
     return replace(
         model,
         policy=policy,
-        lower=None if lower is None else _read(lower),
+        lower=None if lower is None else read(lower),
         history=replace(model.history, registers=registers),
     )
 
 
-def _read(node: Any) -> Any:
-    node = map_children(node, _read)
+def belief_reads(model: ir.Model) -> dict[int, ir.BeliefRead]:
+    """Return the beliefs that take a function, by number, with reads of fields inside."""
+    policy = model.policy
+    nodes: list[Node] = [r.update.value for r in model.history.registers]
+    nodes += [] if policy is None else [policy.dist, *(x.dist for x in policy.lets)]
+    nodes += [] if model.lower is None else [model.lower]
+    reads = [e for node in nodes for e in walk(node) if isinstance(e, ir.BeliefRead)]
+    return {
+        e.number: map_children(e, partial(_read, factors=model.factors))
+        for e in reads
+        if not any(f.holds(e) for f in model.factors)
+    }
+
+
+def _read(node: Any, factors: Sequence[ir.Factor]) -> Any:
+    node = map_children(node, partial(_read, factors=factors))
     match node:
         case ir.MemoryRead(type_, register, indices):
             return HistoryRead(type_, memory_key(register), indices)
@@ -88,7 +123,18 @@ def _read(node: Any) -> Any:
             return _after_start(type_, HistoryRead(type_, observation_key(observation), indices), first)
         case ir.LastAction(type_, indices, first):
             return _after_start(type_, HistoryRead(type_, ACTION, indices), first)
+        case ir.BeliefRead(type_, number, element, index):
+            if any(f.holds(node) for f in factors):
+                return HistoryRead(type_, belief_key(element), () if index is None else (index,))
+            return BeliefCall(type_, number, locals_in(node))
     return node
+
+
+def locals_in(node: Node) -> tuple[ir.Local, ...]:
+    """Return the locals that ``node`` reads and does not introduce, by name."""
+    free = free_locals(node)
+    found = {e.name: e for e in walk(node) if isinstance(e, ir.Local) and e.name in free}
+    return tuple(found[name] for name in sorted(found))
 
 
 def _after_start(type_: Type, read: ir.Expr, first: ir.Expr) -> ir.Expr:

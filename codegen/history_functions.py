@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hypgen.codegen import histories, views
+from hypgen.codegen.belief_functions import BeliefFunctions
 from hypgen.codegen.function_builder import Builder, origin
 from hypgen.codegen.functions import arguments
 from hypgen.codegen.interface import PLACE, Interface
@@ -18,8 +19,9 @@ _NEXT = ("const State&", "next")
 class HistoryFunctions:
     """Builds ``init_history``, ``advance_history`` and ``roll_history`` of a model that keeps something."""
 
-    def __init__(self, interface: Interface) -> None:
+    def __init__(self, interface: Interface, beliefs: BeliefFunctions | None) -> None:
         self.interface = interface
+        self.beliefs = beliefs
         self.context = interface.context
         self.model = interface.model
         self.kept = [o for o in self.model.observations if o.name in self.model.history.observations]
@@ -36,6 +38,8 @@ class HistoryFunctions:
         for register in self.model.history.registers:
             builder.code.add(f"// {origin(register.span)}: {register.name}")
             self._fill(builder, "history", register, register.first)
+        if self.beliefs is not None:
+            self.beliefs.start(builder)
         return builder.done("void", "init_history")
 
     def remember(self) -> views.Function:
@@ -66,6 +70,8 @@ class HistoryFunctions:
                 with builder.printer.loops(observation.binders):
                     value = digits[observation.name](observation.binders)
                     self._keep(builder, observation, value)
+        if self.beliefs is not None:
+            self.beliefs.advance(builder, "action")
         return builder.done("void", "advance_history")
 
     def roll(self) -> views.Function:
@@ -78,6 +84,10 @@ class HistoryFunctions:
                 more = [builder.printer.text(i) for i in _locals(observation.binders)]
                 name = self.interface.parts.observations[observation.name]
                 self._keep(builder, observation, f"{name}({arguments(needs, self.context, *more)})")
+        if self.beliefs is not None and self.beliefs.kept:
+            given = f"params, fixed, state, {self.interface.code}, draws, next"
+            builder.code.add(f"const Key key = observe({given});")
+            self.beliefs.advance(builder, self.interface.code)
         return builder.done("void", "roll_history")
 
     def _fill(self, builder: Builder, owner: str, register: ir.Register, entries: ir.Entries) -> None:

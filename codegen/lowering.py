@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from hypgen import __version__
 from hypgen.codegen import descriptor, views
+from hypgen.codegen.belief_functions import BeliefFunctions
 from hypgen.codegen.cpp import literal, scalar, stored, wrapped
 from hypgen.codegen.expr_printer import Context
+from hypgen.codegen.factor_functions import FactorFunctions
 from hypgen.codegen.function_builder import Builder, origin
 from hypgen.codegen.functions import (
     PartNames,
@@ -21,7 +24,7 @@ from hypgen.codegen.functions import (
     table_entry,
     table_fill,
 )
-from hypgen.codegen.histories import with_field_reads
+from hypgen.codegen.histories import belief_reads, with_field_reads
 from hypgen.codegen.history_functions import HistoryFunctions
 from hypgen.codegen.interface import Interface
 from hypgen.codegen.keys import KeyLayout
@@ -39,7 +42,7 @@ def lower(model: ir.Model) -> tuple[views.Header, views.Main, views.Project]:
     """Return the views of the three kinds of files."""
     names = Names(model)
     tabulated, derived = tabulate(with_field_reads(model), names)
-    context = context_of(tabulated, derived, names)
+    context = context_of(tabulated, derived, names, belief_reads(model))
     project = _project(model)
     return (
         _header(context, derived, project.banner),
@@ -48,12 +51,17 @@ def lower(model: ir.Model) -> tuple[views.Header, views.Main, views.Project]:
     )
 
 
-def context_of(model: ir.Model, derived: tuple[DerivedTable, ...], names: Names) -> Context:
+def context_of(
+    model: ir.Model,
+    derived: tuple[DerivedTable, ...],
+    names: Names,
+    beliefs: Mapping[int, ir.BeliefRead] | None = None,
+) -> Context:
     """Return what printing the model's expressions takes."""
     index_types: dict[str, tuple[Type, ...]] = {p.name: p.indices for p in model.params}
     index_types |= {t.name: t.indices for t in model.tables}
     index_types |= {t.name: tuple(b.type for b in t.inputs) for t in derived}
-    return Context(model, names, NeedsAnalysis(model), index_types)
+    return Context(model, names, NeedsAnalysis(model, beliefs), index_types, beliefs or {})
 
 
 def _project(model: ir.Model) -> views.Project:
@@ -66,11 +74,14 @@ def _project(model: ir.Model) -> views.Project:
 def _header(context: Context, derived: tuple[DerivedTable, ...], banner: str) -> views.Header:
     model, names = context.model, context.names
     packed = pack(model)
+    interface = Interface(context, PartNames(context, stages := partition(model)), stages)
+    factors = FactorFunctions(interface) if model.factors else None
+    bases = [*([] if packed.history.fields else ["NoHistory"]), *([] if factors else ["NotFactored"])]
     whole = {variable for table in derived for variable in table.variables} & names.bits.keys()
     return views.Header(
         banner=banner,
         name=names.model,
-        constants=_constants(model),
+        constants=(*_constants(model), *(factors.constants() if factors else [])),
         types=(
             *(enum_view(e, names) for e in model.enums),
             *(record_view(r, names) for r in model.records),
@@ -87,8 +98,9 @@ def _header(context: Context, derived: tuple[DerivedTable, ...], banner: str) ->
             words_view("State", "What a step changes.", packed.state, names, whole),
             *([history_view(packed.history, names)] if packed.history.fields else []),
         ),
-        base="" if packed.history.fields else " : NoHistory",
-        sections=_sections(context, derived),
+        base=f" : {', '.join(bases)}" if bases else "",
+        posterior=factors.fields() if factors else None,
+        sections=_sections(interface, factors, derived),
     )
 
 
@@ -140,13 +152,13 @@ def _params(context: Context, derived: tuple[DerivedTable, ...]) -> tuple[str, .
     return tuple(lines)
 
 
-def _sections(context: Context, derived: tuple[DerivedTable, ...]) -> tuple[views.Section, ...]:
-    model = context.model
-    stages = partition(model)
-    parts = PartNames(context, stages)
-    interface = Interface(context, parts, stages)
-    updates = [update for stage in stages for update in stage]
-    history = [] if model.history.is_empty else HistoryFunctions(interface).all()
+def _sections(
+    interface: Interface, factors: FactorFunctions | None, derived: tuple[DerivedTable, ...]
+) -> tuple[views.Section, ...]:
+    context, model, parts = interface.context, interface.model, interface.parts
+    updates = [update for stage in interface.stages for update in stage]
+    beliefs = BeliefFunctions(factors) if factors else None
+    history = [] if model.history.is_empty else HistoryFunctions(interface, beliefs).all()
     entries = {t.name: context.names.struct.unique(f"compute_{t.name}") for t in derived}
     sections = [
         ("Functions of the model", [*model_functions(context), *lets(context)]),
@@ -169,6 +181,7 @@ def _sections(context: Context, derived: tuple[DerivedTable, ...]) -> tuple[view
                 ),
             ],
         ),
+        ("Posteriors of factors", factors.all() if factors else []),
         (
             "What the runtime calls",
             [
@@ -183,6 +196,7 @@ def _sections(context: Context, derived: tuple[DerivedTable, ...]) -> tuple[view
                 interface.step(),
                 interface.observe(),
                 interface.filter(),
+                *(beliefs.all() if beliefs else []),
                 *history,
                 *interface.policy(),
                 *interface.bounds(),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
-from hypgen.codegen.histories import fields
+from hypgen.codegen.histories import belief_reads, fields
 from hypgen.dsl import ir
 from hypgen.dsl.types import Enum, Record
 
@@ -44,13 +44,14 @@ _CONCEPT = _words(
     kVariableCount kHasLower init_visible init_hidden export_visible import_visible export_state
     is_legal is_terminal is_success step observe filter default_policy choose first_legal lower
     upper tail load joint History NoHistory kHasHistory init_history advance_history roll_history
-    remember
+    remember Posterior NotFactored kFactored kExactUnits kParticleUnits init_posterior advance_posterior
+    advance_visible filter_particles unit_size unit_of probability put_unit copy_unit posteriors
     """
 )
 
 PARAMETERS = _words(
     "params fixed state next draws action key value in out error values weight rest chosen result"
-    " history after"
+    " history after now weights unit variable to_fixed to_state"
 )
 
 
@@ -113,6 +114,7 @@ class Names:
         self.bits_setters = {v: accessors.unique(f"set_{v}_bits") for v in arrays}
         kept = Scope({"words"})
         self.history = {f.key: kept.unique(f.name) for f in fields(model)}
+        self.beliefs = {n: self.struct.unique(f"belief_{n}") for n in belief_reads(model)}
         self.history_setters = {f.key: kept.unique(f"set_{f.name}") for f in fields(model)}
         self._params = Scope()
         self.params = {p.name: self._params.unique(p.name) for p in model.params}

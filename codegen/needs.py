@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
+from collections.abc import Mapping, Set
 
-from hypgen.codegen.histories import HistoryRead
+from hypgen.codegen.histories import BeliefCall, HistoryRead
 from hypgen.codegen.naming import takes_word
 from hypgen.codegen.state_tables import ArrayBits
 from hypgen.dsl import ir
@@ -19,8 +19,9 @@ Needs = frozenset[str]
 class NeedsAnalysis:
     """The parts that expressions read, through functions and lets."""
 
-    def __init__(self, model: ir.Model) -> None:
+    def __init__(self, model: ir.Model, beliefs: Mapping[int, ir.BeliefRead] | None = None) -> None:
         self.model = model
+        self._beliefs = beliefs or {}
         self._fixed = {v.name for v in model.variables if v.fixed}
         self._functions: dict[str, Needs] = {}
         self._lets: dict[str, Needs] = {}
@@ -40,6 +41,13 @@ class NeedsAnalysis:
             self._functions[name] = self.of(body)
         return self._functions[name]
 
+    def belief(self, number: int) -> Needs:
+        """Return what a belief's function is given: scratch states for hypotheses too."""
+        read = self._beliefs[number]
+        hidden = (v for v in self.model.variables if v.element == read.element and not v.visible)
+        owners = {"fixed" if v.fixed else "state" for v in hidden}
+        return self.of(read.operand, *([] if read.index is None else [read.index])) | owners | {"history"}
+
     def let(self, name: str) -> Needs:
         """Return what the let's function is given."""
         if name not in self._lets:
@@ -58,6 +66,8 @@ class NeedsAnalysis:
                 return {"action"}
             case HistoryRead():
                 return {"history"}
+            case BeliefCall(number=number):
+                return self.belief(number)
             case ir.Call(function=name, primed=primed):
                 return _primed(self.function(name)) if primed else self.function(name)
             case ir.LetRead(let=name, primed=primed):

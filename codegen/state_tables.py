@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from hypgen.codegen import options
-from hypgen.codegen.histories import HistoryRead
+from hypgen.codegen.histories import BeliefCall, HistoryRead
 from hypgen.codegen.layout import Field
 from hypgen.dsl import ir
 from hypgen.dsl.ir_walk import walk
@@ -39,7 +39,7 @@ def state_reads(value: ir.Expr, fields: Mapping[str, Field]) -> tuple[StateInput
         match node:
             case ir.StateRead(variable=name, primed=False) if name in fields:
                 found[name] = _whole(fields[name])
-            case ir.StateRead() | ir.LetRead() | ir.ActionRead() | HistoryRead():
+            case ir.StateRead() | ir.LetRead() | ir.ActionRead() | HistoryRead() | BeliefCall():
                 return None
     reads = sorted(found.values(), key=lambda read: isinstance(read, ArrayBits))
     if not reads or not isinstance(reads[-1], ArrayBits):

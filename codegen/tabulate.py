@@ -13,7 +13,7 @@ from typing import Any
 
 from hypgen.codegen import options, picks
 from hypgen.codegen.cost import Costs
-from hypgen.codegen.histories import HistoryRead
+from hypgen.codegen.histories import BeliefCall, HistoryRead
 from hypgen.codegen.hoisting import Hoisting, unguarded
 from hypgen.codegen.layout import pack
 from hypgen.codegen.naming import Names, Scope
@@ -320,6 +320,8 @@ class _Tabulator:
             case ir.VariantArgument(operand=operand) if not self._tests(node):
                 # The variant is tested outside the formula: only its argument is sure to be in range.
                 return not free_locals(operand) & bound and self._enter(node, node.variant, inputs, scope)
+            case BeliefCall():
+                return False
             case ir.ActionRead():
                 return False  # an action is a constant of a step: its tests cost nothing
         return all(self._collect(child, bound, inputs, scope) for child in children(node))

@@ -54,6 +54,7 @@ class Header:
     words: tuple[Words, ...]
     sections: tuple[Section, ...]
     base: str  # what the model's struct derives from, as C++ writes it
+    posterior: tuple[str, ...] | None  # members of its struct, if the model has one
 
 
 @dataclass(frozen=True)

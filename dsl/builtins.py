@@ -4,9 +4,8 @@ from __future__ import annotations
 
 NUMBER_DRAWS = frozenset({"normal", "exponential", "poisson", "binomial"})
 DRAWS = NUMBER_DRAWS | {"bernoulli", "uniform", "weighted", "noisy", "truncated", "binned"}
-LATER_FUNCTIONS = frozenset({"belief"})
 RANGES = frozenset({"clamp", "wrap", "checked"})
-HISTORY = frozenset({"last"})
+HISTORY = frozenset({"last", "belief"})
 ROUNDING = frozenset({"floor", "ceil", "round"})
 RISING = frozenset({"sqrt", "exp", "log", "log2"})
 TRIGONOMETRY = frozenset({"sin", "cos", "tan", "asin", "acos", "atan2"})
@@ -15,5 +14,5 @@ FUNCTIONS = (
 )
 QUANTIFIERS = frozenset({"sum", "any", "all", "count", "min", "max", "argmin", "argmax"})
 TABLES = frozenset({"distance"})
-RESERVED_CALLS = TABLES | DRAWS | LATER_FUNCTIONS | HISTORY | FUNCTIONS | QUANTIFIERS
+RESERVED_CALLS = TABLES | DRAWS | HISTORY | FUNCTIONS | QUANTIFIERS
 RESERVED_VALUES = frozenset({"gamma", "pi"})

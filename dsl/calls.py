@@ -6,10 +6,20 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from hypgen.dsl import ast, builtins, guarded_reads, history, ir, operators, range_calls, trigonometry
+from hypgen.dsl import (
+    ast,
+    beliefs,
+    builtins,
+    guarded_reads,
+    history,
+    ir,
+    operators,
+    range_calls,
+    trigonometry,
+)
 from hypgen.dsl.diagnostics import did_you_mean
 from hypgen.dsl.draws import misplaced_draw, refuse_operand
-from hypgen.dsl.mistakes import Mistake, gather, later, mistake
+from hypgen.dsl.mistakes import Mistake, gather, mistake
 from hypgen.dsl.references import owner_of
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.symbols import kind_of
@@ -40,10 +50,10 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
         raise misplaced_draw(f"{name}(..)", node.span)
     if name in builtins.RESERVED_CALLS and name in scope.program.symbols.globals:
         raise Mistake  # declaring it has been reported
-    if name in builtins.LATER_FUNCTIONS:
-        raise later(f"'{name}'", node.span)
     if name == "last":
         return history.last(node, scope)
+    if name == "belief":
+        return beliefs.belief(node, scope)
     if name in builtins.RANGES:
         return range_calls.check(node, scope, expected)
     if name == "at":

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from hypgen.dsl import float_exponentials, float_math, float_trigonometry, ir
+from hypgen.dsl.eval_factors import everywhere
 from hypgen.dsl.eval_values import (
     Array,
     Frame,
@@ -92,6 +94,7 @@ class Expressions:
             ir.MemoryRead: self._memory_read,
             ir.LastObservation: self._last_observation,
             ir.LastAction: self._last_action,
+            ir.BeliefRead: self._belief_read,
             ir.Call: self._call,
             ir.ToFloat: lambda e, frame: self.value(e.operand, frame).astype(np.float32),
             ir.Unary: self._unary,
@@ -183,6 +186,19 @@ class Expressions:
     def _last_action(self, e: ir.LastAction, frame: Frame) -> Array:
         done = self._component(_history(frame)["action"], e.indices, frame)
         return np.where(_history(frame)["started"], done, self.value(e.first, frame))
+
+    def _belief_read(self, e: ir.BeliefRead, frame: Frame) -> Array:
+        factor = next(f for f in self.model.factors if f.element == e.element)
+        member = np.asarray(0)
+        if e.index is not None and factor.binder is not None:
+            member = to_position(self.value(e.index, frame), factor.binder.type)
+        total = np.zeros(len(frame.lanes), dtype=np.float32)
+        for h in range(factor.size):
+            chance = _history(frame)[f"belief {e.element}"][frame.lanes, member, h]
+            state = everywhere(self.model, factor, h, frame.state)
+            share = chance * self.value(e.operand, replace(frame, state=state))
+            total = np.where(chance > 0, total + share, total)
+        return total
 
     def _kept(self, name: str, types: tuple[Type, ...], indices: tuple[ir.Expr, ...], frame: Frame) -> Array:
         result: Array = _history(frame)[name][(frame.lanes, *self._places(types, indices, frame))]

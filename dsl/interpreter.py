@@ -218,7 +218,7 @@ class Interpreter:
 
     def init_posterior(self, state: State) -> Posterior:
         """Return the posterior of each exact factor at the start, given the visible variables."""
-        return self._posteriors.start(state)
+        return self._posteriors.start(state, [f.element for f in self._posteriors.factors])
 
     def advance_posterior(
         self, state: State, action: npt.ArrayLike, key: npt.ArrayLike, after: State, now: Posterior
@@ -245,10 +245,11 @@ class Interpreter:
                 history[f"last {o.name}"] = self._array(o.type, tuple(b.type for b in o.binders))
         for r in kept.registers:
             history[f"memory {r.name}"] = self._fill(r, r.first, frame)
-        return history
+        posterior = self._posteriors.start(state, kept.beliefs)
+        return history | {f"belief {name}": values for name, values in posterior.items()}
 
     def advance_history(
-        self, state: State, action: npt.ArrayLike, key: npt.ArrayLike, history: History
+        self, state: State, action: npt.ArrayLike, key: npt.ArrayLike, next_state: State, history: History
     ) -> History:
         """Return the histories after an action in the states, and what was seen then."""
         after = {"started": np.ones_like(history["started"])}
@@ -259,7 +260,9 @@ class Interpreter:
         frame = self._frame(state, history=history)
         for r in self.model.history.registers:
             after[f"memory {r.name}"] = self._fill(r, r.update, frame)
-        return after
+        beliefs = {name: history[f"belief {name}"] for name in self.model.history.beliefs}
+        posterior, _ = self._posteriors.advance(state, np.asarray(action), next_state, seen, beliefs)
+        return after | {f"belief {name}": values for name, values in posterior.items()}
 
     def _fill(self, register: ir.Register, entries: ir.Entries, frame: Frame) -> Array:
         result = self._array(register.type, register.indices)

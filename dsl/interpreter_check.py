@@ -97,7 +97,7 @@ class Walk:
             ended = stuck | step.terminal
             if self.model.horizon is not None:
                 ended |= time >= self.model.horizon
-            kept = run.advance_history(state, taken, seen, history)
+            kept = run.advance_history(state, taken, seen, step.after, history)
             state, history = step.after, kept
             if ended.any():
                 self.episodes += int(ended.sum())

@@ -98,7 +98,7 @@ class Episode:
             key = run.observe(now.state, action, draws, done.after)
             decoded = run.decode(key)
             seen = {o.name: decoded[o.name][0].tolist() for o in self.model.observations}
-            history = run.advance_history(now.state, action, key, history)
+            history = run.advance_history(now.state, action, key, done.after, history)
         reward = _units(done.reward)
         self._moments.append(
             Moment(

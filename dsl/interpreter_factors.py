@@ -6,8 +6,8 @@ docs/design/0002, "The factored filter", fixes every operation, so that generate
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -36,23 +36,25 @@ class Posteriors:
         self._model = model
         self._evaluator = evaluator
         self._lanes = np.arange(lanes)
-        self._factors = [f for f in model.factors if f.exact]
+        self.factors = [f for f in model.factors if f.exact]
 
-    def start(self, state: State) -> Posterior:
-        """Return the posteriors before the first step; ``state`` has the visible variables."""
-        return {f.element: self._start(f, state) for f in self._factors}
+    def start(self, state: State, elements: Collection[str]) -> Posterior:
+        """Return posteriors before the first step; ``state`` has the visible variables."""
+        return {f.element: self._start(f, state) for f in self.factors if f.element in elements}
 
     def advance(
         self, state: State, action: Array, after: State, seen: Mapping[str, Array], now: Posterior
     ) -> tuple[Posterior, Array]:
-        """Return the posteriors after a step that was not terminal, and where all are possible.
+        """Return the posteriors ``now`` after a step that was not terminal, and where all are possible.
 
         ``state`` and ``after`` have the visible variables, ``seen`` has the observations: lanes by entries. A
         posterior under which what was seen has probability 0 stays as it was.
         """
         possible = np.ones(len(self._lanes), dtype=np.bool_)
         result: Posterior = {}
-        for factor in self._factors:
+        for factor in self.factors:
+            if factor.element not in now:
+                continue
             result[factor.element] = now[factor.element].copy()
             for member in range(factor.members):
                 frame = Frame(self._lanes, dict(state), after=dict(after), action=action)
@@ -116,7 +118,7 @@ class Posteriors:
 
     def code(self, factor: ir.Factor, member: int, state: State) -> Array:
         """Return the joint value in each lane."""
-        code = np.zeros(len(self._lanes), dtype=np.int64)
+        code = np.zeros((), dtype=np.int64)
         for variable, place in self.places(factor, member):
             digit = to_position(state[variable.name][_lanes_of(place)], variable.type)
             code = code * size_of(variable.type) + digit
@@ -158,7 +160,7 @@ class Posteriors:
                 else:
                     assert frame.after is not None
                     found = seen if evidence.kind == "observe" else frame.after
-                    value = found[evidence.name].reshape(len(self._lanes), -1)[:, number]
+                    value = found[evidence.name].reshape(len(frame.lanes), -1)[:, number]
                     chance = self._evaluator.density(laws[evidence.name], inner, value)
             yield np.where(touched, chance, 1.0)
 
@@ -174,51 +176,62 @@ class _Step:
     seen: Mapping[str, Array]
 
     def advance(self, now: Array) -> tuple[Array, Array]:
-        lanes = np.arange(len(now))
+        """Return the posterior after the step, and where it is possible: lanes by joint values."""
         sums = np.zeros_like(now)
         same = np.ones(len(now), dtype=np.bool_)
         for h in range(self.factor.size):
-            prior = now[:, h]
-            held = prior > 0
+            held = now[:, h] > 0
             if not held.any():
                 continue
-            for g, weight in self._outcomes(h):
-                same &= ~held | (weight == np.where(g == h, 1.0, 0.0))
-                share = prior * weight.astype(np.float32)
-                sums[lanes, g] += np.where(held, share, np.float32(0))
+            weights = self._weights(h)
+            same &= ~held | (weights == (np.arange(self.factor.size) == h)).all(axis=1)
+            shares = now[:, h, np.newaxis] * weights.astype(np.float32)
+            sums += np.where(held[:, np.newaxis], shares, np.float32(0))
         whole = total(sums)
         possible = same | (whole > 0)
         divisor = np.where(whole > 0, whole, np.float32(1))[:, np.newaxis]
         after = np.where((same | ~possible)[:, np.newaxis], now, stored(sums / divisor))
         return after, possible
 
-    def _outcomes(self, h: int) -> Iterator[tuple[Array, Array]]:
-        """Yield joint values after the step, and how likely each is together with what was seen."""
-        of, factor, member = self.of, self.factor, self.member
-        assert self.frame.after is not None
-        state, after = of.copied(factor, self.frame.state), of.copied(factor, self.frame.after)
-        frame = replace(self.frame, state=state, after=after)
-        of.put(factor, member, h, state, after)  # after too: for variables that never change
-        entries = list(of.entries(factor, member, of.updates))
-        ones = np.ones(len(frame.lanes), dtype=np.float64)
+    def _weights(self, h: int) -> Array:
+        """Return how likely each joint value after the step is, with what was seen, given ``h`` before."""
+        of, factor, lanes = self.of, self.factor, len(self.frame.lanes)
+        entries = list(of.entries(factor, self.member, of.updates))
         if all(isinstance(e.assign.dist, ir.Certain) for e in entries):
+            frame, seen = self._hypothesis(h, 1)
+            assert frame.after is not None
             for entry in entries:
-                of.draw(entry, frame, after)
-            yield of.code(factor, member, after), self._weigh(ones, frame)
-            return
+                of.draw(entry, frame, frame.after)
+            result = np.zeros((lanes, factor.size))
+            code = of.code(factor, self.member, frame.after)
+            result[np.arange(lanes), code] = self._weigh(np.ones(lanes), frame, seen)
+            return result
+        frame, seen = self._hypothesis(h, factor.size)
+        assert frame.after is not None
+        fixed = np.array([of.fixed_part(factor, g) == of.fixed_part(factor, h) for g in range(factor.size)])
+        weight = np.tile(fixed.astype(np.float64), lanes)
         for g in range(factor.size):
-            if of.fixed_part(factor, g) != of.fixed_part(factor, h):
-                continue
-            of.put(factor, member, g, after)
-            moved = ones
-            for entry in entries:
-                moved = moved * of.density(entry, frame, after)
-            code = np.full(len(frame.lanes), g)
-            yield code, self._weigh(moved, frame) if moved.any() else moved
+            of.put(factor, self.member, g, {n: v[g :: factor.size] for n, v in frame.after.items()})
+        for entry in entries:
+            weight = weight * of.density(entry, frame, frame.after)
+        return self._weigh(weight, frame, seen).reshape(lanes, factor.size)
 
-    def _weigh(self, weight: Array, frame: Frame) -> Array:
+    def _hypothesis(self, h: int, copies: int) -> tuple[Frame, dict[str, Array]]:
+        """Return what the step is evaluated in if the joint value was ``h``, each lane so many times."""
+        frame = self.frame
+        assert frame.after is not None and frame.action is not None
+        action = np.broadcast_to(frame.action, frame.lanes.shape)
+        state, after = (
+            {n: np.repeat(v, copies, axis=0) for n, v in s.items()} for s in (frame.state, frame.after)
+        )
+        seen = {n: np.repeat(v, copies, axis=0) for n, v in self.seen.items()}
+        self.of.put(self.factor, self.member, h, state, after)  # after too: for variables that never change
+        lanes = np.arange(len(frame.lanes) * copies)
+        return Frame(lanes, state, after=after, action=np.repeat(action, copies)), seen
+
+    def _weigh(self, weight: Array, frame: Frame, seen: Mapping[str, Array]) -> Array:
         for evidence in self.factor.evidence:
-            for chance in self.of.likelihood(evidence, self.member, frame, self.seen):
+            for chance in self.of.likelihood(evidence, self.member, frame, seen):
                 weight = weight * chance
         return weight
 

@@ -262,7 +262,7 @@ def _play(walk: Walk, run: _Repeated, key: tuple[int, int], progress: Progress) 
         step = run.step(state, taken, draws)
         returns += np.where(alive, weight * step.reward.astype(np.float64) * 2.0**-FIXED_BITS, 0.0)
         seen = run.observe(state, taken, draws, step.after)
-        history = run.advance_history(state, taken, seen, history)
+        history = run.advance_history(state, taken, seen, step.after, history)
         state = step.after
         alive &= ~step.terminal
         t, weight = t + 1, weight * model.discount

@@ -15,6 +15,7 @@ from hypgen.dsl import ir, keys
 from hypgen.dsl.eval_values import Array, State
 from hypgen.dsl.float_math import canonical_bits
 from hypgen.dsl.interpreter import Interpreter, pick_legal
+from hypgen.dsl.interpreter_factors import Posterior
 from hypgen.dsl.philox import PhiloxDraws, Stream, derive, philox
 from hypgen.dsl.types import size_of
 
@@ -28,10 +29,26 @@ def columns(model: ir.Model) -> list[str]:
         for v in model.variables
         for place in np.ndindex(*(size_of(t) for t in v.indices))
     ]
+    known = [
+        f"posterior {f.element}[{i}]"
+        for f in model.factors
+        if f.exact
+        for i in range(f.members * (1 if f.size == 2 else f.size))
+    ]
     words = keys.word_count(model.key)
     key = ["key"] if words == 1 else [f"key[{i}]" for i in range(words)]
     before = ["policy", "action", "reward", "terminal", "success"]
-    return [*flat, *before, *key, "upper", "tail", "lower", "weight", *(f"filter {name}" for name in flat)]
+    return [
+        *flat,
+        *known,
+        *before,
+        *key,
+        "upper",
+        "tail",
+        "lower",
+        "weight",
+        *(f"filter {name}" for name in flat),
+    ]
 
 
 def trace(
@@ -47,6 +64,7 @@ def trace(
     lanes = np.arange(scenarios)
     state = _start(interpreter, PhiloxDraws(world, lanes, 0))
     history = interpreter.init_history(state)
+    posterior = interpreter.init_posterior(state)
     rows: list[Array] = []
     for t in range(steps):
         draws = PhiloxDraws(world, lanes, t)
@@ -63,7 +81,7 @@ def trace(
         rows.append(
             np.column_stack(
                 [
-                    *(_flatten(model, state), policy, action),
+                    *(_flatten(model, state), _probabilities(model, posterior, scenarios), policy, action),
                     *(np.where(stuck, 0, x).astype(np.int64) for x in (reward, terminal, success)),
                     key.view(np.int64),
                     *(np.where(stuck, 0, canonical_bits(x)).astype(np.int64) for x in bounds),
@@ -73,8 +91,11 @@ def trace(
             )
         )
         restarted = _start(interpreter, PhiloxDraws(world, lanes, t + 1)) if ended.any() else after
-        advanced = interpreter.advance_history(state, taken, key, history)
+        advanced = interpreter.advance_history(state, taken, key, after, history)
         begun = interpreter.init_history(restarted)
+        learnt, _ = interpreter.advance_posterior(state, taken, key, after, posterior)
+        fresh = interpreter.init_posterior(restarted)
+        posterior = {name: _select(ended, fresh[name], learnt[name]) for name in learnt}
         history = {name: _select(ended, begun[name], advanced[name]) for name in advanced}
         state = {name: _select(ended, restarted[name], after[name]) for name in after}
     return np.concatenate(rows) if rows else np.zeros((0, len(columns(model))), dtype=np.int64)
@@ -86,6 +107,16 @@ def _start(interpreter: Interpreter, draws: PhiloxDraws) -> State:
 
 def _flatten(model: ir.Model, state: State) -> Array:
     parts = [_exported(state[v.name]).reshape(len(state[v.name]), -1) for v in model.variables]
+    return np.concatenate(parts, axis=1)
+
+
+def _probabilities(model: ir.Model, posterior: Posterior, lanes: int) -> Array:
+    """Return the numbers that a solver keeps: of two values, the second's probability."""
+    parts = [np.zeros((lanes, 0), dtype=np.int64)]
+    for factor in model.factors:
+        if factor.exact:
+            values = posterior[factor.element][..., 1 if factor.size == 2 else 0 :]
+            parts.append(canonical_bits(values.reshape(lanes, -1)).astype(np.int64))
     return np.concatenate(parts, axis=1)
 
 

@@ -63,11 +63,11 @@ class WatchedInterpreter(Interpreter):
             self.watch.note(code, message, remedy, bad, self._frame(state, history=history))
 
     def advance_history(
-        self, state: State, action: npt.ArrayLike, key: npt.ArrayLike, history: History
+        self, state: State, action: npt.ArrayLike, key: npt.ArrayLike, next_state: State, history: History
     ) -> History:
         """Return the histories after an action; its hypotheses need not be possible, so nothing counts."""
         with self.watch.only(np.asarray(np.False_)):
-            return super().advance_history(state, action, key, history)
+            return super().advance_history(state, action, key, next_state, history)
 
     def _assign(self, assign: ir.Assign, frame: Frame, target: State, member: int | None = None) -> None:
         place = Place(assign.span, (assign.dist,), assign.binders)

@@ -37,6 +37,7 @@ from hypgen.dsl.ir_laws import (
 )
 from hypgen.dsl.ir_nodes import (
     ActionRead,
+    BeliefRead,
     Bernoulli,
     Binary,
     Binder,
@@ -78,6 +79,7 @@ from hypgen.dsl.types import Array, Enum, Record, Type, digits_of, length_of, si
 # What the modules of nodes declare and this one passes on.
 __all__ = [
     "ActionRead",
+    "BeliefRead",
     "Bernoulli",
     "Binary",
     "Binder",
@@ -351,17 +353,19 @@ class History:
     """What the agent keeps of the past for the policy and ``bound lower``.
 
     The registers; the observations named in ``observations`` (in the order of ``Model.observations``) and, if
-    ``action``, the action of the step before; and whether there was a step before.
+    ``action``, the action of the step before; whether there was a step before; and the posteriors of the
+    elements in ``beliefs``, which are exact factors.
     """
 
     registers: tuple[Register, ...] = ()
     observations: tuple[str, ...] = ()
     action: bool = False
+    beliefs: tuple[str, ...] = ()
 
     @property
     def is_empty(self) -> bool:
         """Return whether nothing is kept."""
-        return not (self.registers or self.observations or self.action)
+        return not (self.registers or self.observations or self.action or self.beliefs)
 
 
 @dataclass(frozen=True)
@@ -439,7 +443,8 @@ class Model:
     @property
     def factored(self) -> bool:
         """Return whether every hidden variable belongs to a factor."""
-        return not self.obstacles
+        factored = {f.element for f in self.factors}
+        return all(v.visible or v.element in factored for v in self.variables)
 
     def variable(self, name: str) -> Variable:
         """Return the variable with this qualified name."""

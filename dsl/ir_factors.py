@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hypgen.dsl.ir_nodes import Binder, Expr
+from hypgen.dsl.ir_nodes import BeliefRead, Binder, Expr, StateRead, ToFloat
 from hypgen.dsl.source import Span
-from hypgen.dsl.types import size_of
+from hypgen.dsl.types import Bool, size_of
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,16 @@ class Factor:
     def exact(self) -> bool:
         """Return whether the factor's posterior is kept exactly, as a number for each joint value."""
         return self.size > 0
+
+    def holds(self, read: BeliefRead) -> bool:
+        """Return whether ``read`` is the one probability that the posterior of a single bool consists of."""
+        operand = read.operand.operand if isinstance(read.operand, ToFloat) else None
+        return (
+            self.element == read.element
+            and self.size == 2
+            and isinstance(operand, StateRead)
+            and isinstance(operand.type, Bool)
+        )
 
     @property
     def members(self) -> int:

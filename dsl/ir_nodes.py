@@ -99,6 +99,21 @@ class LastObservation(Expr):
 
 
 @dataclass(frozen=True)
+class BeliefRead(Expr):
+    """The mean of ``operand``, a float, under the posterior of a member of the exact factor ``element``.
+
+    ``index`` is the member (None: no family), ``number`` counts the model's beliefs. The float32 sum, from 0,
+    of p(h) * (the operand where the member's hidden state is h) over the joint values h with p(h) > 0,
+    ascending. The operand reads visible state and the history as they are, and no other hidden state.
+    """
+
+    number: int
+    element: str
+    index: Expr | None
+    operand: Expr
+
+
+@dataclass(frozen=True)
 class LastAction(Expr):
     """The action of the step before, or one component of a product action; ``first`` at the start.
 

@@ -10,7 +10,19 @@ from dataclasses import replace
 from functools import partial
 from pathlib import PurePath
 
-from hypgen.dsl import analysis, ast, bounds, init_order, ir, members, operators, policies, settings, warnings
+from hypgen.dsl import (
+    analysis,
+    ast,
+    beliefs,
+    bounds,
+    init_order,
+    ir,
+    members,
+    operators,
+    policies,
+    settings,
+    warnings,
+)
 from hypgen.dsl.diagnostics import Diagnostic
 from hypgen.dsl.factors import factorise
 from hypgen.dsl.leaves import flatten
@@ -146,7 +158,7 @@ def _model(program: Program, sources: Sequence[Source]) -> ir.Model | None:
             bound = report.attempt(partial(bounds.derived, name, model, program))
             model = replace(model, **{name: bound or _ZERO})  # type: ignore[arg-type]  # both are expressions
     factors, obstacles = factorise(model, program.uses)
-    return replace(model, factors=factors, obstacles=obstacles)
+    return beliefs.resolved(replace(model, factors=factors, obstacles=obstacles), program)
 
 
 class _Declared:

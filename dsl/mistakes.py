@@ -32,16 +32,6 @@ def mistake(
     return Mistake([Diagnostic(code, message, span, remedy, tuple(notes))])
 
 
-def later(construct: str, span: Span, remedy: str = "") -> Mistake:
-    """Return the mistake of using a construct that this version of the language lacks."""
-    return mistake(
-        "E0901",
-        f"{construct} belongs to a later version of the language",
-        span,
-        remedy or "this release has finite types, finite draws and policies on visible state",
-    )
-
-
 def gather(thunks: Sequence[Callable[[], T]]) -> list[T]:
     """Run all ``thunks`` and return their results; raise the mistakes of all that fail as one."""
     results: list[T] = []

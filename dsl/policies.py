@@ -63,7 +63,7 @@ def readers(program: Program) -> list[str]:
     """Return the policy's declarations, none of which may read everything."""
     lets = [f"let policy.{x.name}" for x in _lets(program)]
     memory = [f"memory {m.name}{prime}" for m in _memory(program) for prime in ("", "'")]
-    return [OWNER, *lets, *memory]
+    return [OWNER, *lets, *memory, *(b.owner for b in program.beliefs)]
 
 
 def let(item: ast.Let, program: Program) -> ir.Let:

@@ -22,6 +22,7 @@ from hypgen.dsl import (
     settings,
     type_expressions,
 )
+from hypgen.dsl.beliefs import Asked
 from hypgen.dsl.mistakes import Mistake, Report, mistake
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
@@ -45,6 +46,7 @@ class Program:
         self.uses = Uses()
         self.float_equalities: dict[str, dict[Span, None]] = {}  # where each declaration has them
         self.literals: list[ir.ConstantArray] = []  # of definitions whose entries are listed
+        self.beliefs: list[Asked] = []
         self._done: dict[str, object] = {}
         self._failed: set[str] = set()
         self._active: dict[str, Span] = {}

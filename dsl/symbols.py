@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from hypgen.dsl import ast
-from hypgen.dsl.builtins import LATER_FUNCTIONS, RESERVED_CALLS, RESERVED_VALUES
+from hypgen.dsl.builtins import RESERVED_CALLS, RESERVED_VALUES
 from hypgen.dsl.diagnostics import did_you_mean
 from hypgen.dsl.mistakes import Mistake, Report, gather, mistake
 from hypgen.dsl.source import Span
@@ -147,9 +147,7 @@ def _declare(symbols: Symbols, item: Global) -> None:
     if isinstance(item, ast.Element):
         symbols.members[item.name] = {}
     if item.name in RESERVED_VALUES or (isinstance(item, ast.Function) and item.name in RESERVED_CALLS):
-        later = item.name in LATER_FUNCTIONS
-        why = "is kept for a later version of the language" if later else "is built in"
-        raise mistake("E0202", f"'{item.name}' {why}", item.span, "choose another name")
+        raise mistake("E0202", f"'{item.name}' is built in", item.span, "choose another name")
 
 
 def _declare_variants(symbols: Symbols, enum: ast.EnumDecl) -> None:

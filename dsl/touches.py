@@ -6,7 +6,7 @@ is a condition on known things between two trees. Calls and lets are followed, s
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -20,7 +20,6 @@ from hypgen.dsl.ir_walk import (
     rename_bound,
     shape,
     substitute,
-    walk,
 )
 
 # A tree with more leaves than this is joined into one: then everything counts as read together.
@@ -93,7 +92,7 @@ class Touches:
             more = {
                 n
                 for n, b in bodies.items()
-                if n not in found and any(self._reveals(i, found) for i in walk(b))
+                if n not in found and any(self._reveals(i, found) for i in _walk(b))
             }
             if not more:
                 return found
@@ -109,7 +108,7 @@ class Touches:
 
     def secret(self, node: Node) -> bool:
         """Return whether ``node`` reads, on any path, hidden state or a draw."""
-        return any(self._reveals(inner, self._secret) for inner in walk(node))
+        return any(self._reveals(inner, self._secret) for inner in _walk(node))
 
     def tree(self, node: Node) -> Tree:
         """Return what ``node`` reads."""
@@ -168,6 +167,14 @@ class Touches:
         if index is not None and self.secret(index):
             return Part(owner, None, draw, read, "through an index that is not known")
         return Part(owner, index, draw, read)
+
+
+def _walk(node: Node) -> Iterator[Node]:
+    """Yield ``node`` and everything inside it that its value tells of: not what a belief averages over."""
+    yield node
+    if not isinstance(node, ir.BeliefRead):
+        for child in children(node):
+            yield from _walk(child)
 
 
 def _choice(condition: ir.Expr, then: Tree, otherwise: Tree) -> Tree:

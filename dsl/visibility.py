@@ -5,7 +5,7 @@ The rules follow reads through functions and lets, and a mistake names the path.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
@@ -70,6 +70,9 @@ def check_reads(program: Program, variables: dict[str, ir.Variable], owners: lis
 
 
 def _allowance(owner: str, variables: dict[str, ir.Variable]) -> Allowance:
+    if owner.startswith("belief "):
+        asking = _allowance(owner.partition(" of ")[2], variables)
+        return replace(asking, what="a belief", hidden=True)
     if owner.startswith("init "):
         variable = variables.get(owner.removeprefix("init "))
         return _ALLOWED["visible init" if variable is not None and variable.visible else "hidden init"]
@@ -91,7 +94,8 @@ def _told_at_let(reach: Reach) -> bool:
 def _refusal(
     owner: str, allowed: Allowance, reach: Reach, variables: dict[str, ir.Variable]
 ) -> Mistake | None:
-    route = reach.route(owner)
+    asking = owner.startswith("belief ")
+    route = reach.route(f"a belief in {owner.partition(' of ')[2]}" if asking else owner)
     notes = [(reach.path[-1].span, f"'{reach.name}' is read here")] if len(reach.path) > 1 else []
     if reach.kind == "action" and not allowed.action:
         remedy = "state the value without the action"

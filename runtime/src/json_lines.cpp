@@ -54,6 +54,7 @@ void JsonLines::write_run(const SolverOptions& options) {
                {"depth", planner.depth},
                {"xi", planner.target_ratio},
                {"pruning", planner.pruning},
+               {"belief", belief_name(options.belief)},
                {"particles", options.particles},
                {"time", nullptr},
                {"trials", nullptr}};

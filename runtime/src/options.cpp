@@ -52,6 +52,16 @@ bool read_mode(const std::string& text, Mode& mode) {
   return false;
 }
 
+bool read_belief(const std::string& text, BeliefKind& kind) {
+  for (const BeliefKind candidate : {BeliefKind::kAuto, BeliefKind::kParticle, BeliefKind::kFactored}) {
+    if (text == belief_name(candidate)) {
+      kind = candidate;
+      return true;
+    }
+  }
+  return false;
+}
+
 bool read_text(const std::string& text, std::string& out) {
   out = text;
   return !text.empty();
@@ -107,6 +117,11 @@ std::vector<Option> option_table(SolverOptions& options) {
              planner.target_ratio),
       number("--pruning", "LAMBDA", "regularisation: what a node must be worth (0)", 0.0, 1e9,
              planner.pruning),
+      {"--belief", "KIND",
+       "factored (a posterior for each independent part of the state), particle (of whole states) or auto: "
+       "factored where the model allows it (auto)",
+       "auto, factored or particle",
+       [&](const std::string& text) { return read_belief(text, options.belief); }},
       integer("--particles", "N", "particles of the belief (5000)", 1, 10 * kMillion, options.particles),
       {"--memory", "MIB", "memory of a search in MiB (1024)", "an integer from 1 to 1000000",
        [&](const std::string& text) {
@@ -139,6 +154,18 @@ const char* mode_name(Mode mode) {
       return "rollout";
     case Mode::kDefault:
       return "default";
+  }
+  return "unknown";
+}
+
+const char* belief_name(BeliefKind kind) {
+  switch (kind) {
+    case BeliefKind::kAuto:
+      return "auto";
+    case BeliefKind::kParticle:
+      return "particle";
+    case BeliefKind::kFactored:
+      return "factored";
   }
   return "unknown";
 }

@@ -40,7 +40,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
     return complain(model, options.json_file + ": cannot be written", kFailed);
   }
   const PlannerOptions& planning = options.planner;
-  const auto belief = instance.make_belief(planning.seed, options.particles);
+  const auto belief = instance.make_belief(planning.seed, options.particles, options.belief);
   const auto world = instance.make_world(planning.seed);
   Planner planner(instance.make_evaluator(evaluator_options(planning, model.discount)), model, planning);
   planner.prepare(*belief);
@@ -87,6 +87,10 @@ int solve(const ModelDescriptor& model, int argc, char** argv) {
   if (options.version) {
     std::printf("%s (model %s, descriptor %d)\n", model.name.c_str(), model.hash.c_str(), model.version);
     return kDone;
+  }
+  if (options.belief == BeliefKind::kFactored && !model.factored) {
+    return complain(model, "--belief: this model's belief does not factor; hypgen explain says why",
+                    kWrongUse);
   }
   ParamValues values(model.params);
   if (!options.param_file.empty() && !read_param_file(options.param_file, model.params, values, error)) {

@@ -10,13 +10,14 @@
 #include "hypgen/descriptor.hpp"
 #include "hypgen/math.hpp"
 #include "hypgen/model.hpp"
+#include "hypgen/posterior.hpp"
 
 namespace hypgen::testing {
 
 inline bool below(std::uint32_t word, float probability) { return word < math::threshold(probability); }
 
 // Cassandra, Kaelbling and Littman (1994). State and observations: 0 left, 1 right. Listens by default.
-struct Tiger : NoHistory {
+struct Tiger : NoHistory, NotFactored {
   static constexpr int kActionCount = 3;  // listen, open_left, open_right
   static constexpr int kVisibleCount = 0;
   static constexpr int kVariableCount = 1;
@@ -90,7 +91,7 @@ struct Tiger : NoHistory {
 // Smith and Simmons (2004): an n x n grid with k rocks at places made from their number. Goes east by
 // default.
 template <int N, int K>
-struct RockSample : NoHistory {
+struct RockSample : NoHistory, NotFactored {
   static constexpr int kActionCount = 5 + K;  // north, south, east, west, sample, check(rock)
   static constexpr int kVisibleCount = 2;
   static constexpr int kVariableCount = 2 + K;
@@ -216,7 +217,7 @@ struct RockSample : NoHistory {
 };
 
 // A counter that ends at 3, seen exactly; what goes wrong is set by params.
-struct Mishaps : NoHistory {
+struct Mishaps : NoHistory, NotFactored {
   static constexpr int kActionCount = 2;
   static constexpr int kVisibleCount = 1;
   static constexpr int kVariableCount = 2;

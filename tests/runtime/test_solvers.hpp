@@ -49,10 +49,11 @@ inline ModelDescriptor mishaps_descriptor(double upper, int illegal_from) {
 
 // A model's parts, ready to plan for episode 0.
 struct Solver {
-  Solver(const ModelDescriptor& descriptor, const PlannerOptions& options, std::size_t particles = 1000)
+  Solver(const ModelDescriptor& descriptor, const PlannerOptions& options, std::size_t particles = 1000,
+         BeliefKind kind = BeliefKind::kAuto)
       : model(descriptor),
         instance(model.create(ParamValues(model.params), error)),
-        belief(instance->make_belief(options.seed, particles)),
+        belief(instance->make_belief(options.seed, particles, kind)),
         world(instance->make_world(options.seed)),
         planner(instance->make_evaluator(evaluator_options(options, model.discount)), model, options) {
     std::vector<std::int32_t> visible(static_cast<std::size_t>(model.visible_count) + 1);

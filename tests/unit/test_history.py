@@ -87,7 +87,7 @@ def test_the_policy_sees_what_was_before_and_memory_follows() -> None:
     for heard in (LEFT, RIGHT, LEFT, LEFT, RIGHT, LEFT):
         action = interpreter.default_policy(state, draws, history)
         chosen.append(int(action[0]))
-        history = interpreter.advance_history(state, action, np.array([heard], np.uint64), history)
+        history = interpreter.advance_history(state, action, np.array([heard], np.uint64), state, history)
         leads.append(int(history["memory lead"][0]))
     # Memory is what the policy knew when it chose: it lags one growl behind.
     assert chosen == [LISTEN, LISTEN, LISTEN, LISTEN, OPEN_RIGHT, LISTEN]
@@ -107,7 +107,7 @@ def test_the_policy_alone_earns_what_it_should() -> None:
         step = interpreter.step(state, action, draws)
         total += 0.95**t * step.reward / 2**24
         key = interpreter.observe(state, action, draws, step.after)
-        history = interpreter.advance_history(state, action, key, history)
+        history = interpreter.advance_history(state, action, key, step.after, history)
         state = step.after
     assert np.mean(total) == pytest.approx(19.4, abs=4 * np.std(total) / lanes**0.5)
 
@@ -145,12 +145,12 @@ def test_arrays_families_products_and_draws() -> None:
     for digit in digits:
         key = key * 3 + int(digit)
     action = (0 * 4 + 1) * 4 + 3  # stay, go(-1), go(1)
-    after = interpreter.advance_history(state, action, [key], history)
+    after = interpreter.advance_history(state, action, [key], state, history)
     assert after["last lamp.shade"][0].tolist() == shades.tolist()
     assert after["memory seen"][0].tolist() == [[1] * 3, [2] * 3, [3] * 3]
     # dark follows the action, which now is known: lamp 0 stays dark at the first step only.
     assert after["memory dark"].tolist() == history["memory dark"].tolist()
-    again = interpreter.advance_history(state, action, [key], after)
+    again = interpreter.advance_history(state, action, [key], state, after)
     assert again["memory dark"].tolist() == [[True, False, True], [False, False, True]]
 
 

@@ -20,6 +20,10 @@ struct TraceOptions;
 
 constexpr int kDescriptorVersion = 1;
 
+// How the agent's belief is kept: as joint particles, or factor by factor where the model allows (kAuto:
+// then).
+enum class BeliefKind { kAuto, kParticle, kFactored };
+
 enum class ParamKind { kBool, kInt, kFloat, kProb, kEnum };
 
 // A run-time constant of the model: what a parameter file may set.
@@ -76,7 +80,8 @@ class ModelInstance {
  public:
   virtual ~ModelInstance() = default;
   virtual std::unique_ptr<LeafEvaluator> make_evaluator(const EvaluatorOptions& options) const = 0;
-  virtual std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles) const = 0;
+  virtual std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles,
+                                              BeliefKind kind) const = 0;
   virtual std::unique_ptr<World> make_world(std::uint64_t seed) const = 0;
   // Writes the trace that differential tests compare; false and `error` if the file cannot be written.
   virtual bool write_trace(const TraceOptions& options, std::string& error) const = 0;
@@ -91,6 +96,7 @@ struct ModelDescriptor {
   double discount = 0.95;
   int horizon = 0;  // 0: none
   bool has_success = false;
+  bool factored = false;  // a belief may be kept factor by factor
   int action_count = 0;
   int visible_count = 0;
   int variable_count = 0;

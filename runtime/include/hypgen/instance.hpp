@@ -6,6 +6,7 @@
 
 #include "hypgen/cpu_evaluator.hpp"
 #include "hypgen/descriptor.hpp"
+#include "hypgen/factored_belief.hpp"
 #include "hypgen/particle_belief.hpp"
 #include "hypgen/trace.hpp"
 #include "hypgen/world.hpp"
@@ -22,7 +23,12 @@ class TypedInstance final : public ModelInstance {
     return std::make_unique<CpuEvaluator<M>>(*params_, options);
   }
 
-  std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles) const override {
+  std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles,
+                                      BeliefKind kind) const override {
+    if constexpr (M::kFactored) {
+      if (kind != BeliefKind::kParticle)
+        return std::make_unique<FactoredBelief<M>>(*params_, seed, particles);
+    }
     return std::make_unique<ParticleBelief<M>>(*params_, seed, particles);
   }
 
@@ -53,6 +59,7 @@ ModelDescriptor make_descriptor() {
   descriptor.action_count = M::kActionCount;
   descriptor.visible_count = M::kVisibleCount;
   descriptor.variable_count = M::kVariableCount;
+  descriptor.factored = M::kFactored;
   descriptor.create = &make_instance<M>;
   return descriptor;
 }

@@ -15,6 +15,7 @@ struct SolverOptions {
   PlannerOptions planner;
   std::uint64_t runs = 10;
   int steps = 90;
+  BeliefKind belief = BeliefKind::kAuto;
   std::size_t particles = 5000;
   std::string param_file;
   std::string json_file;
@@ -31,5 +32,6 @@ bool parse_options(int argc, const char* const* argv, SolverOptions& options, st
 std::string help_text(const ModelDescriptor& model, const std::string& program);
 
 const char* mode_name(Mode mode);
+const char* belief_name(BeliefKind kind);
 
 }  // namespace hypgen

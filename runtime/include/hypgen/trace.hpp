@@ -21,9 +21,9 @@ struct TraceOptions {
   std::uint32_t steps = 64;
 };
 
-// Writes int64 rows, step-major: variables before the step, default policy's action, action, reward,
-// terminal, success, words of the key, bits of upper, tail and lower, bits of the filter's weight, variables
-// of the filter's next state.
+// Writes int64 rows, step-major: variables and exact posteriors before the step, default policy's action,
+// action, reward, terminal, success, words of the key, bits of upper, tail and lower, bits of the filter's
+// weight, variables of the filter's next state.
 template <class M>
 class Tracer {
  public:
@@ -52,12 +52,17 @@ class Tracer {
 
  private:
   static constexpr std::uint32_t kActionSite = 0xAC7;
-  static constexpr std::size_t kColumns = 2 * M::kVariableCount + 9 + kKeyWords<typename M::Key>;
+  static constexpr std::size_t kProbabilities = M::kExactUnits > 0
+                                                    ? sizeof(typename M::Posterior) / sizeof(float)
+                                                    : 0;
+  static constexpr std::size_t kColumns =
+      2 * M::kVariableCount + kProbabilities + 9 + kKeyWords<typename M::Key>;
 
   struct Lane {
     typename M::Fixed fixed;
     typename M::State state;
     typename M::History history;
+    typename M::Posterior posterior;
   };
 
   void restart(std::uint32_t i, std::uint32_t t) {
@@ -65,6 +70,7 @@ class Tracer {
     M::init_visible(params_, draws, lanes_[i].fixed, lanes_[i].state);
     M::init_hidden(params_, draws, lanes_[i].fixed, lanes_[i].state);
     M::init_history(params_, lanes_[i].fixed, lanes_[i].state, lanes_[i].history);
+    M::init_posterior(params_, lanes_[i].fixed, lanes_[i].state, lanes_[i].posterior);
   }
 
   // Appends the row of one lane and moves it on; false if the lane has ended.
@@ -72,6 +78,7 @@ class Tracer {
     Lane& lane = lanes_[i];
     PhiloxDraws draws(key_, i, t);
     put_variables(lane.state, lane.fixed);
+    put_posterior(lane.posterior);
     put(M::default_policy(params_, lane.fixed, lane.state, lane.history, draws));
     const int action = choose_action(lane, i, t);
     put(action);
@@ -111,6 +118,8 @@ class Tracer {
       histories_agree_ = histories_agree_ && std::memcmp(&after, &rolled, sizeof after) == 0;
     }
     lane.history = after;
+    const typename M::Posterior before = lane.posterior;
+    M::advance_posterior(params_, lane.fixed, lane.state, action, key, next, before, lane.posterior);
   }
 
   void put_filter(const Lane& lane, std::uint32_t i, std::uint32_t t, int action,
@@ -139,6 +148,12 @@ class Tracer {
     std::int32_t values[M::kVariableCount];
     M::export_state(fixed, state, values);
     for (const std::int32_t value : values) put(value);
+  }
+
+  void put_posterior(const typename M::Posterior& posterior) {
+    float values[kProbabilities + 1];
+    std::memcpy(values, &posterior, kProbabilities * sizeof(float));
+    for (std::size_t i = 0; i < kProbabilities; ++i) put_float(values[i]);
   }
 
   void write_row(std::ofstream& out) const {

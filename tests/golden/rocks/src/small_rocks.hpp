@@ -11,10 +11,11 @@
 #include <hypgen/key.hpp>
 #include <hypgen/math.hpp>
 #include <hypgen/model.hpp>
+#include <hypgen/posterior.hpp>
 
 namespace hypgen::models {
 
-struct SmallRocks : NoHistory {
+struct SmallRocks : NoHistory, NotFactored {
   static constexpr int kActionCount = 5;
   static constexpr int kVisibleCount = 1;
   static constexpr int kVariableCount = 3;

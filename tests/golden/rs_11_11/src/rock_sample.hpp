@@ -11,6 +11,7 @@
 #include <hypgen/key.hpp>
 #include <hypgen/math.hpp>
 #include <hypgen/model.hpp>
+#include <hypgen/posterior.hpp>
 
 namespace hypgen::models {
 
@@ -20,6 +21,9 @@ struct RockSample : NoHistory {
   static constexpr int kVariableCount = 13;
   static constexpr bool kHasLower = false;
   using Key = std::uint64_t;
+  static constexpr bool kFactored = true;
+  static constexpr int kExactUnits = 11;
+  static constexpr int kParticleUnits = 0;
 
   struct Reading {
     static constexpr std::int32_t nothing = 0;
@@ -88,6 +92,11 @@ struct RockSample : NoHistory {
     HYPGEN_FN void set_rock_good_bits(std::int32_t value) {
       words[1] = bits::put(words[1], 0, 11, static_cast<std::uint32_t>(value));
     }
+  };
+
+  // What the agent knows: the probabilities of each exact factor's values.
+  struct Posterior {
+    float rock[11];
   };
 
   // Functions of the model ------------------------------------------------------------------------------
@@ -237,6 +246,112 @@ struct RockSample : NoHistory {
       return masses.density();
     }
     return value == Reading::nothing ? 1.0 : 0.0;
+  }
+
+  // Posteriors of factors -------------------------------------------------------------------------------
+
+  // rock_sample.pomdp:54
+  HYPGEN_FN static double density_init_rock_good(std::int32_t, bool value) {
+    return dist::bernoulli_density(value, 0.5f);
+  }
+
+  // Writes a joint value of rock, one of 2.
+  HYPGEN_FN static void put_rock(State& state, std::int32_t r, std::int32_t value) {
+    state.set_rock_good(r, value != 0);
+  }
+
+  HYPGEN_FN static std::int32_t code_of_rock(const State& state, std::int32_t r) {
+    return static_cast<std::int32_t>(state.rock_good(r));
+  }
+
+  HYPGEN_FN static void start_rock(const Params&, Fixed, State state, float* after) {
+    for (std::int32_t r = 0; r <= 10; ++r) {
+      float sums[2];
+      for (std::int32_t h = 0; h < 2; ++h) {
+        put_rock(state, r, h);
+        double likelihood = 1.0;
+        likelihood *= density_init_rock_good(r, state.rock_good(r));
+        sums[h] = static_cast<float>(likelihood);
+      }
+      posteriors::normalise<2>(sums, after + r);
+    }
+  }
+
+  HYPGEN_FN static bool advance_rock(const Params& params, const Fixed&, State state, int act, Key key,
+      State next, const float* now, float* after) {
+    Key rest = key;
+    const std::int32_t reading_seen = static_cast<std::int32_t>(rest % 3);
+    rest /= 3;
+    const std::int32_t reading_touch = Act::is_check(act) ? Act::argument_of_check(act) : -1;
+    const bool moves = act == Act::sample;
+    bool possible = true;
+    for (std::int32_t r = 0; r <= 10; ++r) {
+      if (!(moves || reading_touch == r)) continue;
+      float sums[2] = {};
+      bool same = true;
+      for (std::int32_t h = 0; h < 2; ++h) {
+        const float p = posteriors::probability<2>(now + r, h);
+        if (!(p > 0.0f)) continue;
+        put_rock(state, r, h);
+        put_rock(next, r, h);
+        next.set_rock_good(r, state.rock_good(r) && !(act == Act::sample && here(params, state, r)));
+        const std::int32_t g = code_of_rock(next, r);
+        double likelihood = 1.0;
+        if (reading_touch == r) likelihood *= density_reading(params, act, next, reading_seen);
+        same = same && g == h && likelihood == 1.0;
+        sums[g] += p * static_cast<float>(likelihood);
+      }
+      if (!same && !posteriors::normalise<2>(sums, after + r)) possible = false;
+    }
+    return possible;
+  }
+
+  HYPGEN_FN static void init_posterior(const Params& params, const Fixed& fixed, const State& state,
+      Posterior& after) {
+    after = Posterior{};
+    start_rock(params, fixed, state, after.rock);
+  }
+
+  HYPGEN_FN static bool advance_posterior(const Params& params, const Fixed& fixed, const State& state,
+      int action, Key key, const State& next, const Posterior& now, Posterior& after) {
+    after = now;
+    bool possible = true;
+    possible &= advance_rock(params, fixed, state, action, key, next, now.rock, after.rock);
+    return possible;
+  }
+
+  HYPGEN_FN static void advance_visible(const Params&, const Fixed&, const State& state, int act, Key,
+      State& next) {
+    next = state;
+    if (act == Act::east) {
+      next.set_rover_x(math::min(state.rover_x() + 1, 11));
+    } else if (act == Act::west) {
+      next.set_rover_x(math::max(state.rover_x() - 1, 0));
+    }
+    if (act == Act::north) {
+      next.set_rover_y(math::min(state.rover_y() + 1, 10));
+    } else if (act == Act::south) {
+      next.set_rover_y(math::max(state.rover_y() - 1, 0));
+    }
+  }
+
+  HYPGEN_FN static int unit_of(int variable) {
+    if (variable < 1) return -1;
+    if (variable < 2) return -1;
+    if (variable < 13) return variable - 2;
+    return -1;
+  }
+
+  HYPGEN_FN static int unit_size(int) {
+    return 2;
+  }
+
+  HYPGEN_FN static float probability(const Posterior& posterior, int unit, std::int32_t value) {
+    return posteriors::probability<2>(posterior.rock + unit, value);
+  }
+
+  HYPGEN_FN static void put_unit(int unit, std::int32_t value, Fixed&, State& state) {
+    return put_rock(state, unit, value);
   }
 
   // What the runtime calls ------------------------------------------------------------------------------

@@ -11,6 +11,7 @@
 #include <hypgen/key.hpp>
 #include <hypgen/math.hpp>
 #include <hypgen/model.hpp>
+#include <hypgen/posterior.hpp>
 
 namespace hypgen::models {
 
@@ -20,6 +21,9 @@ struct Tag : NoHistory {
   static constexpr int kVariableCount = 4;
   static constexpr bool kHasLower = false;
   using Key = std::uint64_t;
+  static constexpr bool kFactored = true;
+  static constexpr int kExactUnits = 1;
+  static constexpr int kParticleUnits = 0;
 
   struct Dir {
     static constexpr std::int32_t north = 0;
@@ -88,6 +92,11 @@ struct Tag : NoHistory {
     HYPGEN_FN void set_opponent_cell(std::int32_t value) {
       words[1] = bits::put(words[1], 0, 6, static_cast<std::uint32_t>(value));
     }
+  };
+
+  // What the agent knows: the probabilities of each exact factor's values.
+  struct Posterior {
+    float opponent[50];
   };
 
   // Functions of the model ------------------------------------------------------------------------------
@@ -165,6 +174,135 @@ struct Tag : NoHistory {
   // tag.pomdp:43
   HYPGEN_FN static double density_robot_seen(const State& next, bool value) {
     return value == (next.robot_cell() == next.opponent_cell()) ? 1.0 : 0.0;
+  }
+
+  // Posteriors of factors -------------------------------------------------------------------------------
+
+  // tag.pomdp:49
+  HYPGEN_FN static double density_init_opponent_cell(const Params& params, std::int32_t value) {
+    const std::int32_t count = params.opponent_cell_count_table;
+    std::int32_t equal = 0;
+    for (std::int32_t entry = 0; entry < count; ++entry) {
+      equal += value == params.opponent_cell_table[entry] ? 1 : 0;
+    }
+    return static_cast<double>(equal) / static_cast<double>(count);
+  }
+
+  // tag.pomdp:50
+  HYPGEN_FN static double density_opponent_cell(const Params& params, const State& state,
+      std::int32_t value) {
+    dist::Masses masses;
+    masses.take(0.2f, value == params.opponent_cell_table_2[state.opponent_cell()][state.robot_cell()][0]);
+    masses.take(0.2f, value == params.opponent_cell_table_2[state.opponent_cell()][state.robot_cell()][1]);
+    masses.take(0.2f, value == params.opponent_cell_table_2[state.opponent_cell()][state.robot_cell()][2]);
+    masses.take(0.2f, value == params.opponent_cell_table_2[state.opponent_cell()][state.robot_cell()][3]);
+    masses.take_rest(value == params.opponent_cell_table_2[state.opponent_cell()][state.robot_cell()][4]);
+    return masses.density();
+  }
+
+  // Writes a joint value of opponent, one of 50.
+  HYPGEN_FN static void put_opponent(State& state, std::int32_t value) {
+    state.set_opponent_cell(value);
+  }
+
+  HYPGEN_FN static std::int32_t code_of_opponent(const State& state) {
+    return state.opponent_cell();
+  }
+
+  HYPGEN_FN static void start_opponent(const Params& params, Fixed, State state, float* after) {
+    float sums[50];
+    for (std::int32_t h = 0; h < 50; ++h) {
+      put_opponent(state, h);
+      double likelihood = 1.0;
+      likelihood *= density_init_opponent_cell(params, state.opponent_cell());
+      sums[h] = static_cast<float>(likelihood);
+    }
+    posteriors::normalise<50>(sums, after);
+  }
+
+  HYPGEN_FN static bool advance_opponent(const Params& params, const Fixed&, State state, int act, Key key,
+      State next, const float* now, float* after) {
+    Key rest = key;
+    const std::int32_t robot_seen_seen = static_cast<std::int32_t>(rest % 2);
+    rest /= 2;
+    const std::int32_t end_touch = act == Act::tag ? 0 : -1;
+    bool possible = true;
+    float sums[50] = {};
+    bool same = true;
+    for (std::int32_t h = 0; h < 50; ++h) {
+      const float p = posteriors::probability<50>(now, h);
+      if (!(p > 0.0f)) continue;
+      put_opponent(state, h);
+      put_opponent(next, h);
+      for (std::int32_t g = 0; g < 50; ++g) {
+        put_opponent(next, g);
+        double likelihood = 1.0;
+        likelihood *= density_opponent_cell(params, state, next.opponent_cell());
+        if (likelihood == 0.0) {
+          same = same && g != h;
+          continue;
+        }
+        likelihood *= density_robot_seen(next, robot_seen_seen != 0);
+        if (end_touch == 0) {
+          if (act == Act::tag && state.robot_cell() == state.opponent_cell()) likelihood = 0.0;
+        }
+        same = same && likelihood == (g == h ? 1.0 : 0.0);
+        sums[g] += p * static_cast<float>(likelihood);
+      }
+    }
+    if (!same && !posteriors::normalise<50>(sums, after)) possible = false;
+    return possible;
+  }
+
+  HYPGEN_FN static void init_posterior(const Params& params, const Fixed& fixed, const State& state,
+      Posterior& after) {
+    after = Posterior{};
+    start_opponent(params, fixed, state, after.opponent);
+  }
+
+  HYPGEN_FN static bool advance_posterior(const Params& params, const Fixed& fixed, const State& state,
+      int action, Key key, const State& next, const Posterior& now, Posterior& after) {
+    after = now;
+    bool possible = true;
+    possible &= advance_opponent(params, fixed, state, action, key, next, now.opponent, after.opponent);
+    return possible;
+  }
+
+  HYPGEN_FN static void advance_visible(const Params& params, const Fixed&, const State& state, int act,
+      Key key, State& next) {
+    Key rest = key;
+    const std::int32_t robot_seen_seen = static_cast<std::int32_t>(rest % 2);
+    rest /= 2;
+    next = state;
+    if (Act::is_move(act)) {
+      const std::int32_t d = Act::argument_of_move(act);
+      next.set_robot_cell(step_(params, state.robot_cell(), d));
+    }
+    if (Act::is_move(act)) {
+      const std::int32_t d = Act::argument_of_move(act);
+      next.set_robot_heading(d);
+    }
+    next.set_robot_seen(robot_seen_seen != 0);
+  }
+
+  HYPGEN_FN static int unit_of(int variable) {
+    if (variable < 1) return -1;
+    if (variable < 2) return -1;
+    if (variable < 3) return -1;
+    if (variable < 4) return 0;
+    return -1;
+  }
+
+  HYPGEN_FN static int unit_size(int) {
+    return 50;
+  }
+
+  HYPGEN_FN static float probability(const Posterior& posterior, int, std::int32_t value) {
+    return posteriors::probability<50>(posterior.opponent, value);
+  }
+
+  HYPGEN_FN static void put_unit(int, std::int32_t value, Fixed&, State& state) {
+    return put_opponent(state, value);
   }
 
   // What the runtime calls ------------------------------------------------------------------------------

@@ -11,6 +11,7 @@
 #include <hypgen/key.hpp>
 #include <hypgen/math.hpp>
 #include <hypgen/model.hpp>
+#include <hypgen/posterior.hpp>
 
 namespace hypgen::models {
 
@@ -20,6 +21,9 @@ struct Tiger : NoHistory {
   static constexpr int kVariableCount = 1;
   static constexpr bool kHasLower = false;
   using Key = std::uint64_t;
+  static constexpr bool kFactored = true;
+  static constexpr int kExactUnits = 1;
+  static constexpr int kParticleUnits = 0;
 
   struct Door {
     static constexpr std::int32_t left = 0;
@@ -55,6 +59,11 @@ struct Tiger : NoHistory {
     HYPGEN_FN void set_room_tiger(std::int32_t value) {
       words[0] = bits::put(words[0], 0, 1, static_cast<std::uint32_t>(value));
     }
+  };
+
+  // What the agent knows: the probabilities of each exact factor's values.
+  struct Posterior {
+    float room[1];
   };
 
   // Element updates -------------------------------------------------------------------------------------
@@ -96,6 +105,106 @@ struct Tiger : NoHistory {
       std::int32_t value) {
     if (act == Act::listen) return dist::noisy_density(value == next.room_tiger(), params.hearing, 2);
     return 1.0 / 2.0;
+  }
+
+  // Posteriors of factors -------------------------------------------------------------------------------
+
+  // tiger.pomdp:15
+  HYPGEN_FN static double density_init_room_tiger(std::int32_t) {
+    return 1.0 / 2.0;
+  }
+
+  // tiger.pomdp:16
+  HYPGEN_FN static double density_room_tiger(const State& state, std::int32_t act, std::int32_t value) {
+    if (act == Act::listen) return value == state.room_tiger() ? 1.0 : 0.0;
+    return 1.0 / 2.0;
+  }
+
+  // Writes a joint value of room, one of 2.
+  HYPGEN_FN static void put_room(State& state, std::int32_t value) {
+    state.set_room_tiger(value);
+  }
+
+  HYPGEN_FN static std::int32_t code_of_room(const State& state) {
+    return state.room_tiger();
+  }
+
+  HYPGEN_FN static void start_room(const Params&, Fixed, State state, float* after) {
+    float sums[2];
+    for (std::int32_t h = 0; h < 2; ++h) {
+      put_room(state, h);
+      double likelihood = 1.0;
+      likelihood *= density_init_room_tiger(state.room_tiger());
+      sums[h] = static_cast<float>(likelihood);
+    }
+    posteriors::normalise<2>(sums, after);
+  }
+
+  HYPGEN_FN static bool advance_room(const Params& params, const Fixed&, State state, int act, Key key,
+      State next, const float* now, float* after) {
+    Key rest = key;
+    const std::int32_t heard_seen = static_cast<std::int32_t>(rest % 2);
+    rest /= 2;
+    const std::int32_t heard_touch = act == Act::listen ? 0 : -1;
+    bool possible = true;
+    float sums[2] = {};
+    bool same = true;
+    for (std::int32_t h = 0; h < 2; ++h) {
+      const float p = posteriors::probability<2>(now, h);
+      if (!(p > 0.0f)) continue;
+      put_room(state, h);
+      put_room(next, h);
+      for (std::int32_t g = 0; g < 2; ++g) {
+        put_room(next, g);
+        double likelihood = 1.0;
+        likelihood *= density_room_tiger(state, act, next.room_tiger());
+        if (likelihood == 0.0) {
+          same = same && g != h;
+          continue;
+        }
+        if (heard_touch == 0) likelihood *= density_heard(params, act, next, heard_seen);
+        same = same && likelihood == (g == h ? 1.0 : 0.0);
+        sums[g] += p * static_cast<float>(likelihood);
+      }
+    }
+    if (!same && !posteriors::normalise<2>(sums, after)) possible = false;
+    return possible;
+  }
+
+  HYPGEN_FN static void init_posterior(const Params& params, const Fixed& fixed, const State& state,
+      Posterior& after) {
+    after = Posterior{};
+    start_room(params, fixed, state, after.room);
+  }
+
+  HYPGEN_FN static bool advance_posterior(const Params& params, const Fixed& fixed, const State& state,
+      int action, Key key, const State& next, const Posterior& now, Posterior& after) {
+    after = now;
+    bool possible = true;
+    possible &= advance_room(params, fixed, state, action, key, next, now.room, after.room);
+    return possible;
+  }
+
+  HYPGEN_FN static void advance_visible(const Params&, const Fixed&, const State& state, int, Key,
+      State& next) {
+    next = state;
+  }
+
+  HYPGEN_FN static int unit_of(int variable) {
+    if (variable < 1) return 0;
+    return -1;
+  }
+
+  HYPGEN_FN static int unit_size(int) {
+    return 2;
+  }
+
+  HYPGEN_FN static float probability(const Posterior& posterior, int, std::int32_t value) {
+    return posteriors::probability<2>(posterior.room, value);
+  }
+
+  HYPGEN_FN static void put_unit(int, std::int32_t value, Fixed&, State& state) {
+    return put_room(state, value);
   }
 
   // What the runtime calls ------------------------------------------------------------------------------

@@ -11,6 +11,7 @@
 #include <hypgen/key.hpp>
 #include <hypgen/math.hpp>
 #include <hypgen/model.hpp>
+#include <hypgen/posterior.hpp>
 
 namespace hypgen::models {
 
@@ -20,6 +21,9 @@ struct TwoRobotRockSample : NoHistory {
   static constexpr int kVariableCount = 24;
   static constexpr bool kHasLower = false;
   using Key = std::uint64_t;
+  static constexpr bool kFactored = true;
+  static constexpr int kExactUnits = 20;
+  static constexpr int kParticleUnits = 0;
 
   struct Reading {
     static constexpr std::int32_t nothing = 0;
@@ -92,6 +96,11 @@ struct TwoRobotRockSample : NoHistory {
       const auto i = static_cast<std::uint32_t>(i0);
       words[1] = bits::put(words[1], i, 1, static_cast<std::uint32_t>(value));
     }
+  };
+
+  // What the agent knows: the probabilities of each exact factor's values.
+  struct Posterior {
+    float rock[20];
   };
 
   // Functions of the model ------------------------------------------------------------------------------
@@ -221,6 +230,146 @@ struct TwoRobotRockSample : NoHistory {
       return masses.density();
     }
     return value == Reading::nothing ? 1.0 : 0.0;
+  }
+
+  // Posteriors of factors -------------------------------------------------------------------------------
+
+  // two_robot_rock_sample.pomdp:50
+  HYPGEN_FN static double density_init_rock_good(std::int32_t, bool value) {
+    return dist::bernoulli_density(value, 0.5f);
+  }
+
+  // Writes a joint value of rock, one of 2.
+  HYPGEN_FN static void put_rock(State& state, std::int32_t r, std::int32_t value) {
+    state.set_rock_good(r, value != 0);
+  }
+
+  HYPGEN_FN static std::int32_t code_of_rock(const State& state, std::int32_t r) {
+    return static_cast<std::int32_t>(state.rock_good(r));
+  }
+
+  HYPGEN_FN static void start_rock(const Params&, Fixed, State state, float* after) {
+    for (std::int32_t r = 0; r <= 19; ++r) {
+      float sums[2];
+      for (std::int32_t h = 0; h < 2; ++h) {
+        put_rock(state, r, h);
+        double likelihood = 1.0;
+        likelihood *= density_init_rock_good(r, state.rock_good(r));
+        sums[h] = static_cast<float>(likelihood);
+      }
+      posteriors::normalise<2>(sums, after + r);
+    }
+  }
+
+  HYPGEN_FN static bool advance_rock(const Params& params, const Fixed&, State state, int action, Key key,
+      State next, const float* now, float* after) {
+    const Joint move = joint(action);
+    Key rest = key;
+    std::int32_t bot_reading_seen[2];
+    for (int i = 1; i >= 0; --i) {
+      bot_reading_seen[i] = static_cast<std::int32_t>(rest % 3);
+      rest /= 3;
+    }
+    std::int32_t bot_reading_touch[2];
+    for (std::int32_t b = 0; b <= 1; ++b) {
+      if (Move::is_check(move[b])) {
+        bool found = false;
+        for (std::int32_t c_t1 = 0; c_t1 <= 1; ++c_t1) {
+          if (c_t1 < b) found |= takes(params, state, move, c_t1, Move::argument_of_check(move[b]));
+        }
+        bot_reading_touch[b] = !found ? Move::argument_of_check(move[b]) : -1;
+      } else {
+        bot_reading_touch[b] = -1;
+      }
+    }
+    bool found = false;
+    for (std::int32_t b = 0; b <= 1; ++b) found |= move[b] == Move::sample;
+    const bool moves = found;
+    bool possible = true;
+    for (std::int32_t r = 0; r <= 19; ++r) {
+      bool concerned = moves;
+      for (const std::int32_t entry : bot_reading_touch) concerned |= entry == r;
+      if (!concerned) continue;
+      float sums[2] = {};
+      bool same = true;
+      for (std::int32_t h = 0; h < 2; ++h) {
+        const float p = posteriors::probability<2>(now + r, h);
+        if (!(p > 0.0f)) continue;
+        put_rock(state, r, h);
+        put_rock(next, r, h);
+        bool holds = state.rock_good(r);
+        if (holds) {
+          bool found_2 = false;
+          for (std::int32_t b = 0; b <= 1; ++b) found_2 |= takes(params, state, move, b, r);
+          holds = !found_2;
+        }
+        next.set_rock_good(r, holds);
+        const std::int32_t g = code_of_rock(next, r);
+        double likelihood = 1.0;
+        for (std::int32_t b = 0; b <= 1; ++b) {
+          if (bot_reading_touch[b] == r) {
+            likelihood *= density_bot_reading(params, state, move, b, bot_reading_seen[b]);
+          }
+        }
+        same = same && g == h && likelihood == 1.0;
+        sums[g] += p * static_cast<float>(likelihood);
+      }
+      if (!same && !posteriors::normalise<2>(sums, after + r)) possible = false;
+    }
+    return possible;
+  }
+
+  HYPGEN_FN static void init_posterior(const Params& params, const Fixed& fixed, const State& state,
+      Posterior& after) {
+    after = Posterior{};
+    start_rock(params, fixed, state, after.rock);
+  }
+
+  HYPGEN_FN static bool advance_posterior(const Params& params, const Fixed& fixed, const State& state,
+      int action, Key key, const State& next, const Posterior& now, Posterior& after) {
+    after = now;
+    bool possible = true;
+    possible &= advance_rock(params, fixed, state, action, key, next, now.rock, after.rock);
+    return possible;
+  }
+
+  HYPGEN_FN static void advance_visible(const Params&, const Fixed&, const State& state, int action, Key,
+      State& next) {
+    const Joint move = joint(action);
+    next = state;
+    for (std::int32_t b = 0; b <= 1; ++b) {
+      if (move[b] == Move::east) {
+        next.set_bot_x(b, math::min(state.bot_x(b) + 1, 20));
+      } else if (move[b] == Move::west) {
+        next.set_bot_x(b, math::max(state.bot_x(b) - 1, 0));
+      }
+    }
+    for (std::int32_t b = 0; b <= 1; ++b) {
+      if (move[b] == Move::north) {
+        next.set_bot_y(b, math::min(state.bot_y(b) + 1, 19));
+      } else if (move[b] == Move::south) {
+        next.set_bot_y(b, math::max(state.bot_y(b) - 1, 0));
+      }
+    }
+  }
+
+  HYPGEN_FN static int unit_of(int variable) {
+    if (variable < 2) return -1;
+    if (variable < 4) return -1;
+    if (variable < 24) return variable - 4;
+    return -1;
+  }
+
+  HYPGEN_FN static int unit_size(int) {
+    return 2;
+  }
+
+  HYPGEN_FN static float probability(const Posterior& posterior, int unit, std::int32_t value) {
+    return posteriors::probability<2>(posterior.rock + unit, value);
+  }
+
+  HYPGEN_FN static void put_unit(int unit, std::int32_t value, Fixed&, State& state) {
+    return put_rock(state, unit, value);
   }
 
   // What the runtime calls ------------------------------------------------------------------------------

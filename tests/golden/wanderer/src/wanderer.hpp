@@ -11,10 +11,11 @@
 #include <hypgen/key.hpp>
 #include <hypgen/math.hpp>
 #include <hypgen/model.hpp>
+#include <hypgen/posterior.hpp>
 
 namespace hypgen::models {
 
-struct Wanderer : NoHistory {
+struct Wanderer : NoHistory, NotFactored {
   static constexpr int kActionCount = 4;
   static constexpr int kVisibleCount = 2;
   static constexpr int kVariableCount = 9;

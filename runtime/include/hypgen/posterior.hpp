@@ -1,0 +1,48 @@
+// Exact posteriors of independent hidden variables: the arithmetic that every model shares.
+#pragma once
+
+#include <cstdint>
+
+#include "hypgen/config.hpp"
+
+namespace hypgen {
+
+// The base of a model none of whose hidden variables have a posterior of their own.
+struct NotFactored {
+  struct Posterior {};
+  static constexpr bool kFactored = false;
+  static constexpr int kExactUnits = 0;
+
+  template <class... Parts>
+  HYPGEN_FN static void init_posterior(const Parts&...) {}
+  template <class... Parts>
+  HYPGEN_FN static bool advance_posterior(const Parts&...) {
+    return true;
+  }
+};
+
+namespace posteriors {
+
+// The probability of one of N joint values. Of two, only the second's is stored.
+template <int N>
+HYPGEN_FN float probability(const float* stored, std::int32_t value) {
+  if constexpr (N == 2) return value != 0 ? stored[0] : 1.0F - stored[0];
+  return stored[value];
+}
+
+// Stores the sums divided by their total; false, and nothing is stored, unless that is above 0.
+template <int N>
+HYPGEN_FN bool normalise(const float* sums, float* stored) {
+  float total = 0.0F;
+  for (int i = 0; i < N; ++i) total += sums[i];
+  if (!(total > 0.0F)) return false;
+  if constexpr (N == 2) {
+    stored[0] = sums[1] / total;
+  } else {
+    for (int i = 0; i < N; ++i) stored[i] = sums[i] / total;
+  }
+  return true;
+}
+
+}  // namespace posteriors
+}  // namespace hypgen
