@@ -1,13 +1,14 @@
 """Which expressions may be evaluated outside of the conditions that stand around them.
 
 Conditions narrow the intervals of what is read where they hold: ``if x > 6 then log(x - 5) else 0`` needs a
-table of two entries, whose index is out of range wherever the condition fails.
+table of two entries, whose index is out of range wherever the condition fails. Inlining puts expressions in
+the place of a function's formals, whose intervals its conditions narrowed: so indexes are looked at again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 from hypgen.codegen.histories import HistoryRead
@@ -38,15 +39,24 @@ def unguarded(node: Node) -> Iterator[Node]:
         yield from unguarded(child)
 
 
+@dataclass(frozen=True)
+class _Signature:
+    """The whole type of what a name stands for, and those of its indexes or arguments."""
+
+    type: Type
+    indices: tuple[Type, ...] = ()
+
+
 class Hoisting:
     """Knows the whole range of everything that a model's expressions read."""
 
     def __init__(self, model: ir.Model) -> None:
-        self.variables = {v.name: v.type for v in model.variables}
-        self.lets = {let.name: let.dist.type for let in model.all_lets}
-        self.kept = {f.key: f.type for f in fields_of(model)}
-        self.functions = {f.name: f.type for f in model.functions}
-        self.constants = {p.name: p.type for p in model.params} | {t.name: t.type for t in model.tables}
+        arrays = (*model.params, *model.tables)
+        self.variables = {v.name: _Signature(v.type, v.indices) for v in model.variables}
+        self.lets = {let.name: _Signature(let.dist.type, _types(let.binder)) for let in model.all_lets}
+        self.kept = {f.key: _Signature(f.type, f.indices) for f in fields_of(model)}
+        self.functions = {f.name: _Signature(f.type, _types(*f.formals)) for f in model.functions}
+        self.constants = {a.name: _Signature(a.type, a.indices) for a in arrays}
         self.locals: dict[str, list[Type]] = {}
         self._declare(model)
 
@@ -58,21 +68,26 @@ class Hoisting:
             case ir.Local(name=name):
                 # A name that is not the model's is code generation's own, and of its whole type everywhere.
                 return all(_covers(node.type, t) for t in self.locals.get(name, ()))
-            case ir.StateRead(variable=name):
+            case ir.StateRead(variable=name, indices=indices):
                 whole = self.variables.get(name)
-            case HistoryRead(field=name):
+            case HistoryRead(field=name, indices=indices):
                 whole = self.kept.get(name)
-            case ir.LetRead(let=name):
+            case ir.LetRead(let=name, indices=indices):
                 whole = self.lets.get(name)
-            case ir.Call(function=name):
+            case ir.Call(function=name, arguments=indices):
                 whole = self.functions.get(name)
-            case ir.ParamRead(param=name) | ir.TableRead(table=name):
+            case ir.ParamRead(param=name, indices=indices) | ir.TableRead(table=name, indices=indices):
                 whole = self.constants.get(name)
             case ir.FieldRead(record=record, field=field):
-                whole = record.field_type(field)
+                whole, indices = _Signature(record.field_type(field)), ()
             case _:
-                whole = node.type
-        return whole is not None and _covers(node.type, whole) and all(map(self.is_safe, children(node)))
+                whole, indices = _Signature(node.type), ()
+        return (
+            whole is not None
+            and _covers(node.type, whole.type)
+            and all(_covers(t, i.type) for t, i in zip(whole.indices, indices, strict=True))
+            and all(map(self.is_safe, children(node)))
+        )
 
     def _declare(self, value: Any) -> None:
         """Enter the types of all locals that ``value`` introduces."""
@@ -93,6 +108,10 @@ class Hoisting:
     def _declare_fields(self, value: Any) -> None:
         for item in fields(value):
             self._declare(getattr(value, item.name))
+
+
+def _types(*binders: ir.Binder | None) -> tuple[Type, ...]:
+    return tuple(b.type for b in binders if b is not None)
 
 
 def _covers(t: Type, whole: Type) -> bool:

@@ -14,7 +14,16 @@ from hypgen.dsl.driver import load
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent.parent / "examples"
-MODELS = [*(f"{path.stem}.pomdp" for path in sorted(EXAMPLES.glob("*.pomdp"))), "rocks", "wanderer"]
+MODELS = [
+    "rock_sample.pomdp",
+    "rs_11_11.pomdp",
+    "tag.pomdp",
+    "tiger.pomdp",
+    "tiger_memory.pomdp",
+    "two_robot_rock_sample.pomdp",
+    "rocks",
+    "wanderer",
+]
 
 
 def model(name: str) -> ir.Model:

@@ -39,3 +39,12 @@ def test_a_table_is_as_large_as_what_reaches_it(reward: str, statement: str) -> 
     assert statement in body
     if "act" in reward:
         assert body.index("act == Act::go") < body.index(statement)
+
+
+def test_no_entry_is_read_before_the_condition_that_keeps_its_index_in_range() -> None:
+    text = MODEL.format(reward="if wet_at(bot.k + 4) then 1 else 0").replace(
+        "element bot", "fn wet_at(c: int): bool = at(sea.wet, c, false)\nelement bot"
+    )
+    sea = "element sea {\n  hidden fixed wet: bool[Cell]\n  init wet ~ [c in Cell: bernoulli(0.5)]\n}\n"
+    source = Source("m.pomdp", text + sea)
+    assert "_table" not in generate(lower(parse(source), {}, source))["src/m.hpp"]
