@@ -29,7 +29,7 @@ def describe(facts: Facts) -> Iterator[tuple[str, list[str]]]:
         yield "Draws: one random number each, named by its site", _draws(facts["draws"])
     yield f"Reward of a step: {_range(facts['rewards'])}", _terms(facts["rewards"]["terms"])
     yield "Bounds", _bounds(facts["bounds"])
-    yield _policy(facts["policy"]), []
+    yield _policy(facts["policy"]), _layout(facts["policy"]["history"]["variables"])
     yield _belief(facts["belief"]), _factors(facts["belief"])
 
 
@@ -117,11 +117,9 @@ def _bounds(bounds: dict[str, Facts]) -> list[str]:
 def _policy(policy: Facts) -> str:
     if policy["origin"] == "uniform":
         return "Default policy: uniform over the legal actions, as none is declared"
-    kept = [f"memory {r['name']}: {r['type']}" for r in policy["memory"]]
-    kept += [f"the last {name}" for name in policy["last_observations"]]
-    kept += ["the last action"] if policy["last_action"] else []
-    known = f"; it keeps {', '.join(kept)}" if kept else "; it sees visible state only"
-    return f"Default policy: declared in line {policy['line']}{known}"
+    kept = policy["history"]
+    known = f"and {kept['bytes']} bytes of history" if kept["variables"] else "only"
+    return f"Default policy: declared in line {policy['line']}; it knows visible state {known}"
 
 
 def _belief(belief: Facts) -> str:

@@ -10,7 +10,7 @@ import click
 
 from hypgen.cli.common import EXIT_CODES, Exit
 
-TEMPLATES = ("minimal", "robot")
+TEMPLATES = ("minimal", "robot", "memory")
 
 
 @click.command(epilog=EXIT_CODES)
@@ -20,7 +20,8 @@ TEMPLATES = ("minimal", "robot")
     type=click.Choice(TEMPLATES),
     default="minimal",
     show_default=True,
-    help="minimal: a machine to run, look at or repair. robot: a grid, a family of plants, a policy.",
+    help="minimal: a machine to run, look at or repair. robot: a grid, a family of plants, a policy. "
+    "memory: a search, with a policy that remembers.",
 )
 @click.option(
     "-o",

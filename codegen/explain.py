@@ -87,12 +87,13 @@ def _state(model: ir.Model) -> dict[str, Any]:
 
 
 def _block(block: Block, model: ir.Model) -> dict[str, Any]:
+    hidden = {v.name for v in model.variables if not v.visible}
     return {
         "bytes": block.words * WORD // 8 if block.fields else 0,
         "variables": [
             {
                 "name": field.variable,
-                "visible": model.variable(field.variable).visible,
+                "visible": field.variable not in hidden,
                 "type": str(field.type),
                 "indices": [str(i) for i in field.indices],
                 "entries": field.length,
@@ -184,13 +185,11 @@ def _bound(model: ir.Model, name: str) -> dict[str, Any]:
 
 
 def _policy(model: ir.Model) -> dict[str, Any]:
-    policy, history = model.policy, model.history
+    policy = model.policy
     return {
         "origin": "uniform" if policy is None else "declared",
         "line": None if policy is None else policy.span.line,
-        "memory": [{"name": r.name, "type": str(r.type)} for r in history.registers],
-        "last_observations": list(history.observations),
-        "last_action": history.action,
+        "history": _block(pack(model).history, model),
     }
 
 

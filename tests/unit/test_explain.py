@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from pathlib import Path
 
 import ir_samples
 import pytest
@@ -12,6 +13,7 @@ import pytest
 from hypgen.cli.explain_text import describe
 from hypgen.codegen.explain import explain
 from hypgen.dsl import ir
+from hypgen.dsl.driver import load
 from hypgen.dsl.source import Span
 from hypgen.dsl.types import Float, Int
 
@@ -79,3 +81,11 @@ def test_bounds(lower: float | None, words: str) -> None:
     shown = text(dataclasses.replace(ir_samples.tiger(), lower=value))
     row = next(line for line in shown.splitlines() if line.startswith("  lower"))
     assert words in row
+
+
+def test_what_the_policy_keeps_is_laid_out() -> None:
+    template = Path(__file__).parent.parent.parent / "cli" / "templates" / "memory.pomdp"
+    model = load(template).model
+    assert "it knows visible state and 4 bytes of history\n" in text(model)
+    kept = explain(model)["policy"]["history"]["variables"]
+    assert [v["name"] for v in kept] == ["memory:score", "last:signal", "last_action", "started"]
