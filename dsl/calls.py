@@ -15,6 +15,7 @@ from hypgen.dsl import (
     ir,
     operators,
     range_calls,
+    recursion,
     trigonometry,
 )
 from hypgen.dsl.diagnostics import did_you_mean
@@ -110,6 +111,8 @@ def _function(item: ast.Function, node: ast.Call, scope: Scope) -> ir.Expr:
             for n, f in zip(node.arguments, formals, strict=True)
         ]
     )
+    if item.name in program.recursive:
+        return recursion.call(item, arguments, node, scope)
     if scope.owner is not None:
         program.uses.add(scope.owner, Use("fn", item.name, scope.primed, node.span))
     if scope.evaluate:

@@ -162,6 +162,8 @@ class Closures:
         raise Irregular
 
     def _function(self, name: str) -> ir.Function:
+        if name in self._program.unrolled:
+            return self._program.unrolled[name]
         item = self._program.symbols.globals[name]
         assert isinstance(item, ast.Function)
         return self._program.function(item)

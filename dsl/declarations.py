@@ -11,8 +11,8 @@ from hypgen.dsl import ast, ir
 from hypgen.dsl.constants import shape
 from hypgen.dsl.distributions import right_side
 from hypgen.dsl.mistakes import gather, mistake
-from hypgen.dsl.operators import retyped
-from hypgen.dsl.scope import Scope
+from hypgen.dsl.operators import integer, retyped
+from hypgen.dsl.scope import Falling, Scope
 from hypgen.dsl.type_expressions import length, require_finite, require_length, scalar_type
 from hypgen.dsl.typecheck import check_as, fit
 from hypgen.dsl.types import INT, INT32_MAX, PROB, Float, Int, Type, size_of
@@ -92,6 +92,22 @@ def function(item: ast.Function, program: Program) -> ir.Function:
     return ir.Function(item.name, binders, _reached(declared, body), body, item.span)
 
 
+def copy(name: str, item: ast.Function, frames: tuple[Falling, ...], program: Program) -> ir.Function:
+    """Return a recursive function under ``name``, with the constants of the last of ``frames`` filled in."""
+    constants = frames[-1].constants
+    binders = program.formals(item)
+    open_ints = any(b.type == INT and b.name not in constants for b in binders)
+    scope = Scope(program, owner=f"fn {name}", unrolling=frames, open_ints=open_ints)
+    for field, binder in zip(item.formals, binders, strict=True):
+        given = constants.get(binder.name)
+        value = ir.Local(binder.type, binder.name) if given is None else integer(given)
+        scope = scope.bind(field.name, value, field.span)
+    declared = scalar_type(item.type, program)
+    body = check_as(item.rhs.expr, scope, declared, f"the value of '{item.name}'")
+    rest = tuple(b for b in binders if b.name not in constants)
+    return ir.Function(name, rest, _reached(declared, body), body, item.span)
+
+
 def _reached(declared: Type, body: ir.Expr) -> Type:
     return body.type if isinstance(declared, Int | Float) and declared != PROB else declared
 
@@ -99,7 +115,8 @@ def _reached(declared: Type, body: ir.Expr) -> Type:
 def follow_call(item: ast.Function, arguments: list[ir.Expr], scope: Scope) -> ir.Expr:
     """Return the value of a call of ``item`` where ``scope`` evaluates."""
     program = scope.program
-    program.function(item)  # reports what is wrong with it by itself, recursion included
+    if item.name not in program.recursive:
+        program.function(item)  # reports what is wrong with it by itself
     names = [f.name for f in item.formals]
     inner = _followed(scope, None, dict(zip(names, arguments, strict=True)))
     declared = scalar_type(item.type, program)

@@ -105,7 +105,7 @@ def _connective(node: ast.Binary, scope: Scope) -> ir.Expr:
     what = f"an operand of '{node.op}'"
     left = check_as(node.left, scope, BOOL, what)
     known = scope.given(left, node.op == "and")
-    if scope.evaluate and isinstance(left, ir.Const) and left.value == (node.op == "or"):
+    if (scope.evaluate or scope.unrolling) and isinstance(left, ir.Const) and left.value == (node.op == "or"):
         return left
     right = check_as(node.right, known, BOOL, what)
     return operators.both(left, right) if node.op == "and" else operators.either(left, right)
@@ -241,7 +241,7 @@ def _conditional(node: ast.If, scope: Scope, expected: Type | None) -> ir.Expr:
     yes, no = scope.given(condition), scope.given(condition, False)
     if isinstance(condition, ir.Const):
         live, dead = (node.then, node.otherwise) if condition.value else (node.otherwise, node.then)
-        if not scope.evaluate:
+        if not scope.evaluate and not scope.unrolling:
             unreachable(partial(check, dead, scope, expected))
         return check(live, scope, expected)
     if expected is None and references.is_bare_variant(node.then, scope):

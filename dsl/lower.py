@@ -106,7 +106,7 @@ def _model(program: Program, sources: Sequence[Source]) -> ir.Model | None:
     warnings.check_float_equalities(program)
     check_reads(program, variables, _readers(program, inits, found_bounds, invariants))
     updates = analysis.stage_updates(updates, program.uses, report)
-    inits = init_order.order_inits(inits, variables, declared.definitions(), program.uses, report)
+    inits = init_order.order_inits(inits, variables, declared.definitions(program), program.uses, report)
     sites = [(a.site, a.span) for a in (*inits, *updates)]
     sites += [(o.site, o.span) for o in observations]
     policy_lets = () if policy is None else policy.lets
@@ -135,7 +135,7 @@ def _model(program: Program, sources: Sequence[Source]) -> ir.Model | None:
         elements=tuple(declared.elements),
         variables=tuple(marked),
         lets=tuple(declared.lets),
-        functions=tuple(declared.functions),
+        functions=(*declared.functions, *program.unrolled.values()),
         action=action,
         inits=tuple(inits),
         updates=tuple(updates),
@@ -176,9 +176,10 @@ class _Declared:
         for item in program.symbols.globals.values():
             program.report.attempt(partial(self._add, item, program))
 
-    def definitions(self) -> init_order.Definitions:
+    def definitions(self, program: Program) -> init_order.Definitions:
         """Return what reads of state may go through."""
-        lets, functions = {x.name: x for x in self.lets}, {f.name: f for f in self.functions}
+        lets = {x.name: x for x in self.lets}
+        functions = {f.name: f for f in self.functions} | program.unrolled
         families = frozenset(e.name for e in self.elements if e.binder is not None)
         return init_order.Definitions(lets, functions, families)
 
@@ -198,7 +199,7 @@ class _Declared:
                 self.params.append(program.param(item))
             case ast.Function(rhs=ast.Rhs(draw=True)):
                 program.named_distribution(item)
-            case ast.Function():
+            case ast.Function(_, name) if name not in program.recursive:
                 self.functions.append(program.function(item))
             case ast.Element(_, name):
                 self.elements.append(program.element(name))

@@ -84,13 +84,14 @@ def cases(
         name = scope.fresh("matched")
         binding, value = (name, value), ir.Local(value.type, name)
         scope = scope.hide(name, value)
-    _check_coverage(node, matched)
+    known = isinstance(value, ir.Const) and (scope.evaluate or bool(scope.unrolling))
+    _check_coverage(node, matched, known)
     live: list[Case] = []
     for arm in node.arms:
         case = _case(arm, value, scope)
         scope = scope.given(case.condition, False)
         if operators.is_false(case.condition) or (live and operators.is_true(live[-1].condition)):
-            if not scope.evaluate:
+            if not scope.evaluate and not scope.unrolling:
                 unreachable(partial(check_dead, case.body, case.scope))
             continue
         live.append(case)
@@ -137,7 +138,7 @@ def _key(pattern: ast.Pattern) -> str | int | bool:
     return pattern.name
 
 
-def _check_coverage(node: ast.Match, t: Enum | Bool | Int) -> None:
+def _check_coverage(node: ast.Match, t: Enum | Bool | Int, known: bool) -> None:
     """Raise unless the patterns fit the type, none is in vain, and together they cover it."""
     seen: set[str | int | bool] = set()
     closed = False
@@ -153,7 +154,7 @@ def _check_coverage(node: ast.Match, t: Enum | Bool | Int) -> None:
             if pattern.is_else:
                 closed = True
                 continue
-            _check_pattern(pattern, t, alone=len(arm.patterns) == 1)
+            _check_pattern(pattern, t, alone=len(arm.patterns) == 1, known=known)
             key = _key(pattern)
             if key in seen:
                 raise mistake(
@@ -191,7 +192,7 @@ def _shown(key: str | int | bool) -> str:
     return str(key).lower() if isinstance(key, bool) else str(key)
 
 
-def _check_pattern(pattern: ast.Pattern, t: Enum | Bool | Int, *, alone: bool) -> None:
+def _check_pattern(pattern: ast.Pattern, t: Enum | Bool | Int, *, alone: bool, known: bool) -> None:
     key = _key(pattern)
     if isinstance(t, Enum):
         if not isinstance(key, str):
@@ -212,7 +213,7 @@ def _check_pattern(pattern: ast.Pattern, t: Enum | Bool | Int, *, alone: bool) -
     if pattern.argument is not None or isinstance(key, str) or isinstance(key, bool) != isinstance(t, Bool):
         wanted = "true or false" if isinstance(t, Bool) else "integers"
         raise mistake("E0307", f"this matches {wanted}", pattern.span, f"use {wanted} as patterns")
-    if isinstance(t, Int) and not t.low <= key <= t.high:
+    if isinstance(t, Int) and not known and not t.low <= key <= t.high:
         raise mistake(
             "E0307", f"{key} never occurs: the value ranges over {t}", pattern.span, "remove this pattern"
         )

@@ -8,6 +8,7 @@ user of a wrong one by a ``Mistake`` without diagnostics.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import TypeVar
 
 from hypgen.dsl import (
@@ -19,12 +20,13 @@ from hypgen.dsl import (
     ir,
     named_distributions,
     policies,
+    recursion,
     settings,
     type_expressions,
 )
 from hypgen.dsl.beliefs import Asked
 from hypgen.dsl.mistakes import Mistake, Report, mistake
-from hypgen.dsl.scope import Scope
+from hypgen.dsl.scope import Falling, Scope
 from hypgen.dsl.source import Span
 from hypgen.dsl.symbols import Symbols
 from hypgen.dsl.types import Type
@@ -45,6 +47,7 @@ class Program:
         self.report = report
         self.uses = Uses()
         self.float_equalities: dict[str, dict[Span, None]] = {}  # where each declaration has them
+        self.unrolled: dict[str, ir.Function] = {}  # copies of recursive functions
         self.literals: list[ir.ConstantArray] = []  # of definitions whose entries are listed
         self.beliefs: list[Asked] = []
         self._done: dict[str, object] = {}
@@ -66,7 +69,7 @@ class Program:
                 "E0208",
                 f"{key} is defined by itself: {path}",
                 self._active[key],
-                "break the circle: recursion is not part of this version of the language",
+                "break the circle: what one of them needs must not come from itself",
                 [(self._active[k], f"{k} is declared here") for k in cycle[1:]],
             )
         self._active[key] = span
@@ -155,6 +158,20 @@ class Program:
         """Return a number that no call of a named distribution has had."""
         self._calls += 1
         return self._calls
+
+    @cached_property
+    def recursive(self) -> frozenset[str]:
+        """Return the names of the functions that come to call themselves."""
+        return recursion.recursive_functions(self)
+
+    def copy(self, name: str, item: ast.Function, frames: tuple[Falling, ...]) -> ir.Function:
+        """Return the copy of a recursive function for the constants of the last of ``frames``."""
+
+        def compute() -> ir.Function:
+            self.unrolled[name] = declarations.copy(name, item, frames, self)
+            return self.unrolled[name]
+
+        return self._demand(f"fn {name}", item.span, compute)
 
     def follow_let(self, element: str, item: ast.Let, member: tuple[ir.Expr, ...], scope: Scope) -> ir.Expr:
         """Return the value of a let where ``scope`` evaluates."""

@@ -41,6 +41,14 @@ class Budget:
 
 
 @dataclass(frozen=True)
+class Falling:
+    """A call of a recursive function that is being unrolled, with the formals that are constant in it."""
+
+    function: str
+    constants: Mapping[str, int]
+
+
+@dataclass(frozen=True)
 class Scope:
     """The surroundings of an expression; immutable, so that every branch has its own.
 
@@ -49,6 +57,7 @@ class Scope:
     values. ``action`` is then the action's value, if it is known. ``constant`` refuses what is not known when
     the model is compiled. ``history``: the policy's memory, lets and ``last(..)`` can be read. ``open_ints``:
     this is the body of a function with a formal of type ``int``, whose ranges are proven at each call.
+    ``unrolling`` are the calls of recursive functions that led here, the innermost last.
     """
 
     program: Program
@@ -63,6 +72,7 @@ class Scope:
     budget: Budget = field(default_factory=Budget, compare=False)
     history: bool = False
     open_ints: bool = False
+    unrolling: tuple[Falling, ...] = ()
 
     def check(self, node: ast.Expr, expected: Type | None = None) -> ir.Expr:
         """Return ``node`` as a typed expression; ``expected`` helps to resolve names but is not enforced."""
@@ -110,9 +120,11 @@ class Scope:
         symbols = self.program.symbols
         match e:
             case ir.Call(_, name, arguments, primed):
-                item = symbols.globals[name]
-                assert isinstance(item, ast.Function)
-                function = self.program.function(item)
+                function = self.program.unrolled.get(name)
+                if function is None:
+                    item = symbols.globals[name]
+                    assert isinstance(item, ast.Function)
+                    function = self.program.function(item)
                 values = dict(zip((f.name for f in function.formals), arguments, strict=True))
                 body = function.body
             case ir.LetRead(_, name, indices, primed):
