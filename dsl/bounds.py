@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hypgen.dsl import ast, intervals, ir, operators
 from hypgen.dsl.declarations import element_scope
-from hypgen.dsl.mistakes import mistake
+from hypgen.dsl.mistakes import Mistake, mistake
 from hypgen.dsl.types import size_of
 
 if TYPE_CHECKING:
@@ -23,6 +24,13 @@ def derived(name: str, model: ir.Model, program: Program) -> ir.Expr:
     The tail is what the default policy earns, so that its rewards alone count if it always takes one action.
     """
     upper = name == "upper"
+    if model.discount == 1 and model.horizon is None:
+        raise mistake(
+            "E0804",
+            "with a discount of 1 and no horizon a return may be infinite, so that no bound can be derived",
+            model.spans["discount"],
+            "add a line: horizon 100, or a discount less than 1, or declare both bound upper and bound tail",
+        )
     action = None if upper else _constant_action(model, program)
     step = sum(_term(r, upper, action, name, program) for r in model.rewards)
     if not operators.is_false(model.terminal) or model.horizon is not None:
@@ -42,8 +50,9 @@ def _outward(value: float, upper: bool) -> float:
 def _term(reward: ir.Reward, upper: bool, action: ir.Const | None, name: str, program: Program) -> float:
     value = reward.value
     if action is not None:
-        scope = element_scope(program, reward.element, None)
-        value = replace(scope, evaluate=True, action=action).check(_source(reward, program))
+        scope = replace(element_scope(program, reward.element, None), evaluate=True, action=action)
+        with suppress(Mistake):  # too long to evaluate: then all actions count
+            value = scope.check(_source(reward, program))
     end = operators.ends(value.type)[1 if upper else 0]
     if math.isinf(end):
         raise mistake(
@@ -71,5 +80,7 @@ def _constant_action(model: ir.Model, program: Program) -> ir.Const | None:
         return None
     scope = replace(element_scope(program, None, None), evaluate=True, action=action)
     conditions = [i for i in program.file.items if isinstance(i, ast.Condition) and i.kind == "legal"]
-    always = all(operators.is_true(scope.check(c.condition)) for c in conditions)
-    return action if always else None
+    with suppress(Mistake):
+        if all(operators.is_true(scope.check(c.condition)) for c in conditions):
+            return action
+    return None

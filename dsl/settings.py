@@ -40,14 +40,6 @@ def horizon(program: Program) -> int | None:
     """Return the horizon, None if there is none."""
     item = _single("horizon", program)
     if item is None:
-        if program.discount(program.file.span) == 1:
-            setting = _single("discount", program)
-            raise mistake(
-                "E0804",
-                "with a discount of 1 and no horizon a return may be infinite",
-                setting.span if setting else program.file.span,
-                "add a line: horizon 100, or discount less than 1",
-            )
         return None
     scope = Scope(program, evaluate=True, constant=True)
     value = int(scalar(item.value, scope, INT, "the horizon").value)

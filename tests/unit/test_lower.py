@@ -324,3 +324,13 @@ def test_ranges_of_an_int_formal_are_proven_where_the_function_is_called() -> No
     """
     source = Source("m.pomdp", text)
     assert lower(parse(source), {}, source).name == "M"
+
+
+def test_a_discount_of_1_without_a_horizon_needs_declared_bounds() -> None:
+    text = (
+        "model M\nenum Act { go }\naction act: Act\ndiscount 1\nbound upper = 3\nbound tail = 0\n"
+        "element e { visible x: bool init x = true x' = x }\nterminal when e.x'\nreward r = 1\n"
+    )
+    source = Source("m.pomdp", text)
+    model = lower(parse(source), {}, source)  # type: ignore[arg-type]  # it is a model
+    assert model.discount == 1 and model.horizon is None
