@@ -98,6 +98,19 @@ class Watch(Evaluator):
 
     # What can go wrong -----------------------------------------------------------------------
 
+    def _clamp(self, e: ir.Clamp, frame: Frame) -> Array:
+        result = super()._clamp(e, frame)
+        if isinstance(e, ir.Checked):
+            operand = self.value(e.operand, frame)
+            self.note(
+                "C0107",
+                lambda lane: f"a 'checked' value is {_at(operand, lane):.6g}, outside {e.low} .. {e.high}",
+                "correct what it is computed from; solvers go on with the nearest end",
+                result != operand,
+                frame,
+            )
+        return result
+
     def _extremum(self, e: ir.Quantified, frame: Frame) -> Array:
         if e.otherwise is None and e.condition is not None:
             holds = [self.holds(e.condition, frame.bind(values)) for _, _, values in combinations(e.binders)]

@@ -11,8 +11,8 @@ from hypgen.dsl.diagnostics import Diagnostic
 from hypgen.dsl.ir_walk import Node, children
 from hypgen.dsl.snippet import render, to_json
 from hypgen.dsl.source import Source, Span
-from hypgen.dsl.types import length_of
-from hypgen.dsl.value_names import action_name, array_name
+from hypgen.dsl.types import Type
+from hypgen.dsl.value_text import action_text, value_text
 
 WARNINGS = frozenset({"C0302"})
 
@@ -72,6 +72,12 @@ class Finding:
         return {**to_json(self.diagnostic), **found}
 
 
+def _text(value: Any, t: Type) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(_text(entry, t) for entry in value)}]"
+    return value_text(value, t)
+
+
 def _crop(text: str) -> str:
     return text if len(text) <= _WIDTH else text[: _WIDTH - 3] + "..."
 
@@ -113,17 +119,16 @@ def _describe(model: ir.Model, moment: Moment, place: Place) -> Iterator[tuple[s
     types |= {b.name: b.type for node in place.nodes for b in _bound(node)}
     for name, value in moment.locals.items():
         if name in types:
-            yield name, array_name(types[name], value)
+            yield name, _text(value, types[name])
     wanted = list(dict.fromkeys(_reads(model, place.nodes)))
     wanted += [(v.name, False) for v in model.variables if (v.name, False) not in wanted]
     variables = {v.name: v for v in model.variables}
     if moment.action is not None:
-        action = model.action
-        yield action.name, action_name(action.type, length_of(action.indices), moment.action)
+        yield model.action.name, action_text(moment.action, model.action)
     for name, primed in wanted:
         values = moment.after if primed and not variables[name].fixed else moment.state
         if values is not None and name in values:
-            yield name + "'" * primed, array_name(variables[name].type, values[name])
+            yield name + "'" * primed, _text(values[name], variables[name].type)
 
 
 def _bound(node: Node) -> Iterator[ir.Binder]:

@@ -15,8 +15,7 @@ from hypgen.dsl.interpreter import Step, pick_legal
 from hypgen.dsl.interpreter_bounds import BoundsCheck
 from hypgen.dsl.interpreter_watch import WatchedInterpreter
 from hypgen.dsl.philox import PhiloxDraws, Stream, derive
-from hypgen.dsl.types import length_of
-from hypgen.dsl.value_names import action_name
+from hypgen.dsl.value_text import action_text
 
 _CHOICE_SITE = ir.Site("check:choice").id
 _ACTION_SITE = ir.Site("check:action").id
@@ -142,8 +141,7 @@ class Walk:
         return np.where(follow, choice, explore)
 
     def _name(self, action: int) -> str:
-        declared = self.model.action
-        return action_name(declared.type, length_of(declared.indices), int(action))
+        return action_text(int(action), self.model.action)
 
     def _keep(
         self,

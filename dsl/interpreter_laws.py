@@ -18,7 +18,7 @@ from hypgen.dsl.float_math import FIXED_BITS
 from hypgen.dsl.interpreter import Interpreter
 from hypgen.dsl.interpreter_check import Progress, Visit, Walk
 from hypgen.dsl.philox import PhiloxDraws, Stream, derive
-from hypgen.dsl.value_names import value_name
+from hypgen.dsl.value_text import value_text
 
 _FALSE_ALARM = 1e-6  # of a whole run on a correct model
 _STEPS, _REPEATS, _ENTRIES = 16, 2000, 16
@@ -155,8 +155,8 @@ def _rejected(
 
 def _value(part: _Part, run: _Repeated, value: bool | int | float) -> str:
     if isinstance(part, ir.Observation):
-        return value_name(part.type, value)
-    return value_name(run.model.variable(part.variable).type, value)
+        return value_text(value, part.type)
+    return value_text(value, run.model.variable(part.variable).type)
 
 
 def _chi_square(observed: Array, expected: Array, total: int) -> tuple[float, int, int]:

@@ -14,6 +14,7 @@ from hypgen.dsl.diagnostics import Diagnostic, ModelError
 from hypgen.dsl.source import Span
 
 T = TypeVar("T")
+_MOST_DIAGNOSTICS = 100
 _NOWHERE = Span("", 0, 0, 0, 0)
 
 
@@ -59,7 +60,7 @@ def unreachable(thunk: Callable[[], object]) -> None:
 
 
 class Report:
-    """The diagnostics found so far, each once."""
+    """The diagnostics found so far, each once; the check ends where there are too many to read."""
 
     def __init__(self) -> None:
         self.found: dict[Diagnostic, None] = {}
@@ -67,6 +68,8 @@ class Report:
     def add(self, error: Mistake) -> None:
         """Keep the diagnostics of ``error``."""
         self.found.update(dict.fromkeys(error.diagnostics))
+        if len(self.found) >= _MOST_DIAGNOSTICS:
+            self.raise_if_any()
 
     def attempt(self, thunk: Callable[[], T]) -> T | None:
         """Return what ``thunk`` gives, or keep its mistakes and return None."""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hypgen.dsl.program import Program
 
 
-_MAX_STEPS = 1 << 18  # of expressions checked while evaluating: two seconds
+_MAX_STEPS = 1 << 16  # of expressions checked while evaluating: half a second
 
 
 class Budget:

@@ -59,17 +59,21 @@ class Shapes:
         return item if isinstance(item, ast.RecordDecl) and self._has_float(item) else None
 
     def _has_float(self, record: ast.RecordDecl) -> bool:
-        return any(self._is_float(f.type, {record.name}) for f in record.fields)
-
-    def _is_float(self, node: ast.TypeExpr, seen: set[str]) -> bool:
-        if not isinstance(node, ast.TypeName):
-            return False
-        item = None if node.name in seen else self._types.get(node.name)
-        if isinstance(item, ast.TypeAlias):
-            return self._is_float(item.type, seen | {item.name})
-        if isinstance(item, ast.RecordDecl):
-            return any(self._is_float(f.type, seen | {item.name}) for f in item.fields)
-        return node.name in _FLOATS
+        seen = {record.name}
+        waiting = [f.type for f in record.fields]
+        while waiting:
+            node = waiting.pop()
+            if not isinstance(node, ast.TypeName) or node.name in seen:
+                continue
+            seen.add(node.name)
+            item = self._types.get(node.name)
+            if isinstance(item, ast.TypeAlias):
+                waiting.append(item.type)
+            elif isinstance(item, ast.RecordDecl):
+                waiting += [f.type for f in item.fields]
+            elif node.name in _FLOATS:
+                return True
+        return False
 
     def resolved(self, node: ast.TypeExpr) -> ast.TypeExpr:
         """Return what a type is called at the end of its aliases."""
