@@ -1,0 +1,51 @@
+"""Particles of single factors, as generated, come to the exact posterior, which traces check in all bits."""
+
+from __future__ import annotations
+
+import dataclasses
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from factored_models import FACTORED, model_of
+
+from hypgen.codegen.driver import generate
+from hypgen.dsl import ir
+from hypgen.runtime.errors import ToolchainError
+from hypgen.runtime.toolchain import find_tools
+
+HERE = Path(__file__).parent
+INCLUDE = HERE.parent.parent / "runtime" / "include"
+PARTICLES, STEPS = 100_000, 30
+
+
+def marginals(model: ir.Model, folder: Path) -> npt.NDArray[np.float64]:
+    """Return, for each step of some episodes, its status and the belief's marginals."""
+    try:
+        compiler = str(find_tools().compiler.path)
+    except ToolchainError as error:
+        pytest.skip(f"needs a C++ compiler: {error}")
+    folder.mkdir()
+    header = folder / "model.hpp"
+    header.write_text(next(t for path, t in generate(model).items() if path.endswith(".hpp")))
+    program = str(folder / "belief")
+    names = [f'-DHEADER="{header}"', f"-DMODEL={model.name}", f"-I{INCLUDE}"]
+    flags = ["-std=c++17", "-O1", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffp-contract=off"]
+    subprocess.run([compiler, *flags, *names, str(HERE / "belief_main.cpp"), "-o", program], check=True)
+    run = [program, str(PARTICLES), str(STEPS)]
+    rows = subprocess.run(run, check=True, capture_output=True, text=True).stdout.splitlines()
+    return np.array([[float(x) for x in row.split()] for row in rows])
+
+
+@pytest.mark.parametrize("name", ["mixed", "crowd"])
+def test_particles_of_factors_come_to_their_posteriors(name: str, tmp_path: Path) -> None:
+    model = model_of(FACTORED[name])
+    exact = marginals(model, tmp_path / "exact")
+    inexact = tuple(dataclasses.replace(f, size=0, inexact="as a test") for f in model.factors)
+    sampled = marginals(dataclasses.replace(model, factors=inexact), tmp_path / "sampled")
+    assert exact.shape == sampled.shape == (STEPS, 1 + 8 * (exact.shape[1] // 8))
+    assert (exact[:, 0] == sampled[:, 0]).all()  # how each step ended
+    assert len(np.unique(exact[:, 1:].round(3))) > 100
+    assert np.abs(exact - sampled).max() < 0.03
