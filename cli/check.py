@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hypgen.cli.common import EXIT_CODES, Exit, model_options, show_diagnostics
+from hypgen.cli.common import Exit, exit_codes, model_options, show_diagnostics
 
 if TYPE_CHECKING:
     from hypgen.dsl import ir
 
 
-@click.command(epilog=EXIT_CODES)
+@click.command(epilog=exit_codes("with --strict: there are warnings"))
 @model_options
 @click.option("--strict", is_flag=True, help="End with 1 if there are warnings.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result, mistakes included, as JSON.")

@@ -37,6 +37,11 @@ Exit codes:
   130  interrupted"""
 
 
+def exit_codes(one: str) -> str:
+    """Return the exit codes of a command that also ends with 1, and when it does."""
+    return EXIT_CODES.replace("  2 ", f"  1    {one}\n  2 ", 1)
+
+
 def model_options(command: Command) -> Command:
     """Give a command its MODEL argument and the options that change what the model says."""
     model = click.argument("model", metavar="MODEL", type=click.Path(path_type=Path))

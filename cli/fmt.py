@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hypgen.cli.common import EXIT_CODES, Exit, say, show_model_error
+from hypgen.cli.common import Exit, exit_codes, say, show_model_error
 
 if TYPE_CHECKING:
     from hypgen.dsl.source import Source
@@ -20,10 +20,7 @@ if TYPE_CHECKING:
 STDIN = "-"
 
 
-_EXIT_CODES = EXIT_CODES.replace("  2 ", "  1    with --check: a file is not formatted\n  2 ", 1)
-
-
-@click.command(epilog=_EXIT_CODES)
+@click.command(epilog=exit_codes("with --check: a file is not formatted"))
 @click.argument("files", metavar="FILE...", nargs=-1, required=True)
 @click.option("--check", is_flag=True, help="Write nothing; end with 1 if a file is laid out otherwise.")
 @click.option("--diff", is_flag=True, help="Write nothing; print what would change.")

@@ -22,11 +22,12 @@ HELP = """\
   ACTION     take it; words may be cut short and brackets left out: `ch 3` for check(3)
   policy     let the default policy choose     random     take any legal action
   state      print the whole state             legal      print the legal actions
+  belief     print what the agent believes and the policy remembers
   undo       take the last step back           quit       end (so does Ctrl-D)
 A `:` before a word makes sure that it is a command and no action."""
-HINT = "Type an action, or: policy, random, legal, state, undo, help, quit.\n"
+HINT = "Type an action, or: policy, random, legal, state, belief, undo, help, quit.\n"
 _LISTED = 8
-COMMANDS = ("policy", "random", "state", "legal", "undo", "quit", "help")
+COMMANDS = ("policy", "random", "state", "legal", "belief", "undo", "quit", "help")
 
 
 class NoSuchActionError(Exception):
@@ -182,6 +183,8 @@ def _command(word: str, episode: Episode, report: Report) -> bool:
             report.state()
         case "legal":
             report.legal()
+        case "belief":
+            report.belief()
         case _:
             report.note(HELP)
     return True

@@ -11,13 +11,13 @@ import click
 
 from hypgen.dsl import ir
 from hypgen.dsl.types import Bool, Float, Int, Type
-from hypgen.dsl.value_text import action_text, array_text, entry_names, value_text
+from hypgen.dsl.value_text import action_text, array_text, entry_names, factor_texts, value_text
 
 if TYPE_CHECKING:
     from hypgen.dsl.interpreter_episode import Episode, Outcome, Values
 
 _WIDTH = 100
-_LISTED = 4  # entries of an observation that have a line each
+_LISTED = 4  # entries of an observation that have a line each; values of a belief
 
 
 class Report(Protocol):
@@ -41,6 +41,10 @@ class Report(Protocol):
 
     def legal(self) -> None:
         """Tell the legal actions."""
+        ...
+
+    def belief(self) -> None:
+        """Tell what the agent believes of hidden variables, and what the policy remembers."""
         ...
 
     def note(self, text: str) -> None:
@@ -111,6 +115,21 @@ class TextReport:
         names = [action_text(code, model.action) for code in self._episode.legal()]
         click.echo(_wrapped(f"{len(names)} of {model.action.count} actions are legal: {', '.join(names)}"))
 
+    def belief(self) -> None:
+        """Print the likeliest values of each exact factor, and the policy's memory."""
+        believed, remembered, model = self._episode.belief(), self._episode.memory(), self._model
+        for factor in model.factors:
+            members = zip(factor_texts(factor, model), believed.get(factor.element, ()), strict=False)
+            for (label, texts), chances in members:
+                ranked = sorted(zip(chances, texts, strict=True), key=lambda pair: -pair[0])
+                likely = [f"{text} {chance:.3g}" for chance, text in ranked if chance > 0]
+                rest = f"; {len(likely) - _LISTED} more" if len(likely) > _LISTED else ""
+                click.echo(_wrapped(f"believed {label}: {'; '.join(likely[:_LISTED])}{rest}"))
+        for name in [f.element for f in model.factors if not f.exact] + [o.element for o in model.obstacles]:
+            click.echo(f"  {name}: kept as particles, which only a solver has")
+        for r in model.history.registers:
+            click.echo(_wrapped(f"remembered {r.name} = {array_text(remembered[r.name], r.type, r.indices)}"))
+
     def note(self, text: str) -> None:
         """Print a text."""
         click.echo(text)
@@ -171,6 +190,14 @@ class JsonReport:
         """Print the legal actions' names."""
         names = [action_text(code, self._model.action) for code in self._episode.legal()]
         self._print("legal", step=self._episode.now.time, actions=names)
+
+    def belief(self) -> None:
+        """Print the probabilities of each exact factor's values, and the policy's memory."""
+        memory = {
+            r.name: _data(self._episode.memory()[r.name], r.type, bool(r.indices))
+            for r in self._model.history.registers
+        }
+        self._print("belief", step=self._episode.now.time, factors=self._episode.belief(), memory=memory)
 
     def note(self, text: str) -> None:
         """Print a text to standard error."""

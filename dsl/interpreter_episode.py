@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from hypgen.dsl import ir
-from hypgen.dsl.eval_values import History, State
+from hypgen.dsl.eval_distributions import Evaluator
+from hypgen.dsl.eval_values import Array, History, State
 from hypgen.dsl.interpreter import Interpreter, pick_legal
+from hypgen.dsl.interpreter_factors import Posteriors
 from hypgen.dsl.philox import PhiloxDraws, Stream, derive, philox
 
 _RANDOM_SITE = 0xAC7
@@ -20,7 +22,10 @@ Values = dict[str, list[Any]]
 
 @dataclass(frozen=True)
 class Moment:
-    """Where an episode stands before step ``time``: all that the next step depends on."""
+    """Where an episode stands before step ``time``: all that the next step depends on.
+
+    ``action`` and ``key`` are what was done and seen in the step before, if it was not the last one.
+    """
 
     time: int
     state: State
@@ -29,6 +34,8 @@ class Moment:
     discounted: float
     terminal: bool
     success: bool
+    action: int = -1
+    key: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -85,6 +92,26 @@ class Episode:
         word = philox(key, (0, self.now.time, _RANDOM_SITE, 0))[0]
         return int(pick_legal(self._interpreter.legal_actions(self.now.state), word)[0])
 
+    def memory(self) -> Values:
+        """Return the entries of each of the policy's registers, row-major."""
+        history = self.now.history
+        return {
+            r.name: history[f"memory {r.name}"][0].reshape(-1).tolist() for r in self.model.history.registers
+        }
+
+    def belief(self) -> dict[str, list[list[float]]]:
+        """Return what the agent believes, for each member of each exact factor: its values' probabilities."""
+        posteriors = Posteriors(self.model, Evaluator(self.model, {}), 1)
+        first, *later = self._moments
+        now = posteriors.start(first.state, {f.element for f in posteriors.factors})
+        before = first
+        for moment in later:
+            if moment.key is not None:
+                action, seen = np.asarray(moment.action), self._interpreter.decode(moment.key)
+                now, _ = posteriors.advance(before.state, action, moment.state, seen, now)
+            before = moment
+        return {element: values[0].tolist() for element, values in now.items()}
+
     def step(self, action: int) -> Outcome:
         """Take a legal action."""
         now, run = self.now, self._interpreter
@@ -93,7 +120,7 @@ class Episode:
         terms = run.reward_terms(now.state, action, draws, done.after)
         terminal = bool(done.terminal[0])
         seen: Values = {}
-        history = now.history
+        history, key = now.history, None
         if not terminal:
             key = run.observe(now.state, action, draws, done.after)
             decoded = run.decode(key)
@@ -109,6 +136,8 @@ class Episode:
                 now.discounted + self.model.discount**now.time * reward,
                 terminal,
                 now.success or bool(done.success[0]),
+                action,
+                key,
             )
         )
         shown = {name: _units(term) for name, term in terms.items()}

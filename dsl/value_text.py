@@ -63,6 +63,37 @@ def entry_names(name: str, element: str | None, indices: tuple[Type, ...], model
     ]
 
 
+def factor_texts(factor: ir.Factor, model: ir.Model) -> list[tuple[str, list[str]]]:
+    """Return for each member of a factor what it is called, and its joint values' texts.
+
+    ``rock[3].good`` and ``true``, or ``ghost[1]`` and ``at = 3, angry = false`` where it has several entries.
+    """
+    members = [()] if factor.binder is None else index_texts((factor.binder.type,))
+    result = []
+    for number, member in enumerate(members):
+        entries: list[tuple[str, Type]] = []
+        for v in map(model.variable, factor.variables):
+            names = entry_names(v.name, v.element, v.indices, model)
+            count = len(names) // len(members)
+            entries += [(name, v.type) for name in names[number * count : (number + 1) * count]]
+        label = f"{factor.element}{_brackets(member)}"
+        if len(entries) == 1:
+            (name, t), *_ = entries
+            result.append((name, [value_text(code + low_of(t), t) for code in range(factor.size)]))
+        else:
+            named = [(name.removeprefix(f"{label}."), t) for name, t in entries]
+            result.append((label, [_joint_text(code, named) for code in range(factor.size)]))
+    return result
+
+
+def _joint_text(code: int, entries: list[tuple[str, Type]]) -> str:
+    parts = []
+    for name, t in reversed(entries):
+        code, digit = divmod(code, size_of(t))
+        parts.append(f"{name} = {value_text(digit + low_of(t), t)}")
+    return ", ".join(reversed(parts))
+
+
 def _brackets(place: Sequence[str]) -> str:
     return f"[{', '.join(place)}]" if place else ""
 

@@ -18,7 +18,7 @@ def test_a_template_checks_is_formatted_and_compiles(
     output = capsys.readouterr()
     assert output.out == f"{path}\n" and f"hypgen sim {path}" in output.err
     assert "\nmodel MyModel\n" in path.read_text()
-    assert main.run(["check", str(path)]) == 0, capsys.readouterr().err
+    assert main.run(["check", str(path), "--strict"]) == 0, capsys.readouterr().err
     assert main.run(["fmt", "--check", str(path)]) == 0
     assert main.run(["sim", str(path), "--policy", "default"]) == 0
     assert main.run(["compile", str(path)]) == 0

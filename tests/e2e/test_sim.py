@@ -78,6 +78,18 @@ def test_an_episode_as_data(play: Any) -> None:
     assert lines[-1]["steps"] == 2 and lines[-1]["success"] is None
 
 
+def test_beliefs_and_memory(play: Any) -> None:
+    out, _ = play("listen\nbelief\n", str(EXAMPLES / "tiger_memory.pomdp"))
+    assert "  believed room.tiger: left 0.85; right 0.15\n" in out
+    assert "  remembered lead = 0\n" in out
+    out, _ = play("listen\nlisten\nbelief\n", TIGER, "--json")
+    heard = [row["observation"]["heard"] for row in rows(out) if row["type"] == "step"]
+    (believed,) = rows(out)[-2]["factors"]["room"]
+    expected = 0.5 if heard[0] != heard[1] else 0.85**2 / (0.85**2 + 0.15**2)
+    assert max(believed) == pytest.approx(expected)
+    assert "opponent.cell: Cell(0, 0) 0.0345; Cell(0, 1)" in play("belief\n", TAG)[0]
+
+
 def test_a_terminal_step_shows_no_observation(play: Any) -> None:
     *_, last, end = rows(play("", ROCKS, "--policy", "default", "--json")[0])
     assert last["terminal"] and last["observation"] is None

@@ -7,7 +7,7 @@ import pytest
 
 from hypgen.dsl import ir
 from hypgen.dsl.types import BOOL, FLOAT, Enum, Int, Record, Type, Variant
-from hypgen.dsl.value_text import action_text, array_text, entry_names, find_action, value_text
+from hypgen.dsl.value_text import action_text, array_text, entry_names, factor_texts, find_action, value_text
 
 CELL = Record("Cell", (("row", Int(2, 4)), ("open", BOOL)))
 ACT = Enum("Act", (Variant("stay"), Variant("check", Int(-1, 12)), Variant("go", CELL), Variant("stop")))
@@ -73,3 +73,16 @@ def test_arrays() -> None:
     assert "map.wall[1]" in names[0]
     assert ["bot[0].at", "bot[1].at"] in names
     assert entry_names("seen", None, (BOOL,), model) == ["seen[false]", "seen[true]"]
+
+
+def test_a_factors_values() -> None:
+    model = ir_samples.rocks()
+    rock = next(e for e in model.elements if e.binder is not None)
+    hidden = tuple(v.name for v in model.variables if v.element == rock.name and not v.visible)
+    factor = ir.Factor(rock.name, rock.binder, hidden, 2 ** len(hidden), "", ())
+    texts = factor_texts(factor, model)
+    assert len(texts) == factor.members
+    assert texts[1] == ("rock[1].good", ["false", "true"])
+    pair = ir.Factor("bot", ir.Binder("b", Int(0, 1)), ("bot.at", "bot.seen"), 25, "", ())
+    label, values = factor_texts(pair, ir_samples.wanderer())[1]
+    assert (label, values[7]) == ("bot[1]", "at = 2, seen = 3")
