@@ -14,8 +14,6 @@ from hypgen.dsl.source import Source, Span
 from hypgen.dsl.types import Type
 from hypgen.dsl.value_text import action_text, value_text
 
-WARNINGS = frozenset({"C0302"})
-
 _LINES = 12  # of a state that a person is shown
 _WIDTH = 90  # characters of a value
 
@@ -50,13 +48,11 @@ class Finding:
     @property
     def is_warning(self) -> bool:
         """Return whether the model has a meaning all the same."""
-        return self.diagnostic.code in WARNINGS
+        return self.diagnostic.severity == "warning"
 
     def render(self, sources: Mapping[str, Source]) -> str:
         """Return the finding as text, its state last."""
         text = render(self.diagnostic, sources)
-        if self.is_warning:
-            text = text.replace("error", "warning", 1)
         if self.state:
             width = max(len(name) for name, _ in self.state)
             text += f"in this state, the first of {self.count:,}:\n" if self.count > 1 else "in this state:\n"
@@ -67,9 +63,7 @@ class Finding:
 
     def to_json(self) -> dict[str, Any]:
         """Return the finding as plain data."""
-        severity = "warning" if self.is_warning else "error"
-        found = {"severity": severity, "count": self.count, "state": dict(self.state)}
-        return {**to_json(self.diagnostic), **found}
+        return {**to_json(self.diagnostic), "count": self.count, "state": dict(self.state)}
 
 
 def _text(value: Any, t: Type) -> str:

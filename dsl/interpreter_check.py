@@ -80,6 +80,7 @@ class Walk:
         while self.visited < self.samples:
             draws, words = PhiloxDraws(key, lanes, t), PhiloxDraws(own, lanes, t)
             run.watch.active = lanes < self.samples - self.visited
+            run.check_invariants(state)
             action = self._act(state, history, draws, words)
             stuck = action < 0
             taken = np.where(stuck, 0, action)
@@ -128,7 +129,7 @@ class Walk:
             allowed = np.take_along_axis(legal, choice[np.newaxis], axis=0)[0]
             run.note(
                 "policy",
-                "C0302",
+                "W04",
                 lambda lane: f"the default policy chooses an illegal action, {self._name(choice[lane])}",
                 "choose a legal one; the solver takes the first legal action instead",
                 ~allowed,

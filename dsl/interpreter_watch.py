@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hypgen.dsl import ir
-from hypgen.dsl.eval_values import Array, Frame, History, State
+from hypgen.dsl.eval_values import Array, Frame, History, State, combinations
 from hypgen.dsl.eval_watch import Watch
 from hypgen.dsl.findings import Findings, Place
 from hypgen.dsl.interpreter import Interpreter
@@ -61,6 +61,21 @@ class WatchedInterpreter(Interpreter):
         """Add a finding about a part of the model if a lane that counts is bad."""
         with self.watch.at(self.places[part]):
             self.watch.note(code, message, remedy, bad, self._frame(state, history=history))
+
+    def check_invariants(self, state: State) -> None:
+        """Add a finding for each invariant that does not hold in a state that counts."""
+        for invariant in self.model.invariants:
+            binders = () if invariant.binder is None else (invariant.binder,)
+            with self.watch.at(Place(invariant.span, (invariant.condition,), binders)):
+                for _, _, values in combinations(binders):
+                    frame = self._frame(state).bind(values)
+                    self.watch.note(
+                        "C0303",
+                        lambda _: "an invariant does not hold in a state that can be reached",
+                        "correct the updates or inits that lead there, or the invariant",
+                        ~self._spread(invariant.condition, frame),
+                        frame,
+                    )
 
     def advance_history(
         self, state: State, action: npt.ArrayLike, key: npt.ArrayLike, next_state: State, history: History
