@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import textwrap
 from pathlib import Path
@@ -14,7 +15,8 @@ from hypgen.dsl.formatter import format_source
 from hypgen.dsl.parser import parse_concrete
 from hypgen.dsl.source import Source
 
-EXAMPLES = sorted((Path(__file__).parent.parent.parent / "examples").glob("*.pomdp"))
+ROOT = Path(__file__).parent.parent.parent
+EXAMPLES = sorted((ROOT / "examples").glob("*.pomdp"))
 
 
 def formatted(text: str) -> str:
@@ -28,6 +30,21 @@ def tokens(text: str) -> list[str]:
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.name)
 def test_the_examples_are_formatted(path: Path) -> None:
     assert formatted(path.read_text()) == path.read_text()
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/language.md"])
+def test_the_documentation_is_formatted(page: str) -> None:
+    """HYPGEN_UPDATE=1 formats it."""
+    text = (ROOT / page).read_text()
+
+    def layout(block: re.Match[str]) -> str:
+        head = "" if re.match(r"(model|library)\b", block[1]) else "model M\n"
+        return f"```pomdp\n{formatted(head + block[1]).removeprefix(head)}```"
+
+    shown = re.sub(r"```pomdp\n(.*?)```", layout, text, flags=re.DOTALL)
+    if os.environ.get("HYPGEN_UPDATE") == "1":
+        (ROOT / page).write_text(shown)
+    assert (ROOT / page).read_text() == shown, "run `HYPGEN_UPDATE=1 pytest tests/unit/test_formatter.py`"
 
 
 def check(before: str, after: str) -> None:
