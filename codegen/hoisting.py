@@ -41,9 +41,9 @@ def unguarded(node: Node) -> Iterator[Node]:
 
 @dataclass(frozen=True)
 class _Signature:
-    """The whole type of what a name stands for, and those of its indexes or arguments."""
+    """The whole type of what a name stands for (None: of a record), and those of its indexes or arguments."""
 
-    type: Type
+    type: Type | None
     indices: tuple[Type, ...] = ()
 
 
@@ -51,7 +51,7 @@ class Hoisting:
     """Knows the whole range of everything that a model's expressions read."""
 
     def __init__(self, model: ir.Model) -> None:
-        arrays = (*model.params, *model.tables)
+        arrays: tuple[ir.Param | ir.ConstantArray, ...] = (*model.params, *model.tables)
         self.variables = {v.name: _Signature(v.type, v.indices) for v in model.variables}
         self.lets = {let.name: _Signature(let.dist.type, _types(let.binder)) for let in model.all_lets}
         self.kept = {f.key: _Signature(f.type, f.indices) for f in fields_of(model)}
@@ -114,7 +114,7 @@ def _types(*binders: ir.Binder | None) -> tuple[Type, ...]:
     return tuple(b.type for b in binders if b is not None)
 
 
-def _covers(t: Type, whole: Type) -> bool:
+def _covers(t: Type | None, whole: Type | None) -> bool:
     if isinstance(t, Int) and isinstance(whole, Int):
         return t.low <= whole.low and whole.high <= t.high
     return True
