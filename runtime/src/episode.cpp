@@ -31,6 +31,8 @@ EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int vi
     episode.steps = t + 1;
     episode.success = episode.success || step.result.success;
     const Status believed = step.result.terminal ? Status::kOk : belief.update(decision.action, step.key);
+    const bool stops = believed != Status::kOk && limits.stop_on_depletion;
+    if (believed != Status::kOk && !stops) belief.propagate(decision.action, step.key);
     std::vector<std::uint64_t> seen(step.key.begin(), step.key.end());
     report({run, t, decision, reward, step.result.terminal, std::move(seen), believed,
             belief.effective_sample_size()});
@@ -39,7 +41,7 @@ EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int vi
       episode.status = Status::kTerminal;
       return episode;
     }
-    if (believed != Status::kOk) {
+    if (stops) {
       episode.status = believed;
       return episode;
     }

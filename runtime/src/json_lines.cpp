@@ -56,6 +56,7 @@ void JsonLines::write_run(const SolverOptions& options) {
                {"pruning", planner.pruning},
                {"belief", belief_name(options.belief)},
                {"particles", options.particles},
+               {"on_depletion", options.stop_on_depletion ? "stop" : "continue"},
                {"time", nullptr},
                {"trials", nullptr}};
   if (planner.time_limit < 1e9) json["time"] = planner.time_limit;
@@ -134,6 +135,7 @@ void JsonLines::write_summary(const RunTotals& totals, const std::vector<std::ui
                {"scenarios_a_leaf", totals.a_leaf()},
                {"scenarios_a_leaf_median", histogram_median(leaf_sizes)},
                {"searches", counts(totals.plan_statuses)},
+               {"beliefs", counts(totals.belief_statuses)},
                {"endings", counts(totals.episode_statuses)},
                {"signature", nullptr}};
   if (totals.signature != 0) json["signature"] = hexadecimal(totals.signature);

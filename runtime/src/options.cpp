@@ -62,6 +62,11 @@ bool read_belief(const std::string& text, BeliefKind& kind) {
   return false;
 }
 
+bool read_on_depletion(const std::string& text, bool& stop) {
+  stop = text == "stop";
+  return stop || text == "continue";
+}
+
 bool read_text(const std::string& text, std::string& out) {
   out = text;
   return !text.empty();
@@ -130,6 +135,9 @@ std::vector<Option> option_table(SolverOptions& options) {
          planner.memory_bytes = mib << 20;
          return true;
        }},
+      {"--on-depletion", "WAY", "where no particle explains what was seen: continue or stop (continue)",
+       "continue or stop",
+       [&](const std::string& text) { return read_on_depletion(text, options.stop_on_depletion); }},
       integer("--seed", "N", "seed of all random numbers (0)", 0, UINT64_MAX, planner.seed),
       file("--param", "JSON file that sets the model's params", options.param_file),
       file("--json", "write a JSON line for each step, episode and the whole run; - for standard output",

@@ -41,6 +41,7 @@ void RunTotals::add(const StepRecord& step) {
   simulations += decision.simulations;
   leaf_scenarios += decision.leaf_scenarios;
   ++plan_statuses[decision.status];
+  ++belief_statuses[step.belief_status];
   if (decision.signature != 0) {
     Signature hash(signature);
     hash.add(decision.signature);
@@ -69,6 +70,7 @@ std::string table(const RunTotals& totals, bool has_success, const std::vector<s
   text += row("steps an episode", format("%.1f", totals.episode_steps.mean()));
   text += row("time a step [s]", format("mean %.4f, p99 %.4f, worst %.4f", totals.seconds.mean(),
                                         totals.seconds.quantile(0.99), totals.seconds.largest()));
+  if (totals.belief_statuses.size() > 1) text += row("beliefs", counted(totals.belief_statuses));
   if (totals.expansions > 0) {
     text += row("searches", counted(totals.plan_statuses));
     text += row("trials a step", format("%.1f", totals.a_step(totals.trials)));

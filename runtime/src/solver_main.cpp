@@ -48,7 +48,8 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
   interrupted = false;
   std::signal(SIGINT, on_interrupt);
   const int steps = model.horizon > 0 ? std::min(model.horizon, options.steps) : options.steps;
-  const EpisodeLimits limits{steps, model.discount, [] { return interrupted.load(); }};
+  const EpisodeLimits limits{steps, model.discount, [] { return interrupted.load(); },
+                             options.stop_on_depletion};
   RunTotals totals;
   {
     Progress progress(options.runs, steps, !options.quiet);

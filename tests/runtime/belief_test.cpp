@@ -72,5 +72,18 @@ TEST(Belief, TellsFailuresApart) {
   EXPECT_EQ(counter.see(0, 1), Status::kAllParticlesTerminal);
 }
 
+TEST(Belief, GoesOnFromWhatItCannotExplain) {
+  Solver counter(mishaps_descriptor(9.0, 9), trials(1), 100);
+  EXPECT_EQ(counter.see(0, 1), Status::kOk);
+  EXPECT_EQ(counter.see(0, 0), Status::kDepletedBelief);
+  counter.belief->propagate(0, words_of(0));
+  EXPECT_DOUBLE_EQ(counter.belief->marginal(0, 2), 1.0);  // what is visible moves on
+  EXPECT_DOUBLE_EQ(counter.belief->marginal(1, 1), 1.0);
+  EXPECT_EQ(counter.see(0, 1), Status::kAllParticlesTerminal);
+  counter.belief->propagate(0, words_of(1));
+  EXPECT_DOUBLE_EQ(counter.belief->marginal(0, 3), 1.0);
+  EXPECT_EQ(counter.see(0, 1), Status::kOk);
+}
+
 }  // namespace
 }  // namespace hypgen::testing

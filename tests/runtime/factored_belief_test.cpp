@@ -87,6 +87,16 @@ TEST(FactoredBelief, TellsFailuresApartAndStaysAsItWas) {
   EXPECT_NEAR(fixture.belief.marginal(0, 1), 0.8, 1e-6);
 }
 
+TEST(FactoredBelief, GoesOnFromWhatItCannotExplain) {
+  Fixture fixture(500);
+  ASSERT_EQ(fixture.see(0, key_of(1, 4)), Status::kOk);
+  ASSERT_EQ(fixture.see(0, key_of(1, 9)), Status::kDepletedBelief);
+  fixture.belief.propagate(0, words_of(key_of(1, 9)));
+  EXPECT_NEAR(fixture.belief.marginal(0, 1), 16.0 / 17.0, 1e-6);  // the coin explains its part
+  EXPECT_NEAR(fixture.belief.effective_sample_size(), 500.0, 1e-6);
+  EXPECT_EQ(fixture.see(0, key_of(1, 4)), Status::kOk);
+}
+
 TEST(FactoredBelief, IsExportedAsASample) {
   Fixture fixture(1000);
   ScenarioBuffer particles;

@@ -119,7 +119,7 @@ struct CoinAndLevel : NoHistory {
     weights[0] = level_density(next.words[1], static_cast<int>(key % 12) - 1);
   }
   static int unit_size(int) { return 2; }
-  static int unit_of(int variable) { return variable; }
+  static int unit_of(int variable) { return variable == 0 ? 0 : 1; }
   static float probability(const Posterior& posterior, int, std::int32_t value) {
     return posteriors::probability<2>(posterior.coin, value);
   }

@@ -32,6 +32,10 @@ class Belief {
   // Takes in an action and what was seen after it. Unless the status is kOk the belief stays as it was.
   virtual Status update(int action, KeyWords key) = 0;
 
+  // Takes in what `update` could not explain: what is hidden moves on by the model, weighed by nothing that
+  // contradicts all of it, and the visible variables are those seen.
+  virtual void propagate(int action, KeyWords key) = 0;
+
   // Gives a buffer the room that `sample` and `export_particles` need.
   virtual void reserve(ScenarioBuffer& buffer, std::size_t capacity) const = 0;
 

@@ -39,6 +39,7 @@ struct EpisodeLimits {
   int steps;
   double discount;
   std::function<bool()> interrupted;
+  bool stop_on_depletion = false;  // end where no particle explains what was seen
 };
 
 // Runs episode `run` and reports each step as it happens. Episode numbers name the world's draws, so that

@@ -57,20 +57,19 @@ class FactoredBelief final : public Belief {
       if (ends_surely(action)) return Status::kAllParticlesTerminal;
       return resampled_ ? Status::kDepletedBelief : Status::kImpossibleObservation;
     }
-    typename M::History remembered;
-    M::advance_history(params_, fixed_, state_, action, key, next, history_, remembered);
-    history_ = remembered;
-    ++step_;
-    state_ = next;
-    posterior_ = after;
-    now_.swap(next_);
-    weights_.swap(next_weights_);
-    if constexpr (M::kParticleUnits > 0) {
-      for (int unit = 0; unit < M::kParticleUnits; ++unit) {
-        if (effective_size(unit) < 0.5 * static_cast<double>(size_)) resample(unit);
-      }
-    }
+    move_on(action, key, next, after);
     return Status::kOk;
+  }
+
+  // A unit whose values all contradict what was seen keeps its posterior, or the weights of its particles.
+  void propagate(int action, KeyWords words) override {
+    const auto key = key_from<typename M::Key>(words);
+    typename M::State next;
+    typename M::Posterior after;
+    M::advance_visible(params_, fixed_, state_, action, key, next);
+    M::advance_posterior(params_, fixed_, state_, action, key, next, posterior_, after);
+    filter(action, key, 0);
+    move_on(action, key, next, after);
   }
 
   void reserve(ScenarioBuffer& buffer, std::size_t capacity) const override {
@@ -185,8 +184,28 @@ class FactoredBelief final : public Belief {
     }
   }
 
-  // Moves all particles to next_; false if those of some unit have no weight left.
+  // Makes `next`, `after` and the particles in next_ the belief.
+  void move_on(int action, const typename M::Key& key, const typename M::State& next,
+               const typename M::Posterior& after) {
+    typename M::History remembered;
+    M::advance_history(params_, fixed_, state_, action, key, next, history_, remembered);
+    history_ = remembered;
+    ++step_;
+    state_ = next;
+    posterior_ = after;
+    now_.swap(next_);
+    weights_.swap(next_weights_);
+    if constexpr (M::kParticleUnits > 0) {
+      for (int unit = 0; unit < M::kParticleUnits; ++unit) {
+        if (effective_size(unit) < 0.5 * static_cast<double>(size_)) resample(unit);
+      }
+    }
+  }
+
+  // Moves all particles to next_; false if those of some unit have no weight left, where they keep what they
+  // had.
   bool filter(int action, const typename M::Key& key, std::uint32_t round) {
+    bool all_explained = true;
     if constexpr (M::kParticleUnits > 0) {
       double factors[M::kParticleUnits];
       double totals[M::kParticleUnits] = {};
@@ -202,11 +221,14 @@ class FactoredBelief final : public Belief {
         }
       }
       for (std::size_t unit = 0; unit < M::kParticleUnits; ++unit) {
-        if (!(totals[unit] > 0.0)) return false;
-        for (std::size_t i = 0; i < count; ++i) next_weights_[unit * count + i] /= totals[unit];
+        const bool explained = totals[unit] > 0.0;
+        all_explained = all_explained && explained;
+        for (std::size_t i = unit * count; i < (unit + 1) * count; ++i) {
+          next_weights_[i] = explained ? next_weights_[i] / totals[unit] : weights_[i];
+        }
       }
     }
-    return true;
+    return all_explained;
   }
 
   double effective_size(int particle_unit) const {

@@ -17,6 +17,7 @@ struct SolverOptions {
   int steps = 90;
   BeliefKind belief = BeliefKind::kAuto;
   std::size_t particles = 5000;
+  bool stop_on_depletion = false;
   std::string param_file;
   std::string json_file;
   bool quiet = false;

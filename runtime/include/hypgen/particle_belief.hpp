@@ -40,15 +40,24 @@ class ParticleBelief final : public Belief {
     for (std::uint32_t round = 1; round <= kRedraws && !(total > 0.0); ++round)
       total = filter(action, key, round);
     if (!(total > 0.0)) return explain_failure(action);
-    ++step_;
-    for (Particle& particle : next_) particle.weight /= total;
-    // The history follows from what is visible, which is the same in all particles.
-    typename M::History after;
-    M::advance_history(params_, now_[0].fixed, now_[0].state, action, key, next_[0].state, history_, after);
-    history_ = after;
-    now_.swap(next_);
-    if (effective_sample_size() < 0.5 * static_cast<double>(now_.size())) resample();
+    move_on(action, key, total);
     return Status::kOk;
+  }
+
+  // Only those particles go on whose episode does, if there are any.
+  void propagate(int action, KeyWords words) override {
+    const auto key = key_from<typename M::Key>(words);
+    filter(action, key, 0);
+    double total = 0.0;
+    for (std::uint32_t i = 0; i < now_.size(); ++i) {
+      next_[i].weight = ends(i, action) ? 0.0 : now_[i].weight;
+      total += next_[i].weight;
+    }
+    if (!(total > 0.0)) {
+      for (std::size_t i = 0; i < now_.size(); ++i) next_[i].weight = now_[i].weight;
+      total = 1.0;
+    }
+    move_on(action, key, total);
   }
 
   void reserve(ScenarioBuffer& buffer, std::size_t capacity) const override {
@@ -138,6 +147,18 @@ class ParticleBelief final : public Belief {
     return total;
   }
 
+  // Makes next_, whose weights add up to `total`, the belief.
+  void move_on(int action, const typename M::Key& key, double total) {
+    ++step_;
+    for (Particle& particle : next_) particle.weight /= total;
+    // The history follows from what is visible, which is the same in all particles.
+    typename M::History after;
+    M::advance_history(params_, now_[0].fixed, now_[0].state, action, key, next_[0].state, history_, after);
+    history_ = after;
+    now_.swap(next_);
+    if (effective_sample_size() < 0.5 * static_cast<double>(now_.size())) resample();
+  }
+
   // Calls `take` with `count` particles by systematic resampling: one uniform word places all the pointers.
   template <class Take>
   void choose(std::uint32_t word, std::size_t count, const Take& take) const {
@@ -166,13 +187,16 @@ class ParticleBelief final : public Belief {
   // Why no particle explains what was seen.
   Status explain_failure(int action) const {
     bool all_terminal = true;
-    for (std::uint32_t i = 0; i < now_.size() && all_terminal; ++i) {
-      PhiloxDraws draws = draws_of(i, 0);
-      typename M::State next;
-      all_terminal = M::step(params_, now_[i].fixed, now_[i].state, action, draws, next).terminal;
-    }
+    for (std::uint32_t i = 0; i < now_.size() && all_terminal; ++i) all_terminal = ends(i, action);
     if (all_terminal) return Status::kAllParticlesTerminal;
     return count_distinct() < hypotheses_ ? Status::kDepletedBelief : Status::kImpossibleObservation;
+  }
+
+  // Whether the action ends the episode of a particle, by the draws of round 0.
+  bool ends(std::uint32_t particle, int action) const {
+    PhiloxDraws draws = draws_of(particle, 0);
+    typename M::State next;
+    return M::step(params_, now_[particle].fixed, now_[particle].state, action, draws, next).terminal;
   }
 
   std::size_t count_distinct() const {

@@ -25,6 +25,7 @@ struct RunTotals {
   std::uint64_t signature = 0;
   double search_seconds = 0.0;
   std::map<Status, std::uint64_t> plan_statuses;
+  std::map<Status, std::uint64_t> belief_statuses;
   std::map<Status, std::uint64_t> episode_statuses;
 
   void add(const StepRecord& step);
