@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hypgen.dsl.program import Program
 
 
-_MAX_STEPS = 1 << 16  # of expressions checked while evaluating: half a second
+_MAX_STEPS = 1 << 15  # of expressions checked while evaluating: a third of a second
 
 
 class Budget:
