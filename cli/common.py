@@ -83,8 +83,9 @@ def say_warnings(loaded: Loaded) -> None:
 
 
 def show_model_error(error: ModelError) -> None:
-    """Print every diagnostic of a model to standard error."""
+    """Print every diagnostic of a model to standard error, and where to read more of the first."""
     show_diagnostics(error.diagnostics, error.sources)
+    say(f"\n`hypgen error {error.diagnostics[0].code}` has an example")
 
 
 def show_diagnostics(diagnostics: Sequence[Diagnostic], sources: Mapping[str, Source]) -> None:

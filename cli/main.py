@@ -13,7 +13,7 @@ from hypgen import __version__
 from hypgen.cli.common import EXIT_CODES, Exit, say, show_model_error
 
 SECTIONS = {
-    "Write a model": ("new", "check", "fmt", "sim", "explain"),
+    "Write a model": ("new", "check", "error", "fmt", "sim", "explain"),
     "Solve it": ("compile", "run"),
     "This machine": ("doctor",),
 }
