@@ -19,15 +19,16 @@ void Planner::plan_rollout(const Belief& belief, StreamKey key, Decision& decisi
   actions_.clear();
   const Clock::time_point start = Clock::now();
   const bool timed = setup_.deadline != Clock::time_point::max();
-  bool going = sample_gains(belief, key, decision);
+  const Clock::duration whole = setup_.deadline - start;
+  bool going = sample_gains(belief, key, timed ? start + whole / 8 : setup_.deadline, decision);
   const int rounds = static_cast<int>(std::ceil(std::log2(static_cast<double>(candidates_.size() + 1))));
   for (int round = 1; round <= rounds && going; ++round) {
     const double share = static_cast<double>(round) / rounds;
-    const auto time = std::chrono::duration_cast<Clock::duration>((setup_.deadline - start) * share);
+    const auto time = std::chrono::duration_cast<Clock::duration>(whole * share);
+    const Clock::time_point end = timed ? start + time : setup_.deadline;
     const auto trials = static_cast<double>(options_.trial_limit) * share;
-    while (going && static_cast<double>(decision.trials) < trials &&
-           (!timed || Clock::now() < start + time)) {
-      going = sample_gains(belief, key, decision);
+    while (going && static_cast<double>(decision.trials) < trials && Clock::now() < end) {
+      going = sample_gains(belief, key, end, decision);
     }
     if (going && round < rounds) halve();
   }
@@ -41,13 +42,25 @@ void Planner::plan_rollout(const Belief& belief, StreamKey key, Decision& decisi
   decision.action = significant ? best.action : root.default_action;
 }
 
-// One expansion of the root over scenarios that no earlier one has used.
-bool Planner::sample_gains(const Belief& belief, StreamKey key, Decision& decision) {
-  if (decision.trials > 0) {
-    const auto first = static_cast<std::uint32_t>(decision.trials * options_.scenarios);
-    belief.sample(key, first, options_.scenarios, scenarios_);
+// How many scenarios to try the candidates on, so that about two such batches fit before `end`.
+std::size_t Planner::batch_until(Clock::time_point end) const {
+  if (setup_.deadline == Clock::time_point::max()) return options_.scenarios;
+  const double seconds = std::chrono::duration<double>(end - Clock::now()).count();
+  const std::size_t actions = candidates_.empty() ? candidates_.capacity() : candidates_.size();
+  const double fits = 0.5 * seconds / (rollout_seconds_ * static_cast<double>(actions));
+  return static_cast<std::size_t>(std::clamp(fits, 1.0, static_cast<double>(options_.scenarios)));
+}
+
+// One expansion of the root over scenarios that no earlier one has used, but for the untimed first, which
+// takes those of the root.
+bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_point end, Decision& decision) {
+  const std::size_t batch = batch_until(end);
+  const Clock::time_point start = Clock::now();
+  if (decision.trials > 0 || sampled_ != batch) {
+    belief.sample(key, static_cast<std::uint32_t>(sampled_), batch, scenarios_);
     decision.status = evaluator_->begin_search(scenarios_, setup_).status;
     if (decision.status != Status::kOk) return false;
+    sampled_ += batch;
   }
   LeafResult leaf;
   decision.status = evaluate({0, kNoHandle, 0, 0, 0, actions_}, leaf);
@@ -55,6 +68,8 @@ bool Planner::sample_gains(const Belief& belief, StreamKey key, Decision& decisi
   count_expansion(leaf, 0, decision);
   ++decision.trials;
   take_gains(leaf);
+  const double rollouts = static_cast<double>(batch) * static_cast<double>(leaf.actions.size() + 1);
+  rollout_seconds_ = std::chrono::duration<double>(Clock::now() - start).count() / rollouts;
   return true;
 }
 

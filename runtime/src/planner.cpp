@@ -12,6 +12,9 @@ namespace {
 // Of the memory: the evaluator keeps states, the tree everything else.
 constexpr std::size_t kEvaluatorShare = 4;
 
+// Rollout mode's first look at what a rollout costs, where time is limited.
+constexpr std::size_t kProbeScenarios = 16;
+
 Clock::time_point deadline_after(double seconds) {
   const Clock::time_point now = Clock::now();
   if (!(seconds < 1e9)) return Clock::time_point::max();
@@ -54,9 +57,15 @@ Decision Planner::plan(const Belief& belief, std::uint64_t run, int step) {
   if (decision.action < 0) {
     decision.status = Status::kNoLegalAction;
   } else if (options_.mode != Mode::kDefault) {
-    belief.sample(key, 0, options_.scenarios, scenarios_);
+    const bool probes = options_.mode == Mode::kRollout && setup_.deadline != Clock::time_point::max();
+    const std::size_t count = probes ? std::min(options_.scenarios, kProbeScenarios) : options_.scenarios;
+    belief.sample(key, 0, count, scenarios_);
+    const Clock::time_point sampled = Clock::now();
     const RootResult root = evaluator_->begin_search(scenarios_, setup_);
     decision.status = root.status;
+    sampled_ = count;
+    rollout_seconds_ =
+        std::chrono::duration<double>(Clock::now() - sampled).count() / static_cast<double>(count);
     if (root.status == Status::kOk) {
       const double share = 1.0 / root.row.count;
       decision.lower = share * from_fixed_sum(root.row.lower_sum);

@@ -130,6 +130,18 @@ TEST(Planner, RolloutModeLeavesThePolicyForASureGain) {
   EXPECT_EQ(decision.trials, 20U);
 }
 
+TEST(Planner, TimedRolloutsComeInBatchesThatFit) {
+  PlannerOptions options;
+  options.mode = Mode::kRollout;
+  options.time_limit = 0.05;
+  Solver solver(tiger_descriptor(), options);
+  const Decision decision = solver.plan();
+  EXPECT_EQ(decision.action, 0);
+  EXPECT_EQ(decision.status, Status::kDeadline);
+  EXPECT_GT(decision.trials, 2U);
+  EXPECT_LE(decision.leaf_scenarios, decision.trials * options.scenarios);
+}
+
 TEST(Planner, ReportsWhatIsWrongWithAModel) {
   Solver nan(mishaps_descriptor(std::numeric_limits<double>::quiet_NaN(), 9), trials(10));
   EXPECT_EQ(nan.plan().status, Status::kModelNan);

@@ -88,7 +88,8 @@ class Planner {
   Status evaluate(const LeafRequest& request, LeafResult& result);
   void count_expansion(const LeafResult& leaf, int depth, Decision& decision);
   int best_root_action(int default_action) const;
-  bool sample_gains(const Belief& belief, StreamKey key, Decision& decision);
+  bool sample_gains(const Belief& belief, StreamKey key, Clock::time_point end, Decision& decision);
+  std::size_t batch_until(Clock::time_point end) const;
   void take_gains(const LeafResult& leaf);
   void halve();
   const Candidate& best_candidate() const;
@@ -102,6 +103,8 @@ class Planner {
   std::vector<std::uint64_t> leaf_sizes_;
   std::vector<Candidate> candidates_;  // by ascending action
   std::vector<int> actions_;           // theirs
+  std::uint64_t sampled_ = 0;          // scenarios that rollout mode has used
+  double rollout_seconds_ = 0.0;       // what one took lately
 };
 
 // Options for the evaluator of a planner.
