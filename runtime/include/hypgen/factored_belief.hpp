@@ -150,6 +150,7 @@ class FactoredBelief final : public Belief {
 
   static bool holds(int variable, std::int32_t value, const typename M::Fixed& fixed,
                     const typename M::State& state) {
+    if (variable < 0 || variable >= M::kVariableCount) return false;
     std::int32_t values[M::kVariableCount];
     M::export_state(fixed, state, values);
     return values[variable] == value;
