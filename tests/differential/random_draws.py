@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from random_expressions import Maker
+from random_laws import continuous, counts, weighted
 from random_sorts import BOOL, FLOAT, Sort
 from random_tree import Node
 
@@ -20,10 +21,12 @@ def draw(make: Maker, sort: Sort, depth: int) -> Node:
         kinds = ["certain", "table", "table"]
     if sort.finite:
         kinds += ["noisy", "uniform", "set", "set", "weighted"]
-    if sort == FLOAT:
-        kinds += ["law", "law"]
     if sort.kind == "int":
-        kinds += ["count", "bins", "ends"]
+        kinds += ["counts", "counts"]
+    if sort.kind in ("float", "prob"):
+        kinds += ["continuous", "continuous"]
+    if any(f.law and f.sort == sort for f in make.reach.functions):
+        kinds += ["named", "named"]
     if depth > 0:
         kinds += ["if", "let", "match"]
     match make.pick(*kinds):
@@ -39,20 +42,19 @@ def draw(make: Maker, sort: Sort, depth: int) -> Node:
             return node("bernoulli(clamp(", make.number(depth), ", 0, 1))")
         case "uniform":
             return node(f"uniform({sort.text})")
+        case "counts":
+            return node(*counts(make, sort, depth))
+        case "continuous" if sort.kind == "prob" or make.chance(0.2):
+            return node("clamp(", *continuous(make, depth), ", 0, 1)")
+        case "continuous":
+            return node(*continuous(make, depth))
+        case "weighted":
+            return node(*weighted(make, sort, depth, draw(make, sort, 0)))
+        case "named":
+            law = make.rng.choice([f for f in make.reach.functions if f.law and f.sort == sort])
+            return node(f"{law.name}(", make.of(law.argument, depth - 1), ")")
         case "set":
             return _set(make, sort, depth)
-        case "weighted":
-            return _weighted(make, sort, depth)
-        case "law":
-            return (
-                node("clamp(", _law(make, depth), ", -2.0, 3.5)") if make.chance(0.3) else _law(make, depth)
-            )
-        case "count":
-            return _count(make, sort, depth)
-        case "bins":
-            return node("binned(", _law(make, depth), ", -1.0, ", "1.0 + abs(", make.number(1), "))")
-        case "ends":
-            return node("clamp(uniform(", make.integer(depth), ", max(1000, ", make.integer(1), ") - 995))")
         case "if":
             parts = (make.truth(depth), " then ", draw(make, sort, depth - 1))
             return node("(if ", *parts, " else ", draw(make, sort, depth - 1), ")")
@@ -66,37 +68,6 @@ def draw(make: Maker, sort: Sort, depth: int) -> Node:
     value = make.of(make.types.small, depth)
     with make.bound(make.types.small) as name:
         return node(f"(let {name} = ", value, " in ", draw(make, sort, depth - 1), ")")
-
-
-def _law(make: Maker, depth: int) -> Node:
-    """Return a continuous law, whose parameters may degenerate in some states."""
-    a, b = make.number(depth), make.number(1)
-    normal, waiting = ("normal(", a, ", 0.25 + abs(", b, "))"), ("exponential(0.25 + abs(", a, "))")
-    base: tuple[str | Node, ...] = normal if make.chance(0.6) else waiting
-    if make.chance(0.3):
-        base = ("uniform(", a, ", 1.0 + abs(", b, "))")
-    if make.chance(0.4):
-        base = ("truncated(", *base, ", 0.5, 1.0 + abs(", make.number(0), "))")
-    return Node("draw of float", FLOAT.plain, base)
-
-
-def _count(make: Maker, sort: Sort, depth: int) -> Node:
-    """Return a law of counts: clamped into an int type, or truncated first."""
-    law: tuple[str | Node, ...] = ("poisson(2.0 * abs(", make.number(depth), "))")
-    if make.chance(0.6):
-        trials = ("clamp(", make.integer(depth), ", 0, 6), clamp(", make.number(1), ", 0, 1)")
-        law = ("binomial(6 - ", *trials, ")") if make.chance(0.3) else ("binomial(", *trials, ")")
-    if make.chance(0.3):
-        law = ("truncated(", *law, ", 0, 5)")
-    return Node(f"draw of {sort.text}", sort.plain, ("clamp(", *law, ")"))
-
-
-def _weighted(make: Maker, sort: Sort, depth: int) -> Node:
-    with make.bound(sort) as name:
-        where: list[str | Node] = [" where ", make.truth(depth)] if make.chance(0.5) else []
-        weight = make.number(depth)
-    parts = (f"weighted({name} in {sort.text}", *where, ": abs(", weight, ") else ")
-    return Node(f"draw of {sort.text}", sort.plain, (*parts, draw(make, sort, 0), ")"))
 
 
 def _table(make: Maker, sort: Sort, depth: int) -> Node:

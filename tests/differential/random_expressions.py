@@ -16,12 +16,13 @@ OF_FLOATS = ("sqrt", "exp", "log", "log2", "sin", "cos", "tan", "asin", "acos", 
 
 @dataclass(frozen=True)
 class Function:
-    """A model function of one argument; ``hidden`` if it may read hidden state."""
+    """A model function of one argument, or a named law; ``hidden`` if it may read hidden state."""
 
     name: str
     argument: Sort
     sort: Sort
     hidden: bool
+    law: bool = False
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class Reach:
     functions: tuple[Function, ...] = ()
     memory: tuple[Variable, ...] = ()
     observed: tuple[Variable, ...] = ()
+    remembers: bool = False  # what was done and seen last
     action: bool = False
     primed_calls: bool = False
 
@@ -166,7 +168,9 @@ class Maker:
         for variables, prime in ((self.reach.before, ""), (self.reach.after, "'"), (self.reach.lets, "")):
             found += [self.read(v, prime) for v in variables if v.sort == sort]
         found += [self.read(v) for v in self.reach.memory if v.sort == sort]
-        found += [self._last(v) for v in self.reach.observed if v.sort == sort]
+        found += [self._last(self.read(v)) for v in self.reach.observed if v.sort == sort]
+        if sort == self.types.act and self.reach.remembers:
+            found.append(self._last(self.action()))
         if sort == self.types.act and self.reach.action:
             found.append(self.action())
         if sort == self.types.small:
@@ -232,13 +236,10 @@ class Maker:
             index = ["[", self.index_of(self.action_member), "]"]
         return self.node(self.types.act, "act", *index)
 
-    def _last(self, seen: Variable) -> Node:
-        index: list[str | Node] = []
-        if seen.member is not None:
-            index = ["[", self.index_of(seen.member), "]"]
-        name = f"{seen.element}{{}}.{seen.name}" if seen.element else f"{seen.name}{{}}"
-        before, after = name.split("{}")
-        return self.node(seen.sort, f"last({before}", *index, f"{after}, ", self.constant(seen.sort), ")")
+    def _last(self, seen: Node) -> Node:
+        sort = self.types.act if seen.sort == self.types.act.text else None
+        first = self.constant(sort or next(t for t in self.types.finite if t.text == seen.sort))
+        return Node(seen.sort, seen.plain, ("last(", seen, ", ", first, ")"))
 
     # Ints ----------------------------------------------------------------------------------------
 
@@ -286,7 +287,7 @@ class Maker:
 
     def called(self, sort: Sort, depth: int) -> Node | None:
         """Return a call of a function, if one gives this type; primed where the next state may be read."""
-        functions = [f for f in self.reach.functions if f.sort == sort]
+        functions = [f for f in self.reach.functions if f.sort == sort and not f.law]
         if not functions:
             return None
         function = self.rng.choice(functions)

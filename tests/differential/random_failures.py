@@ -18,14 +18,16 @@ import random_models
 from random_tree import Node, shrink
 
 BATCH = 20
-# What constants may come to: arms that never occur, values that never fit, zero divisors, empty sets.
-UNLUCKY = frozenset({"E0307", "E0601", "E0603", "E0608"})
+# What constants may come to: arms that never occur, values that never fit, empty sets, zero divisors.
+UNLUCKY = frozenset({"E0307", "E0601", "E0603", "E0605", "E0608", "E0707"})
 
 
 def failure(result: str | None) -> str:
     """Return what kind of failure a comparison found; nothing where there is none."""
     if result is None:
         return ""
+    if result.startswith("refused"):
+        return ": ".join(result.split(": ")[:2])
     return result.partition(" in row")[0].partition(":")[0]
 
 

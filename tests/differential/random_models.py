@@ -91,12 +91,29 @@ class _Builder:
         known = Reach(before=tuple(s.read for s in earlier))
         with self.make.reading(visible_only(known) if read.visible else known):
             init = self.assigned(read.sort, read.indices)
+            if owner.member is not None and owner.member.kind == "int" and not read.indices:
+                init = self._after_lower(read, owner, init)
         words = ("visible " if read.visible else "hidden ") + ("fixed " if state.fixed else "")
         shape = f"{read.sort.text}[{read.indices[0].text}]" if read.indices else read.sort.text
         parts: list[str | Node] = [f"{words}{read.name}: {shape}\n  init {read.name} ", *init]
         if not state.fixed:
             parts += [f"\n  {read.name}' ", *self._update(state, earlier, lets, functions)]
         self.add(owner, *parts)
+
+    def _after_lower(
+        self, read: Variable, owner: Owner, init: tuple[str | Node, ...]
+    ) -> tuple[str | Node, ...]:
+        """Return an init that reads the member before this one, if there is one."""
+        assert owner.member is not None
+        if self.make.chance(0.6) or not read.sort.finite or owner.member.low == owner.member.high:
+            return init
+        before = f"{owner.name}[{owner.local} - 1].{read.name}"
+        law = (
+            f"noisy({before}, 0.5)"
+            if self.make.chance(0.5)
+            else f"{{{before}: 0.25, else {read.sort.plain}}}"
+        )
+        return (f"~ if {owner.local} > {owner.member.low} then {law} else ", *init[1:])
 
     def _update(
         self, state: State, earlier: list[State], lets: tuple[Variable, ...], functions: tuple[Function, ...]
@@ -134,13 +151,13 @@ class _Builder:
             rng.choice([types.small, types.index, BOOL, FLOAT]),
             rng.choice([FLOAT, BOOL, types.small]),
         )
-        hidden = rng.random() < 0.5
+        hidden, law = rng.random() < 0.5, rng.random() < 0.3
         reach = Reach(before=tuple(s.read for s in self.states), functions=tuple(functions))
         self.inside(MODEL)
         with self.make.reading(reach if hidden else visible_only(reach)), self.make.bound(argument) as formal:
-            body = self.make.of(sort, DEPTH)
-        self.add(MODEL, f"fn {name}({formal}: {argument.text}): {sort.text} = ", body)
-        functions.append(Function(name, argument, sort, hidden))
+            body = draw(self.make, sort, 1) if law else self.make.of(sort, DEPTH)
+        self.add(MODEL, f"fn {name}({formal}: {argument.text}): {sort.text} {'~' if law else '='} ", body)
+        functions.append(Function(name, argument, sort, hidden, law))
 
 
 MODEL = Owner("", None, "")
@@ -177,8 +194,8 @@ def model(seed: int, attempt: int = 0) -> Node:
         action=True,
         primed_calls=True,
     )
-    _declare_step(build, [MODEL, *owners], step)
-    _declare_policy(build, Reach(before=step.before, functions=step.functions), joint)
+    observed = _declare_step(build, [MODEL, *owners], step)
+    _declare_policy(build, Reach(before=step.before, functions=step.functions), observed, joint)
 
     parts: list[str | Node] = [f"model Random{seed}\n", "\n".join(types.declarations), "\n"]
     for owner in owners:
@@ -204,8 +221,9 @@ def _declare_constants(build: _Builder, joint: bool) -> None:
         build.add(MODEL, text)
 
 
-def _declare_step(build: _Builder, owners: list[Owner], step: Reach) -> None:
-    """Add observations, rewards, ends and legality."""
+def _declare_step(build: _Builder, owners: list[Owner], step: Reach) -> tuple[Variable, ...]:
+    """Add observations, which are returned, rewards, ends and legality."""
+    observed: list[Variable] = []
     make, rng, types = build.make, build.make.rng, build.types
     with make.reading(step):
         for i in range(rng.randint(0, 3)):
@@ -214,6 +232,7 @@ def _declare_step(build: _Builder, owners: list[Owner], step: Reach) -> None:
             indices = (rng.choice([*types.indices, types.pos]),) if rng.random() < 0.4 else ()
             shape = f"{sort.text}[{indices[0].text}]" if indices else sort.text
             build.add(owner, f"observe z{i}: {shape} ", *build.assigned(sort, indices))
+            observed.append(Variable(owner.name, owner.member, f"z{i}", sort, indices))
         for i in range(rng.randint(1, 4)):
             build.inside(owner := rng.choice(owners))
             value = make.integer(DEPTH) if rng.random() < 0.4 else make.number(DEPTH)
@@ -228,17 +247,52 @@ def _declare_step(build: _Builder, owners: list[Owner], step: Reach) -> None:
         with make.reading(visible_only(Reach(before=step.before, functions=step.functions, action=True))):
             moves = make.node(BOOL, "(", make.action(), " == wait)")
             build.add(MODEL, "legal when ", make.node(BOOL, "(", moves, " or ", make.truth(DEPTH), ")"))
+    return tuple(observed)
 
 
-def _declare_policy(build: _Builder, reach: Reach, joint: bool) -> None:
+def _declare_memory(build: _Builder, known: Reach, indices: tuple[Sort, ...]) -> Reach:
+    """Add a policy that remembers; return what a lower bound may read besides."""
+    make, rng, types = build.make, build.make.rng, build.types
+    parts: list[str | Node] = []
+    memory: list[Variable] = []
+    with make.reading(replace(known, observed=())):
+        for i in range(rng.randint(0, 3)):
+            sort = rng.choice([*types.finite, types.act, FLOAT])
+            shape = (rng.choice(types.indices),) if rng.random() < 0.3 else ()
+            memory.append(Variable("", None, f"q{i}", sort, shape))
+            text = f"memory q{i}: {sort.text}{f'[{shape[0].text}]' if shape else ''} "
+            parts.append(Node("item", "", (text, *build.assigned(sort, shape, exact=True), "\n")))
+    known = replace(known, memory=tuple(memory), remembers=True)
+    lets: list[Variable] = []
+    for i in range(rng.randint(0, 2)):
+        sort, draws = rng.choice([*types.finite, FLOAT]), rng.random() < 0.7
+        with make.reading(replace(known, lets=tuple(lets))):
+            value = draw(make, sort, 1) if draws else make.of(sort, DEPTH)
+        parts.append(Node("item", "", (f"let p{i}: {sort.text} {'~' if draws else '='} ", value, "\n")))
+        lets.append(Variable("", None, f"p{i}", sort))
+    with make.reading(known):
+        for cell in memory:
+            assigned = build.assigned(cell.sort, cell.indices, exact=True)
+            parts.append(Node("item", "", (f"{cell.name}' ", *assigned, "\n")))
+    with make.reading(replace(known, lets=tuple(lets))):
+        parts += ["choose ", *build.assigned(types.act, indices), "\n"]
+    build.add(MODEL, "policy default {\n", *parts, "}")
+    return known
+
+
+def _declare_policy(build: _Builder, reach: Reach, observed: tuple[Variable, ...], joint: bool) -> None:
     """Add the default policy and the bounds."""
     make, rng, types = build.make, build.make.rng, build.types
     build.inside(MODEL)
-    with make.reading(visible_only(reach)):
-        if rng.random() < 0.6:
-            indices = (types.index,) if joint else ()
+    indices = (types.index,) if joint else ()
+    known, kind = visible_only(reach), rng.random()
+    if kind < 0.4:
+        known = _declare_memory(build, replace(known, observed=observed), indices)
+    elif kind < 0.75:
+        with make.reading(known):
             build.add(MODEL, "policy default ", *build.assigned(types.act, indices))
-        if rng.random() < 0.5:
+    if rng.random() < 0.5:
+        with make.reading(known):
             build.add(MODEL, "bound lower = ", make.number(DEPTH))
     with make.reading(reach):
         build.add(MODEL, "bound upper = ", make.number(DEPTH))

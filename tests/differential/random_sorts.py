@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import random
 from dataclasses import dataclass, field
+
+LARGEST = 40  # a record that arrays and loops run over
 
 
 @dataclass(frozen=True)
@@ -20,6 +23,17 @@ class Sort:
     def finite(self) -> bool:
         """Return whether values of the type can be counted."""
         return self.kind not in ("float", "prob") and all(p is None or p.finite for _, p in self.parts)
+
+    @property
+    def size(self) -> int:
+        """Return the number of values of a finite type."""
+        sizes = [1 if part is None else part.size for _, part in self.parts]
+        match self.kind:
+            case "enum":
+                return sum(sizes)
+            case "record":
+                return math.prod(sizes)
+        return 2 if self.kind == "bool" else self.high - self.low + 1
 
     @property
     def plain(self) -> str:
@@ -92,6 +106,8 @@ def declare(rng: random.Random) -> Types:
     mode = Sort("Mode", "enum", parts=tuple(mode_parts))
     fields: list[tuple[str, Sort | None]] = [("row", index), ("col", small)]
     fields += rng.sample([("lit", BOOL), ("mode", mode)], rng.randint(0, 2))
+    while Sort("Pos", "record", parts=tuple(fields)).size > LARGEST:
+        fields.pop()
     rng.shuffle(fields)
     pos = Sort("Pos", "record", parts=tuple(fields))
     vec = Sort("Vec", "record", parts=(("x", FLOAT), ("y", FLOAT)))
