@@ -13,7 +13,7 @@ from hypgen.dsl.declarations import element_scope
 from hypgen.dsl.diagnostics import did_you_mean
 from hypgen.dsl.mistakes import Mistake, gather, mistake
 from hypgen.dsl.scope import Scope
-from hypgen.dsl.symbols import duplicate
+from hypgen.dsl.symbols import duplicate, kind_of
 from hypgen.dsl.type_expressions import require_finite
 from hypgen.dsl.typecheck import check_as, described
 from hypgen.dsl.types import BOOL, FLOAT
@@ -97,6 +97,13 @@ def _require_assignments(
         )
 
 
+def _not_own(name: str, program: Program) -> str:
+    item = program.symbols.globals.get(name)
+    if isinstance(item, (ast.Const, ast.Param)):
+        return f"'{name}' is {kind_of(item)}, which never changes: what changes is a variable"
+    return f"an element assigns its own variables only; declare it here: hidden {name}: type"
+
+
 def _assign(owner: ast.Element, member: ast.Init | ast.Update, program: Program) -> ir.Assign:
     own = program.symbols.members[owner.name]
     item = own.get(member.name)
@@ -107,7 +114,7 @@ def _assign(owner: ast.Element, member: ast.Init | ast.Update, program: Program)
             "E0410",
             f"element '{owner.name}' has no variable '{member.name}'",
             member.span,
-            did_you_mean(member.name, known) or "an element assigns its own variables only",
+            did_you_mean(member.name, known) or _not_own(member.name, program),
         )
     variable = program.variable(owner.name, item)
     path = variable.name

@@ -5,6 +5,7 @@ The rules are asked in the order of ``MISTAKES``; the first that knows the mista
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Callable
 
@@ -34,6 +35,7 @@ _MODEL_ONLY = (
     "LEGAL", "SUCCESS", "POLICY", "BOUND", "MODEL", "IMPORT",
 )  # fmt: skip
 _ANY_ITEM = (*_MODEL_ONLY, *_ELEMENT_ONLY, "REWARD", "OBSERVE", "INVARIANT")
+_ELEMENT_ITEM = (*_ELEMENT_ONLY, "REWARD", "OBSERVE", "INVARIANT")
 _IF_NEEDS = {"IF": "THEN", "THEN": "ELSE"}
 _LOGIC = {"&": "and", "|": "or", "!": "not"}
 _ASSIGNMENTS = (":=", "<-", "+=", "-=", "*=", "/=")
@@ -81,11 +83,16 @@ def _assignment_sign(s: Situation) -> Diagnostic | None:
 
 
 def _foreign_comment(s: Situation) -> Diagnostic | None:
-    if not s.rest.startswith(("//", "/*")) or "FLOORDIV" in s.accepts:
-        return None
-    return Diagnostic(
-        "E0121", f"'{s.rest[:2]}' does not start a comment", s.span(length=2), "comments start with `#`"
-    )
+    at, sign = s.token, s.rest[:2]
+    if sign not in ("//", "/*") or "FLOORDIV" in s.accepts:
+        # After a type or an expression, `//` at the start of a line was taken for a division.
+        line = s.source.text.split("\n")[(s.token.line or 1) - 1]
+        divisions = [t for t in s.before if t.type == "FLOORDIV" and t.line == s.token.line]
+        if not divisions or not line.lstrip().startswith("//"):
+            return None
+        at, sign = divisions[0], "//"
+    remedy = "comments start with `#`"
+    return Diagnostic("E0121", f"'{sign}' does not start a comment", s.span(at, length=2), remedy)
 
 
 def _elif(s: Situation) -> Diagnostic | None:
@@ -130,6 +137,9 @@ def _number_form(s: Situation) -> Diagnostic | None:
     if s.follows("INT", "DOT") and last is not None and before_last is not None:
         at = s.span(before_last).to(s.span(last))
         return Diagnostic("E0122", "a number ends with a digit", at, f"write `{before_last}.0`")
+    if s.follows("FLOAT", "DOT") and s.touches_previous and last is not None and before_last is not None:
+        at = s.span(before_last).to(s.span())
+        return Diagnostic("E0122", "a number has one point", at, f"write `{before_last}`, or other digits")
     if s.token.type == "NAME" and s.touches_previous and last is not None and last.type in ("INT", "FLOAT"):
         at = s.span(last).to(s.span())
         remedy = "write digits only for a number (no `_`, `0x` or suffix), and `*` for a product"
@@ -158,6 +168,21 @@ def _reserved_word(s: Situation) -> Diagnostic | None:
     return _reserved(s.token, s.span())
 
 
+def _misspelt_keyword(s: Situation) -> Diagnostic | None:
+    word = s.previous() if s.accepts == {"QUOTE"} else s.token
+    expected = _ELEMENT_ITEM if s.accepts == {"QUOTE"} or s.expects_member else _ANY_ITEM
+    if word is None or word.type != "NAME" or s.token.type not in ("NAME", "STRING"):
+        return None
+    if word is s.token and not (s.on_new_line and (s.expects_item or s.expects_member)):
+        return None
+    close = difflib.get_close_matches(word, [w.lower() for w in expected], n=1, cutoff=0.7)
+    if not close or not re.match(r"\s*[\w\"]", s.source.text[word.end_pos or 0 :]):
+        return None
+    return Diagnostic(
+        "E0141", f"nothing is declared by the word '{word}'", s.span(word), f"did you mean `{close[0]}`?"
+    )
+
+
 def _reserved(word: Token, span: Span) -> Diagnostic:
     remedy = f"choose another name, such as `{word}_`"
     return Diagnostic("E0113", f"'{word}' is a word of the language and cannot be a name", span, remedy)
@@ -177,8 +202,10 @@ def _missing_type(s: Situation) -> Diagnostic | None:
         return None
     what = "the function's result" if name.type == "RPAR" else f"'{name}'"
     written = ")" if name.type == "RPAR" else name
+    value = re.match(r"=\s*-?\d+(\.\d)?", s.rest)
+    example = "bool" if value is None else "float" if value[1] else "int"
     message = f"{what} needs a type; found {shown(s.token)}"
-    return Diagnostic("E0115", message, s.span(), f"write `{written}: type`, such as `{written}: bool`")
+    return Diagnostic("E0115", message, s.span(), f"write `{written}: type`, such as `{written}: {example}`")
 
 
 def _single_equals(s: Situation) -> Diagnostic | None:
@@ -226,13 +253,15 @@ def _unfinished_if(s: Situation) -> Diagnostic | None:
     opened = s.open[-1] if s.open else None
     if opened is None or opened.type not in _IF_NEEDS or _IF_NEEDS[opened.type] not in s.accepts:
         return None
-    notes = ((s.span(opened), f"this '{opened}'"),)
+    at, note = s.span(), (s.span(opened), f"this '{opened}'")
+    if s.on_new_line:
+        at, note = s.span(opened), (s.span(), "something else starts here")
     if opened.type == "IF":
         message = f"this 'if' has no 'then'; found {shown(s.token)}"
-        return Diagnostic("E0105", message, s.span(), "write `if condition then a else b`", notes)
+        return Diagnostic("E0105", message, at, "write `if condition then a else b`", (note,))
     message = f"this 'if' has no 'else'; found {shown(s.token)}"
     remedy = "write `if condition then a else b`: an expression needs a value in both cases"
-    return Diagnostic("E0104", message, s.span(), remedy, notes)
+    return Diagnostic("E0104", message, at, remedy, (note,))
 
 
 def _outside_element(s: Situation) -> Diagnostic | None:
@@ -299,6 +328,9 @@ def _unclosed(s: Situation, opened: Token) -> Diagnostic:
     remedy = f"write the missing `{closer}`"
     if s.expects_member and s.token.type in _MODEL_ONLY:
         remedy += f", or move `{s.token}` out of the element"
+    if s.on_new_line:
+        note = (s.span(), "something else starts here")
+        return Diagnostic("E0109", message, s.span(opened), remedy, (note,))
     return Diagnostic("E0109", message, s.span(), remedy, ((s.span(opened), "opened here"),))
 
 
@@ -358,6 +390,7 @@ MISTAKES: tuple[Mistake, ...] = (
     _conditional_sign,
     _unknown_character,
     _number_form,
+    _misspelt_keyword,
     _reserved_word,
     _missing_when,
     _result_arrow,

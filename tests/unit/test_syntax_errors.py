@@ -30,7 +30,7 @@ CASES = {
     "define with two signs": (model("const n: int == 3"), "E0134", 2, 14, 16, "one `=`"),
     "else missing at the end": (model("reward r = if x then 1"), "E0104", 2, 23, 24, "then a else b"),
     "else missing in a call": (model("reward r = f(if x then 1)"), "E0104", 2, 25, 26, "then a else b"),
-    "else missing in an element": (member("x' = if x then 1\n init x = 0"), "E0104", 3, 2, 6, "else b"),
+    "else missing in an element": (member("x' = if x then 1\n init x = 0"), "E0104", 2, 11, 15, "else b"),
     "then missing": (model("reward r = if x { 1 } else { 2 }"), "E0105", 2, 17, 18, "if condition then"),
     "and of C": (model("legal when a && b"), "E0106", 2, 14, 16, "`and`"),
     "or of C": (model("legal when a || b"), "E0106", 2, 14, 16, "`or`"),
@@ -40,10 +40,10 @@ CASES = {
     "update outside": (model("x' = 3"), "E0108", 2, 1, 2, "inside the braces"),
     "variable outside": (model("hidden x: bool"), "E0108", 2, 1, 7, "inside the braces"),
     "let outside": (model("let x = 3"), "E0108", 2, 1, 4, "inside the braces"),
-    "brace missing": ("model M\nelement e {\n\nterminal when a", "E0109", 4, 1, 9, "missing `}`"),
+    "brace missing": ("model M\nelement e {\n\nterminal when a", "E0109", 2, 11, 12, "missing `}`"),
     "brace missing at the end": ("model M\nelement e {\nx' = x", "E0109", 3, 7, 8, "missing `}`"),
-    "parenthesis missing": (model("reward r = (1 + 2\nreward q = 3"), "E0109", 3, 1, 7, "missing `)`"),
-    "parenthesis missing in an element": (member("x' = f(x\ny' = 3"), "E0109", 3, 1, 2, "missing `)`"),
+    "parenthesis missing": (model("reward r = (1 + 2\nreward q = 3"), "E0109", 2, 12, 13, "missing `)`"),
+    "parenthesis missing in an element": (member("x' = f(x\ny' = 3"), "E0109", 2, 7, 8, "missing `)`"),
     "wrong closing bracket": (model("reward r = (1 + 2]"), "E0109", 2, 18, 19, "missing `)`"),
     "too many parentheses": (model("reward r = 1 + 2)"), "E0110", 2, 17, 18, "leave it out"),
     "too many braces": (model("action a: A }"), "E0110", 2, 13, 14, "leave it out"),
@@ -94,6 +94,11 @@ CASES = {
     "large number": (model("discount 1e999"), "E0136", 2, 10, 15, "float32"),
     "misspelt quantifier": (model("reward r = summ(r in Rock: 3)"), "E0137", 2, 12, 16, "'sum'"),
     "quantifier without a body": (model("reward r = sum(r in Rock)"), "E0138", 2, 12, 26, "sum(r in Rock:"),
+    "number with two points": (model("discount 0.9.5"), "E0122", 2, 10, 15, "0.9"),
+    "comment of C after a type": (model("action a: A\n// x y"), "E0121", 3, 1, 3, "`#`"),
+    "misspelt keyword": (model("rewad r = 3"), "E0141", 2, 1, 6, "`reward`"),
+    "misspelt keyword after an expression": (model("horizon 3\nelment e { }"), "E0141", 3, 1, 7, "`element`"),
+    "misspelt keyword of an element": (member("hiden x: bool"), "E0141", 2, 1, 6, "`hidden`"),
     "lookalike character": (model("legal when a ≤ b"), "E0102", 2, 14, 15, "`<=`"),
     "unknown character": (model("legal when a @ b"), "E0102", 2, 14, 15, "letters"),
     "missing name": (model("reward = 3"), "E0101", 2, 8, 9, "reward name = expression"),
@@ -122,10 +127,13 @@ def test_expected_is_in_the_authors_words() -> None:
     assert found.message == "expected an operator or a declaration; found the name 'b'"
 
 
-def test_unclosed_bracket_notes_where_it_was_opened() -> None:
+def test_unclosed_bracket_notes_what_comes_instead() -> None:
     (found,) = mistakes("model M\nelement e {\nterminal when a")
     ((span, text),) = found.notes
-    assert (span.line, span.column, text) == (2, 11, "opened here")
+    assert (span.line, span.column, text) == (3, 1, "something else starts here")
+    (found,) = mistakes(model("reward r = (1 + 2]"))
+    ((span, text),) = found.notes
+    assert (span.line, span.column, text) == (2, 12, "opened here")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,161 @@
+"""Newcomers' mistakes: what ``hypgen check`` says of each, beside what stanc3 says of the same in Stan.
+
+``python benchmarks/mistakes.py`` writes docs/results/mistakes.md from mistakes/*.toml. ``--stanc PATH`` runs
+Stan's compiler first and keeps what it says in mistakes/stanc.json.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import tempfile
+import tomllib
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from hypgen.dsl import driver
+from hypgen.dsl.diagnostics import Diagnostic, ModelError
+from hypgen.dsl.snippet import render_all
+
+HERE = Path(__file__).parent / "mistakes"
+PAGE = Path(__file__).parent.parent / "docs" / "results" / "mistakes.md"
+RECORD = HERE / "stanc.json"
+MOST_LINES = 16  # of a message of stanc3 that are quoted
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """An edit of a base model: its code, the line at which it should be found, and the same in Stan."""
+
+    what: str
+    code: str
+    text: str
+    line: int
+    stan_text: str | None
+    better: str
+    why: str
+
+
+def mistakes() -> list[Mistake]:
+    """Return every mistake, those that Stan has as well first."""
+    found = []
+    for name in ("shared", "own"):
+        for entry in tomllib.loads((HERE / f"{name}.toml").read_text())["mistake"]:
+            text = edited("base.pomdp", entry["old"], entry["new"])
+            if "more_old" in entry:
+                text = replaced(text, entry["more_old"], entry["more_new"])
+            stan = edited("base.stan", entry["stan_old"], entry["stan_new"]) if "stan_old" in entry else None
+            verdict = entry.get("better", ""), entry.get("why", "")
+            line = line_of(text, entry.get("at"))
+            found.append(Mistake(entry["what"], entry["code"], text, line, stan, *verdict))
+    return found
+
+
+def edited(base: str, old: str, new: str) -> str:
+    """Return the text of a base file with one edit."""
+    return replaced((HERE / base).read_text(), old, new)
+
+
+def replaced(text: str, old: str, new: str) -> str:
+    """Return ``text`` with its first ``old`` replaced."""
+    assert old in text, old
+    return text.replace(old, new, 1)
+
+
+def line_of(text: str, at: str | None) -> int:
+    """Return the number of the line that starts with ``at``, or of the first that the base model has not."""
+    base = (HERE / "base.pomdp").read_text().splitlines()
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.startswith(at) if at is not None else line != base[number - 1]:
+            return number
+    raise AssertionError(at)
+
+
+def told(mistake: Mistake) -> tuple[list[Diagnostic], str]:
+    """Return what the compiler finds, and the text that it prints."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "pipes.pomdp"
+        path.write_text(mistake.text)
+        try:
+            driver.load(path)
+        except ModelError as error:
+            text = render_all(error.diagnostics, error.sources)
+            return list(error.diagnostics), text.replace(f"{folder}/", "")
+    return [], ""
+
+
+def run_stanc(stanc: str) -> None:
+    """Keep what stanc3 says of every mistake that Stan has too, and its version."""
+    said = {"version": subprocess.run([stanc, "--version"], capture_output=True, text=True).stdout.strip()}
+    with tempfile.TemporaryDirectory() as folder:
+        for mistake in (m for m in mistakes() if m.stan_text is not None):
+            (Path(folder) / "model.stan").write_text(str(mistake.stan_text))
+            done = subprocess.run([stanc, "model.stan"], cwd=folder, capture_output=True, text=True)
+            said[mistake.what] = done.stdout + done.stderr if done.returncode else ""
+    RECORD.write_text(json.dumps(said, indent=2) + "\n")
+
+
+HEADING = """\
+# What a newcomer's mistakes are answered
+
+{count} mistakes in a small model, each made by one edit of `benchmarks/mistakes/base.pomdp`, with the message
+that `hypgen check` prints. {shared} of them can be made in Stan as well: beside ours stands what {version}
+says of the same mistake in `base.stan`. Its messages are good, so they are the ones to beat. Long ones are
+cut here after {most} lines. `python benchmarks/mistakes.py` makes this page, and a test runs every mistake.
+
+Each pair was judged by three questions: is the place exact, is the cause named, is there a remedy that works?
+The judges are the authors of one of the two; both messages are there to be read. A kind of mistake is only as
+comparable as two languages are: a few of stanc3's messages answer a near relative.
+
+| better | pairs |
+|---|---|
+{tally}
+"""
+
+
+def page() -> str:
+    """Return docs/results/mistakes.md."""
+    said = json.loads(RECORD.read_text())
+    found = mistakes()
+    shared = [m for m in found if m.stan_text is not None]
+    verdicts = Counter(m.better for m in shared)
+    tally = "\n".join(f"| {name} | {verdicts[name]} |" for name in ("hypgen", "equal", "stanc3"))
+    parts = [
+        HEADING.format(
+            count=len(found), shared=len(shared), version=said["version"], most=MOST_LINES, tally=tally
+        ),
+        "## Mistakes that Stan has too\n",
+    ]
+    for number, mistake in enumerate(found, 1):
+        if number == len(shared) + 1:
+            parts.append("## Mistakes of a POMDP's own\n")
+        parts += [f"### {number}. {mistake.what}\n", block(told(mistake)[1])]
+        if mistake.stan_text is not None:
+            parts += ["stanc3:\n", block(said[mistake.what] or "(no message: it compiles)")]
+            verdict = "No difference" if mistake.better == "equal" else f"Better: {mistake.better}"
+            parts.append(f"**{verdict}.** {mistake.why}\n")
+    return "\n".join(parts)
+
+
+def block(text: str) -> str:
+    """Return a message as a block of Markdown, cut if it is long."""
+    lines = text.rstrip().splitlines()
+    if len(lines) > MOST_LINES:
+        lines = [*lines[:MOST_LINES], f"({len(lines) - MOST_LINES} more lines)"]
+    return "\n".join(["```", *lines, "```\n"])
+
+
+def main() -> None:
+    """Write the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--stanc", help="run this stanc first")
+    arguments = parser.parse_args()
+    if arguments.stanc:
+        run_stanc(arguments.stanc)
+    PAGE.write_text(page())
+
+
+if __name__ == "__main__":
+    main()
