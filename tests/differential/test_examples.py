@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import subprocess
 from pathlib import Path
 
@@ -13,15 +14,16 @@ import traces
 from hypgen.codegen.driver import generate
 from hypgen.dsl import ir
 from hypgen.dsl.driver import load
-from hypgen.dsl.interpreter_trace import trace
+from hypgen.dsl.interpreter_trace import columns, trace
 from hypgen.runtime.build import build_solver
 from hypgen.runtime.errors import ToolchainError
 from hypgen.runtime.toolchain import find_tools
 
 FOLDER = Path(__file__).parent
-EXAMPLES = sorted((FOLDER.parent.parent / "examples").glob("*.pomdp"))
+EXAMPLES = sorted((FOLDER.parent.parent / "examples").rglob("*.pomdp"))
 MODELS = sorted((FOLDER / "models").glob("*.pomdp"))
 SEED, SCENARIOS, STEPS = 20261122, 2000, 60
+MOST_NUMBERS = 8_000_000  # of a trace
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +45,7 @@ def assert_same_trace(model: ir.Model, folder: Path) -> None:
     path = folder / "trace"
     # The interpreter goes through all pairs of a factor's values.
     scenarios = SCENARIOS // 20 if any(f.size > 8 for f in model.factors) else SCENARIOS
+    scenarios = min(scenarios, MOST_NUMBERS // (STEPS * len(columns(model))))
     size = ["--trace-scenarios", str(scenarios), "--trace-steps", str(STEPS), "--seed", str(SEED)]
     subprocess.run([solver, "--trace", path, *size], check=True)
     actual = traces.read(path, model)
@@ -55,6 +58,20 @@ def assert_same_trace(model: ir.Model, folder: Path) -> None:
 @pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
 def test_example(example: Path, tmp_path: Path) -> None:
     assert_same_trace(load(example).model, tmp_path)
+
+
+@pytest.mark.usefixtures("_compiler")
+@pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
+@pytest.mark.parametrize(
+    "options", [("--mode", "default", "--runs", "20"), ("--runs", "1", "--steps", "5", "--trials", "3")]
+)
+def test_episodes_of_an_example_end_well(example: Path, options: tuple[str, ...], tmp_path: Path) -> None:
+    solver = build_solver(generate(load(example).model), f"differential/{example.stem}", lambda step: None)
+    lines = tmp_path / "lines.jsonl"
+    subprocess.run([solver, *options, "--quiet", "--json", lines], check=True)
+    summary = json.loads(lines.read_text().splitlines()[-1])
+    assert set(summary["endings"]) <= {"terminal", "step_limit"}
+    assert set(summary["searches"]) <= {"ok", "converged", "trial_limit"}
 
 
 @pytest.mark.usefixtures("_compiler")
