@@ -20,7 +20,9 @@ def draw(make: Maker, sort: Sort, depth: int) -> Node:
     if sort != make.types.vec:
         kinds = ["certain", "table", "table"]
     if sort.finite:
-        kinds += ["noisy", "uniform", "set", "set", "weighted"]
+        kinds += ["noisy", "uniform", "set", "set"]
+    if sort.finite and make.fits(sort):
+        kinds.append("weighted")
     if sort.kind == "int":
         kinds += ["counts", "counts"]
     if sort.kind in ("float", "prob"):
@@ -82,8 +84,8 @@ def _table(make: Maker, sort: Sort, depth: int) -> Node:
 
 
 def _set(make: Maker, sort: Sort, depth: int) -> Node:
-    over = make.rng.choice(make.types.finite)
-    with make.bound(over) as name:
+    over = make.rng.choice([s for s in make.types.finite if make.fits(s)] or [BOOL])
+    with make.loop(over) as name:
         where: list[str | Node] = [" where ", make.truth(depth)] if make.chance(0.8) else []
         value = make.of(sort, depth)
     rest: list[str | Node] = []

@@ -11,6 +11,7 @@ from random_sorts import BOOL, FLOAT, Sort, Types, Variable
 from random_tree import Node
 
 INT = Sort("int", "int", -99, 99)
+MOST_ROUNDS = 300
 OF_FLOATS = ("sqrt", "exp", "log", "log2", "sin", "cos", "tan", "asin", "acos", "abs", "sign", "-")
 
 
@@ -51,6 +52,7 @@ class Maker:
     owner: str = ""  # the element in which the expression stands
     member: str = ""  # the local that names its member
     names: int = 0
+    rounds: int = 1  # of the loops in which the expression stands
     action_member: Sort | None = None  # the index of a joint action
 
     def pick(self, *kinds: str) -> str:
@@ -74,6 +76,18 @@ class Maker:
         self.locals.append((name, sort))
         yield name
         self.locals.pop()
+
+    @contextmanager
+    def loop(self, sort: Sort) -> Iterator[str]:
+        """Add a local that takes every value of a type."""
+        self.rounds *= sort.size
+        with self.bound(sort) as name:
+            yield name
+        self.rounds //= sort.size
+
+    def fits(self, sort: Sort) -> bool:
+        """Return whether a loop over a type may stand here: each round costs the interpreter time."""
+        return self.rounds * sort.size <= MOST_ROUNDS
 
     def node(self, sort: Sort, *parts: str | Node) -> Node:
         return Node(sort.text, sort.plain, parts)
@@ -301,7 +315,11 @@ class Maker:
     def quantified(self, kind: str, depth: int, of_floats: bool = False) -> Node:
         """Return a quantifier over a finite type."""
         sort = self.types.index if kind.startswith("arg") else self.rng.choice(self.types.indices)
-        with self.bound(sort) as name:
+        if not self.fits(sort):
+            if kind in ("any", "all"):
+                return self.leaf(BOOL)
+            return self.number(0) if of_floats else self.integer(0)
+        with self.loop(sort) as name:
             where: list[str | Node] = [" where ", self.truth(depth - 1)] if self.chance(0.7) else []
             body: list[str | Node] = []
             if kind in ("any", "all"):

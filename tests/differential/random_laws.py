@@ -65,7 +65,7 @@ def counts(make: Maker, sort: Sort, depth: int) -> Parts:
 
 def weighted(make: Maker, sort: Sort, depth: int, otherwise: Node) -> Parts:
     """Return a law that takes the values of a type by weights."""
-    with make.bound(sort) as name:
+    with make.loop(sort) as name:
         where: Parts = (" where ", make.truth(depth)) if make.chance(0.6) else ()
         weight = make.number(depth) if make.chance(0.6) else make.integer(depth)
     return (f"weighted({name} in {sort.text}", *where, ": ", weight, " else ", otherwise, ")")

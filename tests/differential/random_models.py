@@ -56,7 +56,7 @@ class _Builder:
         sign = "= " if exact else "~ "
         if not indices:
             return sign, self._value(sort, exact)
-        with self.make.bound(indices[0]) as name:
+        with self.make.loop(indices[0]) as name:
             value = self._value(sort, exact)
         return f"{sign}[{name} in {indices[0].text}: ", value, "]"
 
@@ -67,6 +67,7 @@ class _Builder:
     def inside(self, owner: Owner) -> None:
         self.make.owner = owner.name
         self.make.locals = [] if owner.member is None else [(owner.local, owner.member)]
+        self.make.rounds = 1 if owner.member is None else owner.member.size
 
     # Declarations --------------------------------------------------------------------------------
 
