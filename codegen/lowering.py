@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from hypgen import __version__
 from hypgen.codegen import descriptor, views
 from hypgen.codegen.belief_functions import BeliefFunctions
-from hypgen.codegen.cpp import literal, scalar, stored, wrapped
+from hypgen.codegen.cpp import integer, literal, scalar, stored, wrapped
 from hypgen.codegen.expr_printer import Context
 from hypgen.codegen.factor_functions import FactorFunctions
 from hypgen.codegen.function_builder import Builder, origin
@@ -35,7 +35,7 @@ from hypgen.codegen.partition import partition
 from hypgen.codegen.tabulate import DerivedTable, tabulate
 from hypgen.codegen.value_types import enum_view, history_view, joint_view, record_view, words_view
 from hypgen.dsl import ir
-from hypgen.dsl.types import Type, length_of, size_of
+from hypgen.dsl.types import Enum, Record, Type, length_of, size_of
 
 
 def lower(model: ir.Model) -> tuple[views.Header, views.Main, views.Project]:
@@ -124,7 +124,7 @@ def _constants(model: ir.Model) -> tuple[str, ...]:
 def _tables(context: Context) -> tuple[str, ...]:
     lines: list[str] = []
     for table in context.model.tables:
-        values = [literal(v, table.type, context.names) for v in table.values]
+        values = [_entry(v, table.type, context) for v in table.values]
         for index in reversed(table.indices):
             size = size_of(index)
             values = [f"{{{', '.join(values[i : i + size])}}}" for i in range(0, len(values), size)]
@@ -133,6 +133,12 @@ def _tables(context: Context) -> tuple[str, ...]:
         dims = _dims(table.indices)
         lines += wrapped(f"static constexpr {scalar(table.type)} {name}{dims} = {values[0]};")
     return tuple(lines)
+
+
+def _entry(value: bool | int | float, type_: Type, context: Context) -> str:
+    """Return an entry of a table; a number for what only a call names: no class calls its own in its body."""
+    text = literal(value, type_, context.names)
+    return integer(int(value)) if isinstance(type_, (Record, Enum)) and "(" in text else text
 
 
 def _dims(indices: tuple[Type, ...]) -> str:

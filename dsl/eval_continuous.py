@@ -124,7 +124,7 @@ class ContinuousLaws(Counts):
         result: Array = np.asarray(size_of(dist.type) - 1)
         for position, words in reversed(list(enumerate(self._reach_of_bins(dist, frame)))):
             result = np.where(draw < words, position, result)
-        return as_type(np.broadcast_to(result, draw.shape) + low_of(dist.type), dist.type)
+        return as_type(result + low_of(dist.type), dist.type)
 
     def density_of_bin(self, dist: ir.Binned, frame: Frame, value: Array) -> Array:
         """Return the probability of the bin ``value`` in each lane."""

@@ -238,3 +238,11 @@ def test_the_law_may_differ_by_lane() -> None:
         for i, (n, q) in enumerate(zip(trials, p, strict=True))
     ]
     assert together.tolist() == alone
+
+
+def test_one_word_draws_in_every_lane() -> None:
+    """A single episode has one word, and state of one lane."""
+    dist = ir.Binned(NINE, ir.Normal(FLOAT, ir.Local(FLOAT, "x"), real(0.5)), real(0.0), real(10.0))
+    frame = Frame(np.arange(2), {}, locals={"x": np.array([2.5, 9.5], dtype=np.float32)})
+    drawn = Evaluator(ir_samples.tiger(), {}).sample(dist, frame, lambda: np.uint64(2**31))
+    assert drawn.tolist() == [2, 9]
