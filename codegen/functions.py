@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 
 from hypgen.codegen import views
 from hypgen.codegen.cpp import scalar, stored
@@ -63,10 +63,12 @@ def model_functions(context: Context) -> list[views.Function]:
     return result
 
 
-def lets(context: Context) -> list[views.Function]:
-    """Return the lets; one that draws gives the same value wherever it is read."""
+def lets(context: Context, uncalled: Set[str]) -> list[views.Function]:
+    """Return the lets but those ``uncalled``; one that draws gives the same value wherever it is read."""
     result = []
     for let in context.model.all_lets:
+        if let.name in uncalled:
+            continue
         builder = Builder(context).given(context.needs.let(let.name))
         binders = [] if let.binder is None else [let.binder]
         for binder in binders:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence, Set
 from contextlib import contextmanager, nullcontext
 
 from hypgen.codegen import views
-from hypgen.codegen.cpp import code_of, from_int32, scalar, shifted, value_of
+from hypgen.codegen.cpp import from_int32, scalar, shifted, value_of
 from hypgen.codegen.expr_printer import Context
 from hypgen.codegen.function_builder import Builder, origin
 from hypgen.codegen.functions import (
@@ -287,64 +287,6 @@ class Interface:
         """Return ``is_legal``."""
         builder = self.acting([*PLACE, ("int", "action")])
         return builder.value(self.model.legal).done("bool", "is_legal", self._origin("legal"))
-
-    def policy(self) -> list[views.Function]:
-        """Return ``default_policy`` and what it takes."""
-        policy = self.model.policy
-        if policy is None:
-            return [self._uniform_policy()]
-        needs = self.context.needs.of(policy.dist)
-        chosen = Builder(self.context).given(needs)
-        for binder in policy.binders:
-            chosen.local(binder.name, binder.type)
-        site = self.context.names.sites.get(policy.site.path, "")
-        chosen.sampled(policy.dist, site, position(policy.binders, chosen.printer))
-        choose = chosen.done(
-            scalar(self.model.action.type), "choose", [f"// {origin(policy.span)}: policy default"]
-        )
-        builder = self.given([*PLACE, HISTORY, ("D&", "draws")])
-        code, type_ = builder.code, self.model.action.type
-        always_legal = isinstance(self.model.legal, ir.Const) and self.model.legal.value is True
-        if policy.binders:
-            code.add("int chosen = 0;")
-            with builder.printer.loops(policy.binders):
-                more = [builder.printer.text(i) for i in _locals(policy.binders)]
-                component = code_of(f"choose({arguments(needs, self.context, *more)})", type_)
-                code.add(f"chosen = chosen * {size_of(type_)} + {component};")
-        else:
-            chosen_code = code_of(f"choose({arguments(needs, self.context)})", type_)
-            if always_legal:
-                code.add(f"return {chosen_code};")
-                return [choose, builder.done("int", "default_policy")]
-            code.add(f"const int chosen = {chosen_code};")
-        if always_legal:
-            code.add("return chosen;")
-            return [choose, builder.done("int", "default_policy")]
-        code.add("if (is_legal(params, fixed, state, chosen)) return chosen;")
-        code.add("return first_legal(params, fixed, state);")
-        return [choose, self._first_legal(), builder.done("int", "default_policy")]
-
-    def _first_legal(self) -> views.Function:
-        builder = self.given(PLACE)
-        with builder.printer.block("for (int action = 0; action < kActionCount; ++action)"):
-            builder.code.add("if (is_legal(params, fixed, state, action)) return action;")
-        builder.code.add("return -1;")
-        return builder.done("int", "first_legal")
-
-    def _uniform_policy(self) -> views.Function:
-        builder = self.given([*PLACE, HISTORY, ("D&", "draws")])
-        code, head = builder.code, "for (int action = 0; action < kActionCount; ++action)"
-        code.add("std::int32_t count = 0;")
-        with builder.printer.block(head):
-            code.add("count += is_legal(params, fixed, state, action) ? 1 : 0;")
-        code.join()
-        code.add("if (count == 0) return -1;")
-        code.add("std::int32_t left = dist::uniform(draws.word(Site::policy_default, 0), count);")
-        with builder.printer.block(head):
-            code.add("if (is_legal(params, fixed, state, action) && left-- == 0) return action;")
-        code.add("return -1;")
-        comment = ["// No `policy default` in the model: any legal action."]
-        return builder.done("int", "default_policy", comment)
 
     def bounds(self) -> list[views.Function]:
         """Return ``upper``, ``tail`` and ``lower``."""

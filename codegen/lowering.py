@@ -32,6 +32,7 @@ from hypgen.codegen.layout import pack
 from hypgen.codegen.naming import Names, base_name, file_stem, sites_of
 from hypgen.codegen.needs import NeedsAnalysis
 from hypgen.codegen.partition import partition
+from hypgen.codegen.policy_functions import PolicyFunctions, uncalled_lets
 from hypgen.codegen.tabulate import DerivedTable, tabulate
 from hypgen.codegen.value_types import enum_view, history_view, joint_view, record_view, words_view
 from hypgen.dsl import ir
@@ -167,7 +168,7 @@ def _sections(
     history = [] if model.history.is_empty else HistoryFunctions(interface, beliefs).all()
     entries = {t.name: context.names.struct.unique(f"compute_{t.name}") for t in derived}
     sections = [
-        ("Functions of the model", [*model_functions(context), *lets(context)]),
+        ("Functions of the model", [*model_functions(context), *lets(context, uncalled_lets(model))]),
         ("Element updates", [element_update(u, parts.updates[key_of(u)], context) for u in updates]),
         ("Rewards", [reward(r, parts.rewards[r.name], context) for r in model.rewards]),
         ("Observations", [sampler(o, parts.observations[o.name], context) for o in model.observations]),
@@ -204,7 +205,7 @@ def _sections(
                 interface.filter(),
                 *(beliefs.all() if beliefs else []),
                 *history,
-                *interface.policy(),
+                *PolicyFunctions(interface).all(),
                 *interface.bounds(),
             ],
         ),

@@ -180,106 +180,6 @@ struct TwoRobotRockSample {
             + params.detour_weight * static_cast<float>(detour(params, state, b, r)));
   }
 
-  // two_robot_rock_sample.pomdp:79
-  HYPGEN_FN static std::int32_t policy_best_0(const Params& params, const State& state,
-      const History& history) {
-    bool found = false;
-    float best{};
-    std::int32_t picked{};
-    for (std::int32_t r = 0; r <= 19; ++r) {
-      const float candidate = worth(params, state, 0, r, history.belief_rock(r));
-      if (!found || candidate > best) {
-        found = true;
-        best = candidate;
-        picked = r;
-      }
-    }
-    return picked;
-  }
-
-  // two_robot_rock_sample.pomdp:80
-  HYPGEN_FN static std::int32_t policy_best_1(const Params& params, const State& state,
-      const History& history) {
-    bool found = false;
-    float best{};
-    std::int32_t picked{};
-    for (std::int32_t r = 0; r <= 19; ++r) {
-      const float candidate = worth(params, state, 1, r, history.belief_rock(r));
-      if (!found || candidate > best) {
-        found = true;
-        best = candidate;
-        picked = r;
-      }
-    }
-    return picked;
-  }
-
-  // two_robot_rock_sample.pomdp:81
-  HYPGEN_FN static float policy_worth_0(const Params& params, const State& state, const History& history) {
-    return worth(params, state, 0, policy_best_0(params, state, history),
-        history.belief_rock(policy_best_0(params, state, history)));
-  }
-
-  // two_robot_rock_sample.pomdp:82
-  HYPGEN_FN static float policy_worth_1(const Params& params, const State& state, const History& history) {
-    return worth(params, state, 1, policy_best_1(params, state, history),
-        history.belief_rock(policy_best_1(params, state, history)));
-  }
-
-  // two_robot_rock_sample.pomdp:83
-  HYPGEN_FN static std::int32_t policy_first(const Params& params, const State& state,
-      const History& history) {
-    return policy_worth_0(params, state, history) >= policy_worth_1(params, state, history) ? 0 : 1;
-  }
-
-  // two_robot_rock_sample.pomdp:84
-  HYPGEN_FN static std::int32_t policy_target_0(const Params& params, const State& state,
-      const History& history) {
-    if (policy_first(params, state, history) == 0 || policy_best_0(params, state,
-        history) != policy_best_1(params, state, history)) {
-      return policy_best_0(params, state, history);
-    }
-    bool found = false;
-    float best{};
-    std::int32_t picked{};
-    for (std::int32_t r = 0; r <= 19; ++r) {
-      if (r != policy_best_1(params, state, history)) {
-        const float candidate = worth(params, state, 0, r, history.belief_rock(r));
-        if (!found || candidate > best) {
-          found = true;
-          best = candidate;
-          picked = r;
-        }
-      }
-    }
-    if (!found) picked = policy_best_0(params, state, history);
-    return picked;
-  }
-
-  // two_robot_rock_sample.pomdp:86
-  HYPGEN_FN static std::int32_t policy_target_1(const Params& params, const State& state,
-      const History& history) {
-    if (policy_first(params, state, history) == 1 || policy_best_0(params, state,
-        history) != policy_best_1(params, state, history)) {
-      return policy_best_1(params, state, history);
-    }
-    bool found = false;
-    float best{};
-    std::int32_t picked{};
-    for (std::int32_t r = 0; r <= 19; ++r) {
-      if (r != policy_best_0(params, state, history)) {
-        const float candidate = worth(params, state, 1, r, history.belief_rock(r));
-        if (!found || candidate > best) {
-          found = true;
-          best = candidate;
-          picked = r;
-        }
-      }
-    }
-    if (!found) picked = policy_best_1(params, state, history);
-    return picked;
-  }
-
   // Element updates -------------------------------------------------------------------------------------
 
   // two_robot_rock_sample.pomdp:49: x'
@@ -682,9 +582,8 @@ struct TwoRobotRockSample {
 
   // two_robot_rock_sample.pomdp:78: policy default
   HYPGEN_FN static std::int32_t choose(const Params& params, const State& state, const History& history,
-      std::int32_t b) {
-    const std::int32_t r = b == 0 ? policy_target_0(params, state, history) : policy_target_1(params, state,
-        history);
+      std::int32_t target_0, std::int32_t target_1, std::int32_t b) {
+    const std::int32_t r = b == 0 ? target_0 : target_1;
     const float p = history.belief_rock(r);
     if (worth(params, state, b, r, p) <= 0.0f) return Move::east;
     if (walk_to(params, state, b, r) <= params.senses_within && p < params.sure) return Move::check(r);
@@ -705,8 +604,77 @@ struct TwoRobotRockSample {
   template <class D>
   HYPGEN_FN static int default_policy(const Params& params, const Fixed& fixed, const State& state,
       const History& history, D&) {
+    bool found = false;
+    float best{};
+    std::int32_t picked{};
+    for (std::int32_t r = 0; r <= 19; ++r) {
+      const float candidate = worth(params, state, 0, r, history.belief_rock(r));
+      if (!found || candidate > best) {
+        found = true;
+        best = candidate;
+        picked = r;
+      }
+    }
+    const std::int32_t best_0 = picked;
+    bool found_2 = false;
+    float best_2{};
+    std::int32_t picked_2{};
+    for (std::int32_t r = 0; r <= 19; ++r) {
+      const float candidate = worth(params, state, 1, r, history.belief_rock(r));
+      if (!found_2 || candidate > best_2) {
+        found_2 = true;
+        best_2 = candidate;
+        picked_2 = r;
+      }
+    }
+    const std::int32_t best_1 = picked_2;
+    const float worth_0 = worth(params, state, 0, best_0, history.belief_rock(best_0));
+    const float worth_1 = worth(params, state, 1, best_1, history.belief_rock(best_1));
+    const std::int32_t first = worth_0 >= worth_1 ? 0 : 1;
+    std::int32_t target_0{};
+    if (first == 0 || best_0 != best_1) {
+      target_0 = best_0;
+    } else {
+      bool found_3 = false;
+      float best_3{};
+      std::int32_t picked_3{};
+      for (std::int32_t r = 0; r <= 19; ++r) {
+        if (r != best_1) {
+          const float candidate = worth(params, state, 0, r, history.belief_rock(r));
+          if (!found_3 || candidate > best_3) {
+            found_3 = true;
+            best_3 = candidate;
+            picked_3 = r;
+          }
+        }
+      }
+      if (!found_3) picked_3 = best_0;
+      target_0 = picked_3;
+    }
+    std::int32_t target_1{};
+    if (first == 1 || best_0 != best_1) {
+      target_1 = best_1;
+    } else {
+      bool found_3 = false;
+      float best_3{};
+      std::int32_t picked_3{};
+      for (std::int32_t r = 0; r <= 19; ++r) {
+        if (r != best_0) {
+          const float candidate = worth(params, state, 1, r, history.belief_rock(r));
+          if (!found_3 || candidate > best_3) {
+            found_3 = true;
+            best_3 = candidate;
+            picked_3 = r;
+          }
+        }
+      }
+      if (!found_3) picked_3 = best_1;
+      target_1 = picked_3;
+    }
     int chosen = 0;
-    for (std::int32_t b = 0; b <= 1; ++b) chosen = chosen * 25 + choose(params, state, history, b);
+    for (std::int32_t b = 0; b <= 1; ++b) {
+      chosen = chosen * 25 + choose(params, state, history, target_0, target_1, b);
+    }
     if (is_legal(params, fixed, state, chosen)) return chosen;
     return first_legal(params, fixed, state);
   }
