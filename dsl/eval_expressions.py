@@ -77,6 +77,7 @@ class Expressions:
     def __init__(self, model: ir.Model, params: Mapping[str, Sequence[Any]]) -> None:
         self.model = model
         self.variables = {v.name: v for v in model.variables}
+        self._policy_lets = {let.name for let in model.policy.lets} if model.policy else set()
         self._lets = {x.name: x for x in model.all_lets}
         self._registers = {r.name: r for r in model.history.registers}
         self._observed = {o.name: tuple(b.type for b in o.binders) for o in model.observations}
@@ -152,6 +153,13 @@ class Expressions:
         return result
 
     def _let_read(self, e: ir.LetRead, frame: Frame) -> Array:
+        if e.let not in self._policy_lets:
+            return self._let_value(e, frame)
+        if e.let not in frame.decided:
+            frame.decided[e.let] = self._let_value(e, frame)
+        return frame.decided[e.let]
+
+    def _let_value(self, e: ir.LetRead, frame: Frame) -> Array:
         let = self._lets[e.let]
         binders = () if let.binder is None else (let.binder,)
         values = {b.name: self.value(i, frame) for b, i in zip(binders, e.indices, strict=True)}

@@ -30,7 +30,8 @@ class Frame:
     """What an expression is evaluated in.
 
     Every array of a state has the lanes first, then the variable's indices. ``primed`` redirects unprimed
-    reads of state to ``after``: inside a primed call. ``history`` has what ``eval_history`` says.
+    reads of state to ``after``: inside a primed call. ``history`` has what ``eval_history`` says. ``decided``
+    keeps the policy's lets, whose values hold for the whole decision.
     """
 
     lanes: Array
@@ -41,6 +42,7 @@ class Frame:
     locals: Mapping[str, Array] = field(default_factory=dict)
     primed: bool = False
     history: History | None = None
+    decided: dict[str, Array] = field(default_factory=dict)
 
     def bind(self, values: Mapping[str, Array]) -> Frame:
         """Return the frame with more locals."""
