@@ -16,3 +16,24 @@ QUANTIFIERS = frozenset({"sum", "any", "all", "count", "min", "max", "argmin", "
 TABLES = frozenset({"distance"})
 RESERVED_CALLS = TABLES | DRAWS | HISTORY | FUNCTIONS | QUANTIFIERS
 RESERVED_VALUES = frozenset({"gamma", "pi"})
+# What other languages call it, and how it is written here.
+FOREIGN_FUNCTIONS = {
+    "gaussian": "normal(mean, sd)",
+    "gauss": "normal(mean, sd)",
+    "categorical": "a table, { a: 0.6, b: 0.3, else c }",
+    "discrete": "a table, { a: 0.6, b: 0.3, else c }",
+    "multinomial": "a table, { a: 0.6, b: 0.3, else c }",
+    "choice": "uniform(Type), or a table, { a: 0.6, else b }",
+    "random": "uniform(0.0, 1.0), as a draw",
+    "rand": "uniform(0.0, 1.0), as a draw",
+    "randint": "uniform(low, high), as a draw",
+    "flip": "bernoulli(p), as a draw",
+    "pow": "x ** y",
+    "ln": "log(x)",
+    "norm": "hypot(x, y)",
+    "mod": "a % b",
+    "atan": "atan2(y, x)",
+    "arctan2": "atan2(y, x)",
+    "forall": "all(i in Type: condition)",
+    "exists": "any(i in Type: condition)",
+}

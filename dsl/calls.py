@@ -82,11 +82,13 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
         raise mistake("E0204", f"'{name}' is {kind}, not a function", node.span, f"index arrays: {name}[..]")
     functions = [n for n, i in scope.program.symbols.globals.items() if isinstance(i, ast.Function)]
     known = [*functions, *builtins.FUNCTIONS, *builtins.DRAWS, *scope.program.symbols.variants]
+    own = builtins.FOREIGN_FUNCTIONS.get(name.lower())
+    remedy = f"write {own}" if own else did_you_mean(name, known)
     raise mistake(
         "E0204",
         f"there is no function '{name}'",
         node.span,
-        did_you_mean(name, known) or f"declare it: fn {name}(..): type = ..",
+        remedy or f"declare it: fn {name}(..): type = ..",
     )
 
 

@@ -16,7 +16,7 @@ from hypgen.dsl.scope import Scope
 from hypgen.dsl.symbols import duplicate, kind_of
 from hypgen.dsl.type_expressions import require_finite
 from hypgen.dsl.typecheck import check_as, described
-from hypgen.dsl.types import BOOL, FLOAT
+from hypgen.dsl.types import BOOL, FLOAT, Float
 from hypgen.dsl.unit_checks import require_plain
 
 if TYPE_CHECKING:
@@ -152,7 +152,8 @@ def _observation(owner: ast.Element | None, item: ast.Observe, name: str, progra
     element = None if owner is None else owner.name
     scope = element_scope(program, element, f"observe {name}")
     t, indices = shape(program.type_of(item.type))
-    require_finite(t, item.type.span, "an observation")
+    instead = "a finite type; of a continuous draw see the bin it falls into: observe y: 0 .. 9 ~ binned(..)"
+    require_finite(t, item.type.span, "an observation", instead if isinstance(t, Float) else "")
     own, dist = array_of(item.rhs, indices, scope, t, item.name)
     binder = None if element is None else program.element(element).binder
     binders = (() if binder is None else (binder,)) + own

@@ -13,7 +13,7 @@ from hypgen.dsl.mistakes import gather, mistake
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
 from hypgen.dsl.typecheck import check_as, described, fit
-from hypgen.dsl.types import FLOAT, INT, INT32_MAX, PROB, Bool, Float, Int, Type
+from hypgen.dsl.types import FLOAT, INT, INT32_MAX, PROB, Bool, Enum, Float, Int, Type
 from hypgen.dsl.unit_checks import require_same
 
 MOST_COUNT = 1000
@@ -63,9 +63,10 @@ def numbers(node: ast.Call, names: Sequence[str], scope: Scope) -> list[ir.Expr]
 def _number(node: ast.Expr, scope: Scope, name: str) -> ir.Expr:
     e = scope.check(node)
     if not operators.is_numeric(e.type):
-        raise mistake(
-            "E0308", f"{name} is a number, but this is {described(e.type)}", node.span, "use a number"
-        )
+        remedy = "use a number"
+        if name.endswith("end") and isinstance(e.type, Bool | Enum):
+            remedy += f"; all values of a type alike are uniform({e.type})"
+        raise mistake("E0308", f"{name} is a number, but this is {described(e.type)}", node.span, remedy)
     return e
 
 

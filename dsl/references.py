@@ -54,13 +54,24 @@ def entry(reference: Reference, nodes: tuple[ast.Expr, ...], span: Span, scope: 
             "E0303",
             f"'{reference.label}' takes {_indexes(len(reference.indices))}, here given {len(nodes)}",
             span,
-            f"it is indexed by [{wanted}]" if wanted else f"write {reference.label} alone",
+            f"it is indexed by [{wanted}]" if wanted else _alone(reference.label, scope),
         )
     indices = [
         partial(check_as, n, scope, t, f"the index of '{reference.label}'", "E0602")
         for n, t in zip(nodes, reference.indices, strict=True)
     ]
     return scope.narrow(reference.entry(tuple(gather(indices))))
+
+
+def _alone(label: str, scope: Scope) -> str:
+    """Return how a scalar is written here, of this member of a family and of others."""
+    element, _, name = label.rpartition(".")
+    if not element or scope.program.element(element).binder is None:
+        return f"write {name if element == scope.element else label} alone"
+    other = f"{element}[..].{name}"
+    return (
+        f"write {name} for this member, {other} for another" if element == scope.element else f"write {other}"
+    )
 
 
 def _indexes(number: int) -> str:

@@ -92,7 +92,7 @@ class Symbols:
 
     def suggestion(self, name: str, element: str | None, extra: set[str], expected: Type | None) -> str:
         """Return a remedy for the unknown value ``name``, which stands where ``expected`` is needed."""
-        known = set(self.globals) | set(self.variants) | extra | set(RESERVED_VALUES)
+        known = set(self.globals) | set(self.variants) | extra | {*RESERVED_VALUES, "false", "true"}
         if element is not None:
             known |= set(self.members[element])
         owner = next((e for e, members in self.members.items() if name in members), None)

@@ -19,6 +19,8 @@ SIGNS = {"LPAR": "(", "RPAR": ")", "LSQB": "[", "RSQB": "]", "LBRACE": "{", "RBR
 _FORMS = {
     "MODEL": "model Name",
     "INSTANCE": 'instance name of "model.pomdp" { name = value }',
+    "LIBRARY": "library name",
+    "IMPORT": 'import "library.pomdp"',
     "CONST": "const name: type = value",
     "PARAM": "param name: type = default",
     "TYPE": "type Name = 0 .. 3",
@@ -32,6 +34,9 @@ _FORMS = {
     "INIT": "init name = value` or `init name ~ distribution",
     "OBSERVE": "observe name: type ~ distribution",
     "REWARD": "reward name = expression",
+    "INVARIANT": "invariant condition",
+    "MEMORY": "memory name: type = first",
+    "CHOOSE": "choose = expression` or `choose ~ distribution",
     "POLICY": "policy default = expression",
     "BOUND": "bound upper = expression",
     "DISCOUNT": "discount 0.95",

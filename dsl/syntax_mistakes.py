@@ -37,7 +37,7 @@ _MODEL_ONLY = (
 _ANY_ITEM = (*_MODEL_ONLY, *_ELEMENT_ONLY, "REWARD", "OBSERVE", "INVARIANT")
 _ELEMENT_ITEM = (*_ELEMENT_ONLY, "REWARD", "OBSERVE", "INVARIANT")
 _IF_NEEDS = {"IF": "THEN", "THEN": "ELSE"}
-_LOGIC = {"&": "and", "|": "or", "!": "not"}
+_SIGNS = {"&": "and", "|": "or", "!": "not", "^": "**"}
 _ASSIGNMENTS = (":=", "<-", "+=", "-=", "*=", "/=")
 _LOOKALIKES = {
     "≤": "<=", "≥": ">=", "≠": "!=", "∧": "and", "∨": "or", "¬": "not", "×": "*", "−": "-", "–": "-",
@@ -45,12 +45,12 @@ _LOOKALIKES = {
 }  # fmt: skip
 
 
-def _logic_sign(s: Situation) -> Diagnostic | None:
+def _foreign_operator(s: Situation) -> Diagnostic | None:
     sign = s.rest[:1]
-    if sign not in _LOGIC or s.rest.startswith("!=") or "_ARROW" in s.accepts:
+    if sign not in _SIGNS or s.rest.startswith("!=") or "_ARROW" in s.accepts:
         return None
-    written = sign * 2 if s.rest.startswith(sign * 2) and sign != "!" else sign
-    remedy = f"write `{_LOGIC[sign]}` in its place"
+    written = sign * 2 if s.rest.startswith(sign * 2) and sign in "&|" else sign
+    remedy = f"write `{_SIGNS[sign]}` in its place"
     return Diagnostic("E0106", f"'{written}' is not an operator here", s.span(length=len(written)), remedy)
 
 
@@ -101,6 +101,14 @@ def _elif(s: Situation) -> Diagnostic | None:
     return Diagnostic("E0112", f"there is no '{s.token}'", s.span(), "write `else if condition then ...`")
 
 
+def _loop(s: Situation) -> Diagnostic | None:
+    word = s.previous() if s.previous() in ("for", "while") else s.token
+    if word not in ("for", "while") or s.token.type != "NAME":
+        return None
+    remedy = "write `sum(i in Type: e)` for one number, or `[i in Type: e]` for an array"
+    return Diagnostic("E0142", f"there is no '{word}': nothing is done in a loop", s.span(word), remedy)
+
+
 def _unterminated_text(s: Situation) -> Diagnostic | None:
     if s.token.type != UNKNOWN or s.token != '"':
         return None
@@ -144,6 +152,18 @@ def _number_form(s: Situation) -> Diagnostic | None:
         at = s.span(last).to(s.span())
         remedy = "write digits only for a number (no `_`, `0x` or suffix), and `*` for a product"
         return Diagnostic("E0122", f"'{last}{s.token}' is neither a number nor a name", at, remedy)
+    if (
+        s.token.type == "NAME"
+        and last is not None
+        and len(s.before) > 2
+        and last.type in ("INT", "FLOAT")
+        and not (s.on_new_line or s.open_bracket or re.match(r"\w+\s*[:=~(]", s.rest))
+        and s.before[-2].type in ("EQUAL", "MINUS")
+    ):
+        remedy = "leave it out: a number takes on the unit that the type has, as in `const d: float<m> = 2`"
+        return Diagnostic(
+            "E0122", f"a unit stands in the type, not after the number {last}", s.span(), remedy
+        )
     return None
 
 
@@ -194,6 +214,20 @@ def _missing_when(s: Situation) -> Diagnostic | None:
         return None
     message = f"'{kind}' is followed by 'when'; found {shown(s.token)}"
     return Diagnostic("E0114", message, s.span(), f"write `{kind} when condition`")
+
+
+def _table_without_weights(s: Situation) -> Diagnostic | None:
+    opened = s.open_bracket
+    if "COLON" not in s.accepts or s.token.type not in ("COMMA", "RBRACE") or opened is None:
+        return None
+    at = next(i for i, t in enumerate(s.before) if t is opened)
+    if opened.type != "LBRACE" or s.before[at - 1].type in ("NAME", "RSQB"):
+        return None
+    first = "".join(s.before[at + 1 :])
+    message = f"a table gives each value its probability; found {shown(s.token)}"
+    return Diagnostic(
+        "E0144", message, s.span(), f"write `{{ {first}: 0.5, .. }}`, or the value without braces"
+    )
 
 
 def _missing_type(s: Situation) -> Diagnostic | None:
@@ -300,6 +334,22 @@ def _missing_keyword(s: Situation) -> Diagnostic | None:
     return None
 
 
+def _foreign_target(s: Situation) -> Diagnostic | None:
+    """Know `init robot.x`, `robot.x'` and `init x'`."""
+    name, init = s.previous(), s.follows("INIT", "NAME")
+    if name is None or name.type != "NAME" or not (init or s.accepts == {"QUOTE"}):
+        return None
+    if s.token.type == "QUOTE" and init:
+        remedy = f"write `init {name}`"
+        return Diagnostic("E0143", "an init has no prime: it is about the first state", s.span(), remedy)
+    parts = re.match(r"(?:\[[^\]\n]*\])?\s*\.\s*(\w+)", s.rest)
+    if parts is None:
+        return None
+    written = f"init {parts[1]}" if init else f"{parts[1]}'"
+    message = f"only the element that declares '{parts[1]}' defines it, and names it alone"
+    return Diagnostic("E0143", message, s.span(name), f"write `{written}` in element '{name}'")
+
+
 def _indexed_target(s: Situation) -> Diagnostic | None:
     name = s.previous()
     if s.token.type != "LSQB" or name is None or name.type != "NAME":
@@ -344,6 +394,9 @@ def _missing_comma(s: Situation) -> Diagnostic | None:
 
 
 def _arm_sign(s: Situation) -> Diagnostic | None:
+    if s.token.type == "COMMA" and {"_ARROW", "VBAR"} <= s.accepts:
+        remedy = "write `first | second => expression`"
+        return Diagnostic("E0125", "patterns of one arm are joined by '|', not by ','", s.span(), remedy)
     if "_ARROW" not in s.accepts or s.token.type not in ("COLON", "MINUS", "EQUAL", "THEN"):
         return None
     length = 2 if s.rest.startswith("->") else len(s.token)
@@ -382,10 +435,11 @@ Mistake = Callable[[Situation], Diagnostic | None]
 MISTAKES: tuple[Mistake, ...] = (
     _foreign_comment,
     _file_start,
-    _logic_sign,
+    _foreign_operator,
     _semicolon,
     _assignment_sign,
     _elif,
+    _loop,
     _unterminated_text,
     _conditional_sign,
     _unknown_character,
@@ -394,6 +448,7 @@ MISTAKES: tuple[Mistake, ...] = (
     _reserved_word,
     _missing_when,
     _result_arrow,
+    _table_without_weights,
     _missing_type,
     _single_equals,
     _draw_where_exact,
@@ -405,6 +460,7 @@ MISTAKES: tuple[Mistake, ...] = (
     _unfinished_if,
     _outside_element,
     _missing_keyword,
+    _foreign_target,
     _indexed_target,
     _unclosed_bracket,
     _missing_comma,
