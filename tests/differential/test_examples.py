@@ -68,7 +68,7 @@ def test_example(example: Path, tmp_path: Path) -> None:
 def test_episodes_of_an_example_end_well(example: Path, options: tuple[str, ...], tmp_path: Path) -> None:
     solver = build_solver(generate(load(example).model), f"differential/{example.stem}", lambda step: None)
     lines = tmp_path / "lines.jsonl"
-    subprocess.run([solver, *options, "--quiet", "--json", lines], check=True)
+    subprocess.run([solver, *options, "--particles", "500", "--quiet", "--json", lines], check=True)
     summary = json.loads(lines.read_text().splitlines()[-1])
     assert set(summary["endings"]) <= {"terminal", "step_limit"}
     assert set(summary["searches"]) <= {"ok", "converged", "trial_limit"}
