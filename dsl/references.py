@@ -50,11 +50,14 @@ def entry(reference: Reference, nodes: tuple[ast.Expr, ...], span: Span, scope: 
     """Return the read of ``reference`` at the indexes that ``nodes`` write."""
     if len(nodes) != len(reference.indices):
         wanted = ", ".join(map(str, reference.indices))
+        remedy = f"it is indexed by [{wanted}]" if wanted else _alone(reference.label, scope)
+        if not nodes and scope.primed:
+            remedy += f"; the prime stands behind the index: {reference.label}[..]'"
         raise mistake(
             "E0303",
             f"'{reference.label}' takes {_indexes(len(reference.indices))}, here given {len(nodes)}",
             span,
-            f"it is indexed by [{wanted}]" if wanted else _alone(reference.label, scope),
+            remedy,
         )
     indices = [
         partial(check_as, n, scope, t, f"the index of '{reference.label}'", "E0602")

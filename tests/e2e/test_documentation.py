@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from hypgen.cli import main
+from hypgen.dsl import builtins
 
 ROOT = Path(__file__).parent.parent.parent
 PAGES = ("README.md", "docs/language.md")
@@ -31,3 +32,23 @@ def test_fragment(name: str, text: str, tmp_path: Path, capfd: pytest.CaptureFix
     path.write_text(text)
     code = main.run(["check", str(path)])
     assert code == 0, capfd.readouterr().err
+
+
+def test_every_word_of_the_language_has_an_example() -> None:
+    page = (ROOT / "docs" / "language.md").read_text()
+    examples = "\n".join(re.findall(r"```pomdp[a-z-]*\n(.*?)```", page, re.DOTALL))
+    examples = re.sub(r"#.*", "", examples)
+    grammar = (ROOT / "dsl" / "pomdp.lark").read_text()
+    words = {*re.findall(r'"([a-z]+)"', grammar), *builtins.RESERVED_CALLS, *builtins.RESERVED_VALUES}
+    assert {word for word in words if not re.search(rf"\b{word}\b", examples)} == set()
+    signs = re.findall(r'^\w+: "([^a-z"]+)"$', grammar, re.MULTILINE)
+    assert {sign for sign in signs if sign not in examples} == set()
+
+
+def test_an_import_of_the_library_that_is_shown(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "language.md").read_text()
+    (library,) = re.findall(r"```pomdp-library\n(.*?)```", page, re.DOTALL)
+    (model,) = re.findall(r"```pomdp-import\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "grids.pomdp").write_text(library)
+    (tmp_path / "maze.pomdp").write_text(model + "\n".join(LEFT_OUT.values()))
+    assert main.run(["check", str(tmp_path / "maze.pomdp")]) == 0
