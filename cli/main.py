@@ -11,6 +11,7 @@ import click
 
 from hypgen import __version__
 from hypgen.cli.common import EXIT_CODES, Exit, say, show_model_error
+from hypgen.dsl.diagnostics import did_you_mean
 
 SECTIONS = {
     "Write a model": ("new", "check", "error", "fmt", "sim", "explain"),
@@ -34,6 +35,17 @@ class LazyGroup(click.Group):
         module = importlib.import_module(f"hypgen.cli.{cmd_name}")
         command: click.Command = module.command
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command that ``args`` start with; name the nearest if there is none."""
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            nearest = did_you_mean(args[0], COMMANDS)
+            message = f"{error.message} {nearest[:1].upper()}{nearest[1:]}".rstrip()
+            raise click.UsageError(message, ctx) from None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the commands, those that belong together under one heading."""

@@ -6,9 +6,10 @@ import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
 from hypgen.dsl import ast, imports, ir
-from hypgen.dsl.diagnostics import Diagnostic, ModelError
+from hypgen.dsl.diagnostics import Diagnostic, ModelError, did_you_mean
 from hypgen.dsl.parser import parse, parse_expression
 from hypgen.dsl.source import Source, Span
 
@@ -87,9 +88,7 @@ def read_source(path: str, cited: Span | None = None) -> Source:
         with open(path, "rb") as stream:
             content = stream.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        raise _failure(
-            "E0001", f"there is no file '{path}'", "check the name and the folder", cited
-        ) from None
+        raise _failure("E0001", f"there is no file '{path}'", _nearest_file(Path(path)), cited) from None
     except IsADirectoryError:
         remedy = "name a .pomdp file in it"
         raise _failure("E0002", f"'{path}' is a folder, not a file", remedy, cited) from None
@@ -197,6 +196,17 @@ def _not_a_model(file: ast.LibraryFile) -> ModelError:
     message = f"'{file.span.file}' is the library '{file.name}', not a model"
     remedy = "name a model that imports it; `hypgen check FILE` alone checks a library by itself"
     return _failure("E0015", message, remedy, None)
+
+
+def _nearest_file(path: Path) -> str:
+    """Return a remedy for a file that is not there: what its folder has instead."""
+    try:
+        names = [p.name for p in path.parent.iterdir() if p.suffix == ".pomdp"]
+    except OSError:
+        return "check the name and the folder"
+    if f"{path.name}.pomdp" in names:
+        return f"did you mean '{path.name}.pomdp'?"
+    return did_you_mean(path.name, names) or "check the name and the folder"
 
 
 def _failure(code: str, message: str, remedy: str, span: Span | None) -> ModelError:

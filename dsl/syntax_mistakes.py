@@ -152,19 +152,21 @@ def _number_form(s: Situation) -> Diagnostic | None:
         at = s.span(last).to(s.span())
         remedy = "write digits only for a number (no `_`, `0x` or suffix), and `*` for a product"
         return Diagnostic("E0122", f"'{last}{s.token}' is neither a number nor a name", at, remedy)
-    if (
-        s.token.type == "NAME"
-        and last is not None
-        and len(s.before) > 2
-        and last.type in ("INT", "FLOAT")
-        and not (s.on_new_line or s.open_bracket or re.match(r"\w+\s*[:=~(]", s.rest))
-        and s.before[-2].type in ("EQUAL", "MINUS")
-    ):
-        remedy = "leave it out: a number takes on the unit that the type has, as in `const d: float<m> = 2`"
-        return Diagnostic(
-            "E0122", f"a unit stands in the type, not after the number {last}", s.span(), remedy
-        )
     return None
+
+
+def _unit_of_number(s: Situation) -> Diagnostic | None:
+    """Know `= 2 m`, also where the `m` was taken for the next name that is defined."""
+    taken = s.accepts in ({"QUOTE"}, {"EQUAL"}) and s.token.type not in ("COLON", "EQUAL", "TILDE")
+    words = s.before if taken else (*s.before, s.token)
+    if len(words) < 4 or "EQUAL" not in (words[-4].type, words[-3].type):
+        return None
+    number, unit = words[-2:]
+    if number.type not in ("INT", "FLOAT") or unit.type != "NAME" or number.line != unit.line:
+        return None
+    remedy = "leave it out, as in `const d: float<m> = 2`; a product is written with `*`"
+    message = f"a unit stands in the type, not after the number {number}"
+    return Diagnostic("E0122", message, s.span(unit), remedy)
 
 
 def _reserved_word(s: Situation) -> Diagnostic | None:
@@ -444,6 +446,7 @@ MISTAKES: tuple[Mistake, ...] = (
     _conditional_sign,
     _unknown_character,
     _number_form,
+    _unit_of_number,
     _misspelt_keyword,
     _reserved_word,
     _missing_when,

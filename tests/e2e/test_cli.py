@@ -39,7 +39,9 @@ def test_every_command_explains_itself(name: str, capsys: pytest.CaptureFixture[
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["chek", TIGER], "No such command 'chek'"),
+        (["chek", TIGER], "No such command 'chek'. Did you mean 'check'?"),
+        (["check", TIGER.removesuffix(".pomdp")], "help: did you mean 'tiger.pomdp'?"),
+        (["check", TIGER.replace("tiger", "tigre")], "help: did you mean 'tiger.pomdp'?"),
         (["check"], "Missing argument 'MODEL'"),
         (["check", TIGER, "--jason"], "No such option"),
         (["check", "/no/such.pomdp"], "error[E0001]: there is no file '/no/such.pomdp'"),
