@@ -64,13 +64,11 @@ class BoundsCheck:
 
     def _new(self, arrays: list[Array]) -> npt.NDArray[np.int64]:
         """Return the lanes whose states were not checked before, one of each."""
-        rows = np.concatenate(
-            [a.reshape(len(a), -1).view(np.uint8).reshape(len(a), -1) for a in arrays], axis=1
-        )
+        rows = np.concatenate([_bytes(a) for a in arrays], axis=1)
         if len(self._seen) > _MOST_REMEMBERED:
             self._seen.clear()
         new = []
-        for lane, row in enumerate(np.ascontiguousarray(rows)):
+        for lane, row in enumerate(rows):
             key = row.tobytes()
             if key not in self._seen:
                 self._seen.add(key)

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from hypgen.dsl import intervals, ir, units
-from hypgen.dsl.types import BOOL, INT32_MAX, INT32_MIN, PROB, Bool, Enum, Float, Int, Record, Type, size_of
+from hypgen.dsl.types import BOOL, INT32_MAX, INT32_MIN, Bool, Enum, Float, Int, Record, Type, size_of
 from hypgen.dsl.units import Unit
 
 COMPARISONS: dict[str, Callable[[float, float], bool]] = {
@@ -402,8 +402,3 @@ def from_index(t: Type, index: int) -> ir.Const:
 def retyped(e: ir.Expr, t: Type) -> ir.Expr:
     """Return ``e`` with a narrower type, or an int code under another name."""
     return e if e.type == t or isinstance(e, ir.Const) else replace(e, type=t)
-
-
-def is_probability(t: Type) -> bool:
-    """Return whether ``t`` is ``prob``."""
-    return t == PROB
