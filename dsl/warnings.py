@@ -53,6 +53,10 @@ def _unused(file: ast.ModelFile) -> Iterator[Diagnostic]:
                 by_value = isinstance(member, ast.Init | ast.Update | ast.Let)
                 found = set(_mentions(member, item.name, members, owners))
                 used |= found - {own_name} if by_value else found
+        elif isinstance(item, ast.Policy):
+            used |= set(_mentions(item.rhs, None, members, owners))
+            for part in item.members:
+                used |= set(_mentions(part, None, members, owners)) - {(None, part.name)}
         else:
             used |= set(_mentions(item, None, members, owners)) - {(None, getattr(item, "name", ""))}
     for item in file.items:
@@ -60,6 +64,10 @@ def _unused(file: ast.ModelFile) -> Iterator[Diagnostic]:
             continue
         if isinstance(item, _JUDGED) and (None, item.name) not in used:
             yield _never_used(item.name, item, item.span)
+        if isinstance(item, ast.Policy):
+            for part in item.members:
+                if not isinstance(part, ast.Update) and (None, part.name) not in used:
+                    yield _never_used(part.name, part, part.span)
         if isinstance(item, ast.Element):
             for member in item.members:
                 if not isinstance(member, ast.Variable | ast.Let) or getattr(member, "visible", False):
@@ -69,7 +77,7 @@ def _unused(file: ast.ModelFile) -> Iterator[Diagnostic]:
 
 
 def _never_used(name: str, item: ast.Item, span: Span) -> Diagnostic:
-    verb = "reads" if isinstance(item, ast.Param | ast.Variable | ast.Let) else "uses"
+    verb = "reads" if isinstance(item, ast.Param | ast.Variable | ast.Let | ast.Memory) else "uses"
     message = f"'{name}' is {kind_of(item)} that nothing {verb}"
     return Diagnostic("W01", message, span, "remove it, or use it where it was meant to matter")
 

@@ -62,6 +62,16 @@ def test_variables_and_lets_that_nothing_reads(tmp_path: Path) -> None:
     ]
 
 
+def test_memory_and_lets_of_the_policy_that_nothing_reads(tmp_path: Path) -> None:
+    members = "memory n: Cell = 0 memory last_n: Cell = 1 n' = clamp(n + 1) last_n' = n let odd = n % 2"
+    policy = "policy default { %s choose = %s }"
+    assert warned(tmp_path, bottom=policy % (members, "if n > 2 then go else wait")) == [
+        "W01 'last_n' is memory that nothing reads",
+        "W01 'odd' is a let that nothing reads",
+    ]
+    assert warned(tmp_path, bottom=policy % (members, "if odd == 1 and last_n == 0 then go else wait")) == []
+
+
 def test_uses_of_every_kind_count(tmp_path: Path) -> None:
     top = """const n: int = 2
 type Row = 0 .. n
