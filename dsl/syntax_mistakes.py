@@ -314,6 +314,15 @@ def _outside_element(s: Situation) -> Diagnostic | None:
 def _missing_keyword(s: Situation) -> Diagnostic | None:
     name = s.previous()
     if s.accepts == {"QUOTE"} and name is not None:
+        owner = next((t.type for t in reversed(s.before) if t.type in ("POLICY", "ELEMENT")), "")
+        if owner == "POLICY" and name in ("return", "action"):
+            remedy = "write `choose = action`"
+            return Diagnostic("E0123", "what a policy does is said by 'choose'", s.span(name), remedy)
+        if owner == "POLICY" and s.token.type in ("EQUAL", "TILDE"):
+            remedy = f"write `{name}' =` for what memory holds next, or `let {name} =` for a temporary"
+            return Diagnostic(
+                "E0123", f"it is not said what of '{name}' is defined here", s.span(name), remedy
+            )
         if s.token.type in ("EQUAL", "TILDE"):
             remedy = f"write `{name}' {s.token}` for the value after a step, "
             remedy += f"`init {name} {s.token}` for the first one, or `let {name} {s.token}` for a temporary"

@@ -93,6 +93,8 @@ CASES = {
     "number with a unit": (model("param v: float<m/s> = 0.5 m/s"), "E0122", 2, 27, 28, "leave it out"),
     "unit in an instance": ('instance i of "m.pomdp" { d = 50 m }', "E0122", 1, 34, 35, "leave it out"),
     "unit in an element": (member("init x = -0.5 m\n x' = x"), "E0122", 2, 15, 16, "leave it out"),
+    "memory without a prime": (model("policy default { n = 1 }"), "E0123", 2, 18, 19, "memory holds next"),
+    "return of a policy": (model("policy default { return go }"), "E0123", 2, 18, 24, "choose = action"),
     "import without quotes": (model("import grids"), "E0101", 2, 8, 13, 'import "library.pomdp"'),
     "no model line": ("const n: int = 3", "E0126", 1, 1, 6, "model Name"),
     "only a comment": ("# nothing\n", "E0100", 1, 1, 2, "model Name"),
