@@ -22,7 +22,7 @@ from hypgen.runtime.toolchain import find_tools
 FOLDER = Path(__file__).parent
 EXAMPLES = sorted((FOLDER.parent.parent / "examples").rglob("*.pomdp"))
 MODELS = sorted((FOLDER / "models").glob("*.pomdp"))
-SEED, SCENARIOS, STEPS = 20261122, 2000, 60
+SEED, SCENARIOS, STEPS = 20261122, 6000, 20
 MOST_NUMBERS = 8_000_000  # of a trace
 
 
