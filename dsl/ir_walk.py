@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import fields, replace
+from functools import cache
 from typing import Any, TypeAlias
 
 from hypgen.dsl import ir
@@ -14,8 +15,15 @@ Node: TypeAlias = ir.Expr | ir.Dist
 
 def children(node: Node) -> Iterator[Node]:
     """Yield the expressions and distributions directly inside ``node``."""
-    for item in fields(node):
-        yield from _nodes(getattr(node, item.name))
+    kind: Any = type(node)
+    for name in _attributes(kind):
+        yield from _nodes(getattr(node, name))
+
+
+@cache
+def _attributes(kind: Any) -> tuple[str, ...]:
+    """Return the fields of a class that may hold nodes: all but the type."""
+    return tuple(f.name for f in fields(kind) if f.name not in ("type", "span"))
 
 
 def _nodes(value: Any) -> Iterator[Node]:

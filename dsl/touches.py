@@ -81,6 +81,7 @@ class Touches:
         self._functions = {f.name: f for f in model.functions}
         self._lets = {x.name: x for x in model.lets}
         self._inlined = 0
+        self._known: dict[int, tuple[Node, bool]] = {}  # by id, which the node itself keeps from being reused
         self._secret = self._secretive()
 
     def _secretive(self) -> set[str]:
@@ -108,7 +109,12 @@ class Touches:
 
     def secret(self, node: Node) -> bool:
         """Return whether ``node`` reads, on any path, hidden state or a draw."""
-        return any(self._reveals(inner, self._secret) for inner in _walk(node))
+        known = self._known.get(id(node))
+        if known is None:
+            inside = () if isinstance(node, ir.BeliefRead) else children(node)
+            found = self._reveals(node, self._secret) or any(map(self.secret, inside))
+            self._known[id(node)] = known = (node, found)
+        return known[1]
 
     def tree(self, node: Node) -> Tree:
         """Return what ``node`` reads."""
