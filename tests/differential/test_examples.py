@@ -63,7 +63,11 @@ def test_example(example: Path, tmp_path: Path) -> None:
 @pytest.mark.usefixtures("_compiler")
 @pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
 @pytest.mark.parametrize(
-    "options", [("--mode", "default", "--runs", "20"), ("--runs", "1", "--steps", "5", "--trials", "3")]
+    "options",
+    [
+        ("--mode", "default", "--runs", "20"),
+        ("--runs", "1", "--steps", "5", "--trials", "3", "--scenarios", "20"),
+    ],
 )
 def test_episodes_of_an_example_end_well(example: Path, options: tuple[str, ...], tmp_path: Path) -> None:
     solver = build_solver(generate(load(example).model), f"differential/{example.stem}", lambda step: None)
