@@ -168,7 +168,7 @@ def _sections(
     history = [] if model.history.is_empty else HistoryFunctions(interface, beliefs).all()
     entries = {t.name: context.names.struct.unique(f"compute_{t.name}") for t in derived}
     sections = [
-        ("Functions of the model", [*model_functions(context), *lets(context, uncalled_lets(model))]),
+        ("Functions of the model", [*model_functions(context), *lets(context, uncalled_lets(context))]),
         ("Element updates", [element_update(u, parts.updates[key_of(u)], context) for u in updates]),
         ("Rewards", [reward(r, parts.rewards[r.name], context) for r in model.rewards]),
         ("Observations", [sampler(o, parts.observations[o.name], context) for o in model.observations]),

@@ -7,6 +7,7 @@ from typing import Any
 
 from hypgen.codegen import views
 from hypgen.codegen.cpp import code_of, scalar
+from hypgen.codegen.expr_printer import Context
 from hypgen.codegen.function_builder import Builder, origin
 from hypgen.codegen.functions import arguments, position
 from hypgen.codegen.interface import HISTORY, PLACE, Interface
@@ -105,15 +106,17 @@ class PolicyFunctions:
         return builder.done("int", "default_policy", comment)
 
 
-def uncalled_lets(model: ir.Model) -> set[str]:
+def uncalled_lets(context: Context) -> set[str]:
     """Return the policy's lets that nothing calls, since ``default_policy`` holds them in locals."""
-    policy = model.policy
+    model, policy = context.model, context.model.policy
     if policy is None:
         return set()
     lets = {let.name: let for let in policy.lets}
     nodes: list[Node] = [let.dist for let in policy.lets if let.draws]
     nodes += [node for r in model.history.registers for node in (r.first.value, r.update.value)]
     nodes += [] if model.lower is None else [model.lower]
+    for read in context.beliefs.values():  # functions of their own
+        nodes += [read.operand] if read.index is None else [read.operand, read.index]
     called: set[str] = {let.name for let in policy.lets if let.draws}
     while nodes:
         for inner in walk(nodes.pop()):
