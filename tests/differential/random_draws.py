@@ -89,7 +89,7 @@ def _set(make: Maker, sort: Sort, depth: int) -> Node:
         where: list[str | Node] = [" where ", make.truth(depth)] if make.chance(0.8) else []
         value = make.of(sort, depth)
     rest: list[str | Node] = []
-    if where and make.chance(0.8):
+    if where and make.chance(0.95):  # without it, a set that is surely empty is refused
         rest = [" else ", draw(make, sort, 0)]
     return Node(
         f"draw of {sort.text}",
