@@ -186,6 +186,11 @@ def test_instances_and_libraries_are_files_too() -> None:
     assert formatted("library l const a:int=1") == "library l\nconst a: int = 1\n"
 
 
+def comments(text: str) -> list[str]:
+    """Return the comments; a ``#`` in a glyph starts none."""
+    return re.findall("#.*", re.sub('"[^"\n]*"', '""', text))
+
+
 # Between two tokens: what a careless or a careful author may have left there.
 SPACES = st.sampled_from(
     [" ", "  ", "   ", "\t", "\n", "\n\n\n", "\n    ", "\n        ", " # why\n", "\n  # why\n"]
@@ -202,7 +207,7 @@ def test_any_layout_of_the_same_tokens_settles_at_once(data: st.DataObject, path
     text = " ".join(words[:start]) + "\n" + "".join(w + s for w, s in pairs) + " ".join(words[start + 120 :])
     once = formatted(text)
     assert tokens(once) == words
-    assert re.findall("#.*", once) == re.findall("#.*", text)
+    assert comments(once) == comments(text)
     assert formatted(once) == once
 
 
