@@ -81,6 +81,7 @@ class Touches:
         self._functions = {f.name: f for f in model.functions}
         self._lets = {x.name: x for x in model.lets}
         self._inlined = 0
+        self._trees: dict[ir.LetRead | ir.Call, Tree] = {}
         self._known: dict[int, tuple[Node, bool]] = {}  # by id, which the node itself keeps from being reused
         self._secret = self._secretive()
 
@@ -126,7 +127,11 @@ class Touches:
             case ir.LetRead(indices=indices) if self._lets[node.let].draws:
                 part = self._part(node.let, indices, True, node.let, self._lets[node.let].binder is not None)
                 return _together([Leaf((part,)), *map(self.tree, indices), self.tree(self.body(node))])
-            case ir.LetRead() | ir.Call() | ir.LetIn() | ir.LetDist():
+            case ir.LetRead() | ir.Call():
+                if node not in self._trees:  # equal reads have equal trees, and chains of lets repeat them
+                    self._trees[node] = self.tree(self.body(node))
+                return self._trees[node]
+            case ir.LetIn() | ir.LetDist():
                 return self.tree(self.body(node))
             case (
                 ir.If(condition=condition, then=then, otherwise=otherwise)
