@@ -216,7 +216,7 @@ class ExprPrinter:
                 cpp = self.names.params.get(name, name)  # a derived table goes by its C++ name
                 return f"params.{cpp}{self.subscript(name, indices)}", PRIMARY
             case ir.TableRead(table=name, indices=indices):
-                return f"{self.names.tables[name]}{self.subscript(name, indices)}", PRIMARY
+                return f"{self.names.tables[name]}({', '.join(self.codes(name, indices))})", PRIMARY
             case ir.StateRead():
                 return self._state_read(expr), PRIMARY
             case HistoryRead(field=name, indices=indices):
@@ -255,8 +255,12 @@ class ExprPrinter:
 
     def subscript(self, array: str, indices: Sequence[ir.Expr]) -> str:
         """Return ``[i][j]`` for an array of the model."""
+        return "".join(f"[{code}]" for code in self.codes(array, indices))
+
+    def codes(self, array: str, indices: Sequence[ir.Expr]) -> list[str]:
+        """Return the indexes of an entry of an array, each counted from 0."""
         types = self.context.index_types[array]
-        return "".join(f"[{self.code_text(i, t)}]" for i, t in zip(indices, types, strict=True))
+        return [self.code_text(i, t) for i, t in zip(indices, types, strict=True)]
 
     def code_text(self, expr: ir.Expr, type_: Type) -> str:
         """Return the code from 0 of a value of ``type_``."""

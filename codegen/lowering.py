@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from hypgen import __version__
 from hypgen.codegen import descriptor, views
 from hypgen.codegen.belief_functions import BeliefFunctions
-from hypgen.codegen.cpp import integer, literal, scalar, stored, wrapped
+from hypgen.codegen.cpp import literal, scalar, stored
 from hypgen.codegen.expr_printer import Context
 from hypgen.codegen.factor_functions import FactorFunctions
 from hypgen.codegen.function_builder import Builder, origin
@@ -36,7 +36,7 @@ from hypgen.codegen.policy_functions import PolicyFunctions, uncalled_lets
 from hypgen.codegen.tabulate import DerivedTable, tabulate
 from hypgen.codegen.value_types import enum_view, history_view, joint_view, record_view, words_view
 from hypgen.dsl import ir
-from hypgen.dsl.types import Enum, Record, Type, length_of, size_of
+from hypgen.dsl.types import Type, length_of, size_of
 
 
 def lower(model: ir.Model) -> tuple[views.Header, views.Main, views.Project]:
@@ -92,7 +92,6 @@ def _header(context: Context, derived: tuple[DerivedTable, ...], banner: str) ->
             f"static constexpr std::uint32_t {names.sites[s.path]} = 0x{s.id:08X}u;  // {s.path}"
             for s in {s.path: s for s in (*sites_of(model), *_policy_site(model))}.values()
         ),
-        tables=_tables(context),
         params=_params(context, derived),
         words=(
             words_view("Fixed", "What never changes: stored once a scenario.", packed.fixed, names),
@@ -122,24 +121,20 @@ def _constants(model: ir.Model) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def _tables(context: Context) -> tuple[str, ...]:
-    lines: list[str] = []
-    for table in context.model.tables:
-        values = [_entry(v, table.type, context) for v in table.values]
-        for index in reversed(table.indices):
-            size = size_of(index)
-            values = [f"{{{', '.join(values[i : i + size])}}}" for i in range(0, len(values), size)]
-        name = context.names.tables[table.name]
-        lines.append(f"// {origin(table.span)}")
-        dims = _dims(table.indices)
-        lines += wrapped(f"static constexpr {scalar(table.type)} {name}{dims} = {values[0]};")
-    return tuple(lines)
-
-
-def _entry(value: bool | int | float, type_: Type, context: Context) -> str:
-    """Return an entry of a table; a number for what only a call names: no class calls its own in its body."""
-    text = literal(value, type_, context.names)
-    return integer(int(value)) if isinstance(type_, (Record, Enum)) and "(" in text else text
+def _table(table: ir.ConstantArray, context: Context) -> views.Function:
+    """Return a constant array as a function: a static member would have no address in device code."""
+    builder = Builder(context)
+    values = [literal(v, table.type, context.names) for v in table.values]
+    for index in reversed(table.indices):
+        size = size_of(index)
+        values = [f"{{{', '.join(values[i : i + size])}}}" for i in range(0, len(values), size)]
+    arguments = [f"i{position}" for position in range(len(table.indices))]
+    for argument in arguments:
+        builder.take("std::int32_t", argument)
+    builder.code.add(f"constexpr {scalar(table.type)} values{_dims(table.indices)} = {values[0]};")
+    builder.code.add(f"return values{''.join(f'[{argument}]' for argument in arguments)};")
+    name = context.names.tables[table.name]
+    return builder.done(scalar(table.type), name, [f"// {origin(table.span)}"])
 
 
 def _dims(indices: tuple[Type, ...]) -> str:
@@ -168,6 +163,7 @@ def _sections(
     history = [] if model.history.is_empty else HistoryFunctions(interface, beliefs).all()
     entries = {t.name: context.names.struct.unique(f"compute_{t.name}") for t in derived}
     sections = [
+        ("Constant arrays", [_table(t, context) for t in model.tables]),
         ("Functions of the model", [*model_functions(context), *lets(context, uncalled_lets(context))]),
         ("Element updates", [element_update(u, parts.updates[key_of(u)], context) for u in updates]),
         ("Rewards", [reward(r, parts.rewards[r.name], context) for r in model.rewards]),

@@ -28,6 +28,7 @@ def render(header: views.Header, main: views.Main, project: views.Project) -> di
         for path, template in {
             f"src/{project.stem}.hpp": "model.hpp.j2",
             "src/main.cpp": "main.cpp.j2",
+            "src/device.cu": "device.cu.j2",
             "CMakeLists.txt": "CMakeLists.txt.j2",
             "README.md": "README.md.j2",
         }.items()

@@ -49,7 +49,6 @@ class Header:
     constants: tuple[str, ...]
     types: tuple[ValueType, ...]
     sites: tuple[str, ...]
-    tables: tuple[str, ...]
     params: tuple[str, ...]
     words: tuple[Words, ...]
     sections: tuple[Section, ...]

@@ -112,7 +112,9 @@ def test_the_wheel_has_every_data_file() -> None:
         assert present <= packed, f"not in {package}'s package-data: {present - packed}"
 
 
-@pytest.mark.parametrize("path", sources(".py", ".cpp", ".hpp", ".lark", ".pomdp"), ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "path", sources(".py", ".cpp", ".hpp", ".cu", ".cuh", ".lark", ".pomdp"), ids=lambda p: p.name
+)
 def test_no_source_file_is_too_long(path: Path) -> None:
     assert len(path.read_text().splitlines()) <= MAX_SOURCE_LINES
 
@@ -131,14 +133,15 @@ def test_the_runtime_includes_its_own_headers_the_standard_library_and_json() ->
     """It never includes generated code: quoted includes are files of the runtime."""
     own = {
         p.relative_to(ROOT / "runtime" / "include").as_posix()
-        for p in sources(".hpp")
+        for p in sources(".hpp", ".cuh")
         if "include" in p.parts
     }
     private = {p.name for p in (ROOT / "runtime" / "src").glob("*.hpp")}
-    for path in [p for p in sources(".hpp", ".cpp") if LAYERS["runtime"] in p.parents]:
+    for path in [p for p in sources(".hpp", ".cpp", ".cuh") if LAYERS["runtime"] in p.parents]:
         for include in includes(path.read_text()):
             name = include[1:-1]
             standard = include[0] == "<" and ("/" not in name or name.startswith("sys/"))
+            standard |= include == "<cuda_runtime.h>" and path.suffix == ".cuh"
             assert standard or name in own | private or name == "nlohmann/json.hpp", f"{path}: {include}"
 
 
@@ -146,10 +149,8 @@ def test_generated_code_includes_public_headers_only(generated: dict[str, str]) 
     stems = {f'"{Path(name).name}"' for name in generated if name.endswith(".hpp")}
     for name, text in generated.items():
         for include in includes(text):
-            standard = re.fullmatch(r"<\w+>", include)
-            assert standard or re.fullmatch(r"<hypgen/\w+\.hpp>", include) or include in stems, (
-                f"{name}: {include}"
-            )
+            public = re.fullmatch(r"<(\w+|hypgen/\w+\.hpp|hypgen/cuda/\w+\.cuh)>", include)
+            assert public or include in stems, f"{name}: {include}"
 
 
 @pytest.fixture(params=sorted((ROOT / "examples").glob("*.pomdp")), ids=lambda p: p.stem)

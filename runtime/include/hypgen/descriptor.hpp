@@ -13,6 +13,7 @@
 namespace hypgen {
 
 class Belief;
+class DeviceSupport;
 class LeafEvaluator;
 class World;
 struct EvaluatorOptions;
@@ -105,6 +106,7 @@ struct ModelDescriptor {
   std::function<std::string(KeyWords)> observation_name;
   std::vector<ParamSpec> params;
   std::function<std::unique_ptr<ModelInstance>(const ParamValues&, std::string& error)> create;
+  const DeviceSupport* device = nullptr;  // lives as long as the program; null in a solver without CUDA
 };
 
 }  // namespace hypgen

@@ -32,15 +32,15 @@ HYPGEN_FN bool operator==(const WideKey<N>& a, const WideKey<N>& b) {
 template <class Key>
 constexpr std::size_t kKeyWords = sizeof(Key) / sizeof(std::uint64_t);
 
-inline KeyWords words_of(const std::uint64_t& key) { return {&key, 1}; }
+HYPGEN_FN KeyWords words_of(const std::uint64_t& key) { return {&key, 1}; }
 template <std::size_t N>
-KeyWords words_of(const WideKey<N>& key) {
+HYPGEN_FN KeyWords words_of(const WideKey<N>& key) {
   return {key.words, N};
 }
 
 // The key that has these words: kKeyWords<Key> of them.
 template <class Key>
-Key key_from(KeyWords words) {
+HYPGEN_FN Key key_from(KeyWords words) {
   if constexpr (kKeyWords<Key> == 1) {
     return words[0];
   } else {

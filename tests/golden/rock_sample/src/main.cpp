@@ -9,6 +9,12 @@
 
 #include "rock_sample.hpp"
 
+#ifdef HYPGEN_CUDA
+namespace hypgen {
+const DeviceSupport& device_support_RockSample();  // in device.cu
+}
+#endif
+
 namespace {
 
 using Model = hypgen::models::RockSample;
@@ -67,6 +73,9 @@ hypgen::ModelDescriptor descriptor() {
   model.params.push_back({"rock_y", hypgen::ParamKind::kInt, 0, 6, {8}, {0, 1, 1, 3, 4, 4, 5, 6}, {}});
   model.params.push_back({"half_distance", hypgen::ParamKind::kFloat,
       -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), {}, {20.0}, {}});
+#ifdef HYPGEN_CUDA
+  model.device = &hypgen::device_support_RockSample();
+#endif
   return model;
 }
 

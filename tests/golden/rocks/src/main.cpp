@@ -9,6 +9,12 @@
 
 #include "small_rocks.hpp"
 
+#ifdef HYPGEN_CUDA
+namespace hypgen {
+const DeviceSupport& device_support_SmallRocks();  // in device.cu
+}
+#endif
+
 namespace {
 
 using Model = hypgen::models::SmallRocks;
@@ -62,6 +68,9 @@ hypgen::ModelDescriptor descriptor() {
   model.params.push_back({"rock_x", hypgen::ParamKind::kInt, 0, 3, {2}, {0, 2}, {}});
   model.params.push_back({"half_distance", hypgen::ParamKind::kFloat,
       -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), {}, {20.0}, {}});
+#ifdef HYPGEN_CUDA
+  model.device = &hypgen::device_support_SmallRocks();
+#endif
   return model;
 }
 

@@ -9,6 +9,12 @@
 
 #include "rock_sample.hpp"
 
+#ifdef HYPGEN_CUDA
+namespace hypgen {
+const DeviceSupport& device_support_RockSample();  // in device.cu
+}
+#endif
+
 namespace {
 
 using Model = hypgen::models::RockSample;
@@ -70,6 +76,9 @@ hypgen::ModelDescriptor descriptor() {
       9}, {}});
   model.params.push_back({"half_distance", hypgen::ParamKind::kFloat,
       -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), {}, {20.0}, {}});
+#ifdef HYPGEN_CUDA
+  model.device = &hypgen::device_support_RockSample();
+#endif
   return model;
 }
 

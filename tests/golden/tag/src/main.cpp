@@ -9,6 +9,12 @@
 
 #include "tag.hpp"
 
+#ifdef HYPGEN_CUDA
+namespace hypgen {
+const DeviceSupport& device_support_Tag();  // in device.cu
+}
+#endif
+
 namespace {
 
 using Model = hypgen::models::Tag;
@@ -58,6 +64,9 @@ hypgen::ModelDescriptor descriptor() {
   model.action_names = action_names();
   model.observation_name = observation_name;
   model.variable_names = {"robot.cell", "robot.seen", "robot.heading", "opponent.cell"};
+#ifdef HYPGEN_CUDA
+  model.device = &hypgen::device_support_Tag();
+#endif
   return model;
 }
 

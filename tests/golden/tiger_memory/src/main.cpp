@@ -9,6 +9,12 @@
 
 #include "tiger_memory.hpp"
 
+#ifdef HYPGEN_CUDA
+namespace hypgen {
+const DeviceSupport& device_support_TigerMemory();  // in device.cu
+}
+#endif
+
 namespace {
 
 using Model = hypgen::models::TigerMemory;
@@ -56,6 +62,9 @@ hypgen::ModelDescriptor descriptor() {
   model.observation_name = observation_name;
   model.variable_names = {"room.tiger"};
   model.params.push_back({"hearing", hypgen::ParamKind::kProb, 0, 1, {}, {0.8500000238418579}, {}});
+#ifdef HYPGEN_CUDA
+  model.device = &hypgen::device_support_TigerMemory();
+#endif
   return model;
 }
 

@@ -9,6 +9,12 @@
 
 #include "two_robot_rock_sample.hpp"
 
+#ifdef HYPGEN_CUDA
+namespace hypgen {
+const DeviceSupport& device_support_TwoRobotRockSample();  // in device.cu
+}
+#endif
+
 namespace {
 
 using Model = hypgen::models::TwoRobotRockSample;
@@ -83,6 +89,9 @@ hypgen::ModelDescriptor descriptor() {
   model.params.push_back({"detour_weight", hypgen::ParamKind::kFloat,
       -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), {},
           {0.09000000357627869}, {}});
+#ifdef HYPGEN_CUDA
+  model.device = &hypgen::device_support_TwoRobotRockSample();
+#endif
   return model;
 }
 

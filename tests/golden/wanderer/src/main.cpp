@@ -9,6 +9,12 @@
 
 #include "wanderer.hpp"
 
+#ifdef HYPGEN_CUDA
+namespace hypgen {
+const DeviceSupport& device_support_Wanderer();  // in device.cu
+}
+#endif
+
 namespace {
 
 using Model = hypgen::models::Wanderer;
@@ -63,6 +69,9 @@ hypgen::ModelDescriptor descriptor() {
   model.variable_names = {"map.wall[1]", "map.wall[2]", "map.wall[3]", "map.wall[4]", "map.wall[5]",
       "bot.at[0]", "bot.at[1]", "bot.seen[0]", "bot.seen[1]"};
   model.params.push_back({"slip", hypgen::ParamKind::kProb, 0, 1, {2}, {}, {}});
+#ifdef HYPGEN_CUDA
+  model.device = &hypgen::device_support_Wanderer();
+#endif
   return model;
 }
 

@@ -43,9 +43,6 @@ struct Wanderer : NoHistory, NotFactored {
     static constexpr std::uint32_t policy_default = 0x99077CC8u;  // policy:default
   };
 
-  // sample.pomdp:4
-  static constexpr std::int32_t worth[5] = {0, -1, 2, 0, 7};
-
   struct Params {
     float slip[2];  // sample.pomdp:3
   };
@@ -83,6 +80,14 @@ struct Wanderer : NoHistory, NotFactored {
       words[0] = bits::put(words[0], 8 + i * 4, 4, static_cast<std::uint32_t>(value) - 1u);
     }
   };
+
+  // Constant arrays -------------------------------------------------------------------------------------
+
+  // sample.pomdp:4
+  HYPGEN_FN static std::int32_t worth(std::int32_t i0) {
+    constexpr std::int32_t values[5] = {0, -1, 2, 0, 7};
+    return values[i0];
+  }
 
   // Functions of the model ------------------------------------------------------------------------------
 
@@ -128,7 +133,7 @@ struct Wanderer : NoHistory, NotFactored {
 
   // sample.pomdp:20
   HYPGEN_FN static std::int32_t reward_bot_worth(const State& next, std::int32_t b) {
-    return worth[next.bot_at(b) - 1];
+    return worth(next.bot_at(b) - 1);
   }
 
   // Observations ----------------------------------------------------------------------------------------
