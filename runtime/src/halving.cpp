@@ -63,7 +63,7 @@ bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_poin
     sampled_ += batch;
   }
   LeafResult leaf;
-  decision.status = evaluate({0, kNoHandle, 0, 0, 0, actions_}, leaf);
+  decision.status = evaluate({0, kNoHandle, 0, 0, static_cast<std::uint32_t>(batch), 0, actions_}, leaf);
   if (decision.status != Status::kOk) return false;
   count_expansion(leaf, 0, decision);
   ++decision.trials;
@@ -81,10 +81,10 @@ void Planner::take_gains(const LeafResult& leaf) {
     }
   }
   for (std::size_t i = 0; i < leaf.actions.size(); ++i) {
-    const ActionRow& row = leaf.actions[i];  // of the candidate at the same place: legality does not change
-    candidates_[i].samples += row.count;
-    candidates_[i].gain += from_fixed_sum(row.gain_sum);
-    candidates_[i].gain_square += row.gain_square_sum;
+    const Gain& gain = leaf.gains[i];  // of the candidate at the same place: legality does not change
+    candidates_[i].samples += leaf.count;
+    candidates_[i].gain += from_fixed_sum(gain.sum);
+    candidates_[i].gain_square += gain.square_sum;
   }
 }
 

@@ -9,8 +9,8 @@ namespace hypgen {
 
 namespace {
 
-// Of the memory: the evaluator keeps states, the tree everything else.
-constexpr std::size_t kEvaluatorShare = 4;
+// Of the memory: the evaluator keeps states and child rows, the tree everything else.
+constexpr std::size_t kEvaluatorShare = 2;
 
 // Rollout mode's first look at what a rollout costs, where time is limited.
 constexpr std::size_t kProbeScenarios = 16;
@@ -147,12 +147,12 @@ Status Planner::run_trial(Decision& decision) {
 
 Status Planner::expand(std::uint32_t node_index, Decision& decision) {
   const Node& node = tree_.node(node_index);
-  LeafRequest request{node_index, kNoHandle, 0, 0, node.depth, {}};
+  const Child& child = tree_.child(node.child);
+  LeafRequest request{node_index, kNoHandle, 0, child.first, child.count, node.depth, {}};
   if (node.parent != kNoIndex) {
     const ActionEntry& entry = tree_.action(node.parent_entry);
     request.parent = tree_.node(node.parent).handle;
     request.action = entry.action;
-    request.group = node.child - entry.first_child;
   }
   LeafResult leaf;
   const Status status = evaluate(request, leaf);
@@ -168,11 +168,10 @@ Status Planner::evaluate(const LeafRequest& request, LeafResult& result) {
 }
 
 void Planner::count_expansion(const LeafResult& leaf, int depth, Decision& decision) {
-  const std::uint32_t scenarios = leaf.actions.empty() ? 0 : leaf.actions[0].count;
   ++decision.expansions;
-  ++leaf_sizes_[scenarios];
-  decision.leaf_scenarios += scenarios;
-  decision.simulations += std::uint64_t{scenarios} * leaf.actions.size();
+  ++leaf_sizes_[leaf.count];
+  decision.leaf_scenarios += leaf.count;
+  decision.simulations += std::uint64_t{leaf.count} * leaf.actions.size();
   decision.max_depth = std::max(decision.max_depth, depth);
 }
 

@@ -32,6 +32,8 @@ const char* status_name(Status status) {
       return "crossed_bounds";
     case Status::kEvaluatorFailed:
       return "evaluator_failed";
+    case Status::kDeviceLost:
+      return "device_lost";
     case Status::kInterrupted:
       return "interrupted";
   }

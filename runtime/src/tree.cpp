@@ -52,6 +52,7 @@ bool Tree::reset(const ChildRow& root) {
 Child Tree::make_child(const ChildRow& row, int depth) {
   const double share = weight(depth);
   Child child{};
+  child.first = row.first;
   child.count = row.count;
   child.node = kNoIndex;
   child.terminal = row.terminal;

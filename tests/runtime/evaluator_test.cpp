@@ -22,7 +22,11 @@ class EvaluatorTest : public ::testing::Test {
     return result;
   }
 
-  static constexpr std::size_t kScenarios = 40;
+  static LeafRequest root_request(Span<const int> actions = {}) {
+    return {0, kNoHandle, 0, 0, kScenarios, 0, actions};
+  }
+
+  static constexpr std::uint32_t kScenarios = 40;
   Solver solver_;
   ScenarioBuffer scenarios_;
   SearchSetup setup_{derive(0, StreamKind::kPlan, 0), 20, false, Clock::time_point::max()};
@@ -34,7 +38,7 @@ TEST_F(EvaluatorTest, EveryScenarioIsInOneGroupOfEachAction) {
   EXPECT_EQ(root.row.count, kScenarios);
   EXPECT_EQ(root.default_action, SmallRockSample::kEast);
   EXPECT_LE(root.row.lower_sum, root.row.upper_sum);
-  const LeafResult leaf = expand({0, kNoHandle, 0, 0, 0, {}});
+  const LeafResult leaf = expand(root_request());
   ASSERT_EQ(leaf.status, Status::kOk);
   std::size_t next_child = 0;
   for (const ActionRow& row : leaf.actions) {
@@ -43,6 +47,7 @@ TEST_F(EvaluatorTest, EveryScenarioIsInOneGroupOfEachAction) {
     std::uint32_t count = 0;
     for (std::uint32_t i = 0; i < row.child_count; ++i) count += leaf.children[next_child++].count;
     EXPECT_EQ(count, kScenarios);
+    EXPECT_EQ(leaf.children[row.first_child].first, 0U);
     EXPECT_EQ(row.child_count, row.action >= SmallRockSample::kCheck ? 2U : 1U);
   }
   EXPECT_EQ(next_child, leaf.children.size());
@@ -50,28 +55,55 @@ TEST_F(EvaluatorTest, EveryScenarioIsInOneGroupOfEachAction) {
 
 TEST_F(EvaluatorTest, MembersOfAGroupAreFoundAgain) {
   evaluator_->begin_search(scenarios_, setup_);
-  const LeafResult root = expand({0, kNoHandle, 0, 0, 0, {}});
+  const LeafResult root = expand(root_request());
   const ActionRow check = root.actions[root.actions.size() - 1];
-  const std::vector<ChildRow> groups(&root.children[check.first_child],
-                                     &root.children[check.first_child] + check.child_count);
+  const Span<const ChildRow> groups(&root.children[check.first_child], check.child_count);
   const std::uint64_t handle = root.handle;
-  for (std::uint32_t group = 0; group < groups.size(); ++group) {
-    const LeafResult child = expand({group, handle, check.action, group, 1, {}});
-    EXPECT_EQ(child.ticket, group);
-    EXPECT_EQ(child.actions[0].count, groups[group].count);
+  for (std::uint32_t i = 0; i < groups.size(); ++i) {
+    const LeafResult child = expand({i, handle, check.action, groups[i].first, groups[i].count, 1, {}});
+    EXPECT_EQ(child.status, Status::kOk);
+    EXPECT_EQ(child.ticket, i);
+    EXPECT_EQ(child.count, groups[i].count);
+    EXPECT_TRUE(child.gains.empty());
   }
+  const LeafResult wrong = expand({0, handle, check.action, groups[0].first, groups[0].count + 1U, 1, {}});
+  EXPECT_EQ(wrong.status, Status::kEvaluatorFailed);
+}
+
+TEST_F(EvaluatorTest, AnActionsBoundsAreTheSumsOfItsChildren) {
+  evaluator_->begin_search(scenarios_, setup_);
+  const LeafResult leaf = expand(root_request());
+  for (const ActionRow& row : leaf.actions) {
+    std::int64_t upper = 0, lower = 0;
+    for (std::uint32_t i = 0; i < row.child_count; ++i) {
+      const ChildRow& child = leaf.children[row.first_child + i];
+      upper += std::max(child.upper_sum, child.lower_sum);
+      lower += child.lower_sum;
+    }
+    EXPECT_EQ(row.upper_sum, upper);
+    EXPECT_EQ(row.lower_sum, lower);
+  }
+}
+
+TEST_F(EvaluatorTest, CountsWhatItDid) {
+  evaluator_->begin_search(scenarios_, setup_);
+  const std::uint64_t bounding = evaluator_->stats().steps;
+  const LeafResult leaf = expand(root_request());
+  EXPECT_EQ(evaluator_->stats().leaves, 1U);
+  EXPECT_GE(evaluator_->stats().steps, bounding + kScenarios * leaf.actions.size());
 }
 
 TEST_F(EvaluatorTest, GainsAreRelativeToTheDefaultAction) {
   evaluator_->begin_search(scenarios_, setup_);
-  const LeafResult leaf = expand({0, kNoHandle, 0, 0, 0, {}});
-  for (const ActionRow& row : leaf.actions) {
-    if (row.action == SmallRockSample::kEast) {
-      EXPECT_EQ(row.gain_sum, 0);
-      EXPECT_EQ(row.gain_square_sum, 0.0);
+  const LeafResult leaf = expand(root_request());
+  ASSERT_EQ(leaf.gains.size(), leaf.actions.size());
+  for (std::size_t i = 0; i < leaf.actions.size(); ++i) {
+    if (leaf.actions[i].action == SmallRockSample::kEast) {
+      EXPECT_EQ(leaf.gains[i].sum, 0);
+      EXPECT_EQ(leaf.gains[i].square_sum, 0.0);
     } else {
-      EXPECT_LT(row.gain_sum, 0);  // a step later at the exit
-      EXPECT_GT(row.gain_square_sum, 0.0);
+      EXPECT_LT(leaf.gains[i].sum, 0);  // a step later at the exit
+      EXPECT_GT(leaf.gains[i].square_sum, 0.0);
     }
   }
 }
@@ -80,7 +112,7 @@ TEST_F(EvaluatorTest, TriesTheActionsAskedFor) {
   evaluator_->begin_search(scenarios_, setup_);
   const std::vector<int> wanted = {SmallRockSample::kSouth, SmallRockSample::kSample,
                                    SmallRockSample::kCheck};
-  const LeafResult leaf = expand({0, kNoHandle, 0, 0, 0, wanted});
+  const LeafResult leaf = expand(root_request(wanted));
   ASSERT_EQ(leaf.actions.size(), 2U);
   EXPECT_EQ(leaf.actions[0].action, SmallRockSample::kSouth);
   EXPECT_EQ(leaf.actions[1].action, SmallRockSample::kCheck);
@@ -102,9 +134,10 @@ TEST_F(EvaluatorTest, RefusesScenariosOfAnotherModel) {
 TEST_F(EvaluatorTest, SaysWhenItsMemoryIsFull) {
   evaluator_ = solver_.instance->make_evaluator({kScenarios, 1, 0.95, 20});
   evaluator_->begin_search(scenarios_, setup_);
-  const LeafResult root = expand({0, kNoHandle, 0, 0, 0, {}});
+  const LeafResult root = expand(root_request());
   ASSERT_EQ(root.status, Status::kOk);
-  EXPECT_EQ(expand({0, root.handle, SmallRockSample::kEast, 0, 1, {}}).status, Status::kMemoryFull);
+  EXPECT_EQ(expand({0, root.handle, SmallRockSample::kEast, 0, kScenarios, 1, {}}).status,
+            Status::kMemoryFull);
 }
 
 // What the memo must not change: the same bounds as when every state is rolled out.

@@ -35,7 +35,7 @@ struct RememberingTiger : Tiger {
 
 class HistoryTest : public ::testing::Test {
  protected:
-  static constexpr std::size_t kScenarios = 60;
+  static constexpr std::uint32_t kScenarios = 60;
   static constexpr double kDiscount = 0.5;
   static constexpr int kDepth = 12;
 
@@ -95,25 +95,23 @@ TEST_F(HistoryTest, TheBeliefKeepsTheAgentsHistory) {
 TEST_F(HistoryTest, ANodesHistoryIsWhatLeadsToIt) {
   constexpr double kRounding = 1e-3;
   const RootResult root = begin();
-  const LeafResult first = expand({0, kNoHandle, 0, 0, 0, {}});
+  const LeafResult first = expand({0, kNoHandle, 0, 0, kScenarios, 0, {}});
   EXPECT_NEAR(value_of(first, root.default_action), from_fixed_sum(root.row.lower_sum), kRounding);
 
   const ActionRow listen = first.actions[0];
   ASSERT_EQ(listen.child_count, 2U);
-  const std::vector<ChildRow> heard(&first.children[listen.first_child],
-                                    &first.children[listen.first_child] + 2);
+  const Span<const ChildRow> heard(&first.children[listen.first_child], 2);
   const std::uint64_t handle = first.handle;
   for (std::uint32_t side = 0; side < 2; ++side) {
-    const LeafResult second = expand({0, handle, 0, side, 1, {}});
+    const LeafResult second = expand({0, handle, 0, heard[side].first, heard[side].count, 1, {}});
     EXPECT_NEAR(value_of(second, 0), from_fixed_sum(heard[side].lower_sum), kRounding);
     const std::uint64_t parent = second.handle;
     const ActionRow again = second.actions[0];
-    const std::vector<ChildRow> twice(&second.children[again.first_child],
-                                      &second.children[again.first_child] + again.child_count);
+    const Span<const ChildRow> twice(&second.children[again.first_child], again.child_count);
     int opened = 0;
-    for (std::uint32_t group = 0; group < twice.size(); ++group) {
-      const LeafResult third = expand({0, parent, 0, group, 2, {}});
-      const double lower = from_fixed_sum(twice[group].lower_sum);
+    for (const ChildRow& group : twice) {
+      const LeafResult third = expand({0, parent, 0, group.first, group.count, 2, {}});
+      const double lower = from_fixed_sum(group.lower_sum);
       const bool listens = std::abs(value_of(third, 0) - lower) < kRounding;
       const bool opens_left = std::abs(value_of(third, 1) - lower) < kRounding;
       const bool opens_right = std::abs(value_of(third, 2) - lower) < kRounding;

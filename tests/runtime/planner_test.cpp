@@ -166,7 +166,7 @@ TEST(Planner, FindsTheBestPathToTheEnd) {
 class BrokenEvaluator final : public LeafEvaluator {
  public:
   RootResult begin_search(const ScenarioBuffer& root, const SearchSetup&) override {
-    return {Status::kOk, {static_cast<std::uint32_t>(root.size()), false, 1, 0}, 0};
+    return {Status::kOk, empty_row(0, static_cast<std::uint32_t>(root.size()), false), 0};
   }
   std::size_t submit(Span<const LeafRequest>) override { return 1; }
   bool poll(LeafResult&) override { return false; }

@@ -14,12 +14,12 @@ TreeOptions small_tree(double pruning = 0.0) { return {std::size_t{1} << 16, 10,
 // Two scenarios; action 4 earns 1 in each and splits them, action 6 ends both.
 class TreeTest : public ::testing::Test {
  protected:
-  LeafResult leaf() const { return {0, Status::kOk, 9, rows_, children_}; }
+  LeafResult leaf() const { return {0, Status::kOk, 9, 2, rows_, children_, {}}; }
 
-  std::vector<ActionRow> rows_ = {{4, 2, fixed(2), 0, 2, 0, 0.0}, {6, 2, fixed(3), 2, 1, 0, 0.0}};
+  std::vector<ActionRow> rows_ = {{fixed(2), fixed(18), fixed(6), 4, 0, 2, 0}, {fixed(3), 0, 0, 6, 2, 1, 0}};
   std::vector<ChildRow> children_ = {
-      {1, false, fixed(8), fixed(4)}, {1, false, fixed(10), fixed(2)}, {2, true, 0, 0}};
-  ChildRow root_ = {2, false, fixed(40), fixed(0)};
+      {fixed(8), fixed(4), 0, 1, 0}, {fixed(10), fixed(2), 1, 1, 0}, {0, 0, 0, 2, 1}};
+  ChildRow root_ = {fixed(40), fixed(0), 0, 2, 0};
 };
 
 TEST_F(TreeTest, WeighsAndDiscountsBounds) {

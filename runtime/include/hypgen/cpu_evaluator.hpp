@@ -31,13 +31,14 @@ class CpuEvaluator final : public LeafEvaluator {
         grouping_(options.max_scenarios),
         cache_(options.max_scenarios, options.max_depth),
         rollout_(params_, cache_, options.discount, options.max_depth),
-        nodes_(options.memory_bytes / (sizeof(Node) + sizeof(Member) + kHistoryBytes) + 1),
+        nodes_(options.memory_bytes / 2 / (sizeof(Node) + sizeof(Member) + kHistoryBytes) + 1),
         kept_(nodes_.capacity() + options.max_scenarios),
-        histories_(M::kHasHistory ? nodes_.capacity() : 1) {
-    queue_.reserve(kMaxQueue);
+        histories_(M::kHasHistory ? nodes_.capacity() : 1),
+        child_rows_(options.memory_bytes / 2 / sizeof(ChildRow) + M::kActionCount * options.max_scenarios) {
+    queue_.reserve(options.in_flight);
     legal_.reserve(M::kActionCount);
     action_rows_.reserve(M::kActionCount);
-    child_rows_.reserve(static_cast<std::size_t>(M::kActionCount) * options.max_scenarios);
+    gains_.reserve(M::kActionCount);
     if (M::kHasHistory) {
       after_.reserve(outcomes_.size());
       after_of_.resize(outcomes_.size());
@@ -47,6 +48,7 @@ class CpuEvaluator final : public LeafEvaluator {
   RootResult begin_search(const ScenarioBuffer& root, const SearchSetup& setup) override {
     release();
     setup_ = setup;
+    past_steps_ += steps_ + rollout_.steps();
     cache_.begin_search(setup.key, root.first());
     rollout_.begin_search(setup);
     steps_ = next_check_ = 0;
@@ -63,7 +65,7 @@ class CpuEvaluator final : public LeafEvaluator {
   }
 
   std::size_t submit(Span<const LeafRequest> requests) override {
-    const std::size_t count = std::min(requests.size(), kMaxQueue - queue_.size());
+    const std::size_t count = std::min(requests.size(), options_.in_flight - queue_.size());
     queue_.insert(queue_.end(), requests.begin(), requests.begin() + count);
     return count;
   }
@@ -72,11 +74,14 @@ class CpuEvaluator final : public LeafEvaluator {
     if (queue_.empty()) return false;
     const LeafRequest request = queue_.front();
     queue_.erase(queue_.begin());
-    result = {request.ticket, Status::kOk, 0, {}, {}};
+    result = {request.ticket, Status::kOk, 0, request.count, {}, {}, {}};
+    const std::uint32_t first_row = child_rows_.size();
     result.status = expand(request, result.handle);
     if (result.status == Status::kOk) {
-      result.actions = {action_rows_.data(), action_rows_.size()};
-      result.children = {child_rows_.data(), child_rows_.size()};
+      ++leaves_;
+      result.actions = action_rows_;
+      result.children = {&child_rows_[first_row], child_rows_.size() - first_row};
+      result.gains = gains_;
     }
     return true;
   }
@@ -86,12 +91,19 @@ class CpuEvaluator final : public LeafEvaluator {
     nodes_.reset();
     kept_.reset();
     histories_.reset();
+    child_rows_.reset();
+  }
+
+  EvaluatorStats stats() const override {
+    EvaluatorStats stats;
+    stats.leaves = leaves_;
+    stats.steps = past_steps_ + steps_ + rollout_.steps();
+    return stats;
   }
 
  private:
   // Of the outcomes held at once: more actions than fit are simulated in blocks.
   static constexpr std::size_t kOutcomeBytes = std::size_t{20} << 20;
-  static constexpr std::size_t kMaxQueue = 256;
   static constexpr std::uint64_t kStepsBetweenChecks = 2048;  // of the clock: tens of microseconds
 
   static constexpr std::size_t kHistoryBytes = M::kHasHistory ? sizeof(typename M::History) : 0;
@@ -119,7 +131,7 @@ class CpuEvaluator final : public LeafEvaluator {
 
   RootResult bound_root(std::size_t count) {
     PhiloxDraws first(cache_.key(), 0, 0);
-    RootResult result{Status::kOk, {static_cast<std::uint32_t>(count), false, 0, 0}, -1};
+    RootResult result{Status::kOk, empty_row(0, static_cast<std::uint32_t>(count), false), -1};
     result.default_action = M::default_policy(params_, fixed_[0], states_[0], history_, first);
     for (std::uint32_t i = 0; i < count; ++i) {
       const ScenarioBounds bounds = rollout_.bounds(fixed_[i], states_[i], history_, i, 0);
@@ -135,19 +147,21 @@ class CpuEvaluator final : public LeafEvaluator {
   Status expand(const LeafRequest& request, std::uint64_t& handle) {
     const bool is_root = request.parent == kNoHandle;
     const std::size_t count = is_root ? load(0) : find_members(request);
-    if (count == 0) return Status::kEvaluatorFailed;
+    if (count == 0 || count != request.count) return Status::kEvaluatorFailed;
     handle = is_root ? 0 : keep(count);
     if (handle == kNoHandle) return Status::kMemoryFull;
     list_legal(request.actions);
     action_rows_.clear();
-    child_rows_.clear();
+    gains_.clear();
     if (is_root && !set_baseline(count)) return Status::kDeadline;
     const std::size_t block = std::max<std::size_t>(1, outcomes_.size() / count);
     for (std::size_t first = 0; first < legal_.size(); first += block) {
       const Span<const int> actions(legal_.data() + first, std::min(block, legal_.size() - first));
       if (!simulate(actions, count, request.depth)) return Status::kDeadline;
       for (std::size_t a = 0; a < actions.size(); ++a) {
-        reduce(actions[a], outcomes_.data() + a * count, count, is_root);
+        const Outcome* outcomes = outcomes_.data() + a * count;
+        if (!reduce(actions[a], outcomes, count)) return Status::kMemoryFull;
+        if (is_root) add_gain(outcomes, count);
       }
     }
     return rollout_.met_nan() ? Status::kModelNan : Status::kOk;
@@ -160,29 +174,32 @@ class CpuEvaluator final : public LeafEvaluator {
     return node.count;
   }
 
-  // Simulates the request's action over the parent's members and takes those of the group, and its history.
+  // Simulates the request's action over the parent's members and takes those that see what member `first`
+  // sees, and its history.
   std::size_t find_members(const LeafRequest& request) {
     const Node parent = nodes_[request.parent];
-    grouping_.clear();
+    typename M::Key wanted{};
     std::size_t count = 0;
-    for (std::uint32_t i = 0; i < parent.count; ++i) {
+    for (std::uint32_t i = request.first; i < parent.count && count < request.count; ++i) {
       const Member& from = kept_[parent.first + i];
       const typename M::Fixed& fixed = fixed_[from.scenario];
       SearchDraws words = draws(from.scenario, request.depth - 1);
       typename M::State next;
-      const StepResult step = M::step(params_, fixed, from.state, request.action, words, next);
-      const typename M::Key key = step.terminal
-                                      ? typename M::Key{}
-                                      : M::observe(params_, fixed, from.state, request.action, words, next);
-      if (grouping_.number(step.terminal, key) == request.group) {
-        if (M::kHasHistory && count == 0 && !step.terminal) {
+      ++steps_;
+      if (M::step(params_, fixed, from.state, request.action, words, next).terminal) {
+        if (count == 0) return 0;
+        continue;
+      }
+      const typename M::Key key = M::observe(params_, fixed, from.state, request.action, words, next);
+      if (count == 0) {
+        wanted = key;
+        if (M::kHasHistory) {
           M::advance_history(params_, fixed, from.state, request.action, key, next,
                              histories_[request.parent], history_);
         }
-        members_[count++] = {from.scenario, next};
       }
+      if (key == wanted) members_[count++] = {from.scenario, next};
     }
-    steps_ += parent.count;
     return count;
   }
 
@@ -278,29 +295,45 @@ class CpuEvaluator final : public LeafEvaluator {
            static_cast<std::int64_t>(options_.discount * static_cast<double>(outcome.bounds.lower));
   }
 
-  // Sums an action's outcomes by group.
-  void reduce(int action, const Outcome* outcomes, std::size_t count, bool with_gains) {
-    const std::size_t first_child = child_rows_.size();
-    ActionRow row{action, static_cast<std::uint32_t>(count), 0, static_cast<std::uint32_t>(first_child), 0, 0,
-                  0};
+  // Sums an action's outcomes by group; false if there is no room for its groups.
+  bool reduce(int action, const Outcome* outcomes, std::size_t count) {
+    const std::uint32_t first = child_rows_.size();
+    ActionRow row{0, 0, 0, action, action_rows_.empty() ? 0 : next_child(action_rows_.back()), 0, 0};
     grouping_.clear();
     for (std::size_t i = 0; i < count; ++i) {
       const Outcome& outcome = outcomes[i];
-      const std::size_t group = first_child + grouping_.number(outcome.terminal, outcome.key);
-      if (group == child_rows_.size()) child_rows_.push_back({0, outcome.terminal, 0, 0});
-      ChildRow& child = child_rows_[group];
+      const std::uint32_t group = grouping_.number(outcome.terminal, outcome.key);
+      if (group == row.child_count) {
+        if (child_rows_.allocate(1) == Arena<ChildRow>::kFull) return false;
+        ++row.child_count;
+        child_rows_[first + group] = empty_row(static_cast<std::uint32_t>(i), 0, outcome.terminal);
+      }
+      ChildRow& child = child_rows_[first + group];
       ++child.count;
       child.upper_sum += outcome.bounds.upper;
       child.lower_sum += outcome.bounds.lower;
       row.reward_sum += outcome.reward;
     }
-    row.child_count = static_cast<std::uint32_t>(child_rows_.size() - first_child);
-    for (std::size_t i = 0; with_gains && i < count; ++i) {
-      const std::int64_t gain = one_ply_return(outcomes[i]) - baseline_[i];
-      row.gain_sum += gain;
-      row.gain_square_sum += from_fixed_sum(gain) * from_fixed_sum(gain);
+    for (std::uint32_t i = 0; i < row.child_count; ++i) {
+      const ChildRow& child = child_rows_[first + i];
+      row.upper_sum += std::max(child.upper_sum, child.lower_sum);
+      row.lower_sum += child.lower_sum;
     }
     action_rows_.push_back(row);
+    return true;
+  }
+
+  static std::uint32_t next_child(const ActionRow& row) { return row.first_child + row.child_count; }
+
+  // Compares an action with the default policy's.
+  void add_gain(const Outcome* outcomes, std::size_t count) {
+    Gain total{0, 0.0};
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::int64_t gain = one_ply_return(outcomes[i]) - baseline_[i];
+      total.sum += gain;
+      total.square_sum += from_fixed_sum(gain) * from_fixed_sum(gain);
+    }
+    gains_.push_back(total);
   }
 
   // Looks at the clock now and then.
@@ -313,7 +346,9 @@ class CpuEvaluator final : public LeafEvaluator {
   const typename M::Params& params_;
   EvaluatorOptions options_;
   SearchSetup setup_{};
-  std::uint64_t steps_ = 0;
+  std::uint64_t leaves_ = 0;      // since it was made
+  std::uint64_t past_steps_ = 0;  // of earlier searches
+  std::uint64_t steps_ = 0;       // of this search, without those of rollouts
   std::uint64_t next_check_ = 0;
   std::vector<typename M::Fixed> fixed_;    // of the root's scenarios
   std::vector<typename M::State> states_;   // theirs at the root
@@ -326,7 +361,7 @@ class CpuEvaluator final : public LeafEvaluator {
   std::vector<int> legal_;
   std::vector<LeafRequest> queue_;
   std::vector<ActionRow> action_rows_;
-  std::vector<ChildRow> child_rows_;
+  std::vector<Gain> gains_;
   ActionGrouping<typename M::Key> grouping_;
   DrawCache cache_;
   Rollout<M> rollout_;
@@ -334,6 +369,7 @@ class CpuEvaluator final : public LeafEvaluator {
   Arena<Node> nodes_;
   Arena<Member> kept_;
   Arena<typename M::History> histories_;  // of nodes_
+  Arena<ChildRow> child_rows_;            // of all leaves of the search
 };
 
 }  // namespace hypgen

@@ -17,9 +17,10 @@ using Clock = std::chrono::steady_clock;
 // Fixed when an evaluator is made.
 struct EvaluatorOptions {
   std::size_t max_scenarios = 500;
-  std::size_t memory_bytes = std::size_t{256} << 20;  // for the states of expanded nodes
+  std::size_t memory_bytes = std::size_t{256} << 20;  // for the states and child rows of expanded nodes
   double discount = 0.95;
   int max_depth = 90;
+  std::size_t in_flight = 1;  // leaves that the search keeps submitted
 };
 
 // What holds for one search.
@@ -32,45 +33,75 @@ struct SearchSetup {
 
 constexpr std::uint64_t kNoHandle = UINT64_MAX;
 
-// A node to expand: the root (parent kNoHandle), or a group of an action of an expanded parent.
+// A node to expand: the root (parent kNoHandle), or a group of an action of an expanded parent. A group is
+// named by its first member; it is not the terminal one.
 struct LeafRequest {
   std::uint32_t ticket;
   std::uint64_t parent;
   int action;
-  std::uint32_t group;
+  std::uint32_t first;  // ChildRow::first of the group
+  std::uint32_t count;  // its scenarios
   int depth;
   Span<const int> actions;  // those to try, ascending; empty: all legal ones. Legal ones count only
 };
 
-// A group of scenarios that saw the same observation after an action. Groups are numbered by first
+// A group of scenarios that saw the same observation after an action. Groups stand in order of first
 // appearance; terminal scenarios are a group of their own. Sums are fixed point, of values as seen from the
 // child.
 struct ChildRow {
-  std::uint32_t count;
-  bool terminal;
   std::int64_t upper_sum;
   std::int64_t lower_sum;
+  std::uint32_t first;  // position, among the parent's scenarios, of the group's first
+  std::uint32_t count : 31;
+  std::uint32_t terminal : 1;
 };
+static_assert(sizeof(ChildRow) == 24);
 
-// An action at the leaf. The gains, at the root only, are scenario-wise differences of the one-ply return
-// (reward plus discounted lower bound) from the default policy's action.
+// A group's row before anything is added up.
+constexpr ChildRow empty_row(std::uint32_t first, std::uint32_t count, bool terminal) {
+  return {0, 0, first, count & INT32_MAX, terminal};
+}
+
+// An action at the leaf. Bounds are summed over its children; an upper bound below the lower one counts as
+// that.
 struct ActionRow {
-  int action;
-  std::uint32_t count;
   std::int64_t reward_sum;
+  std::int64_t upper_sum;
+  std::int64_t lower_sum;
+  int action;
   std::uint32_t first_child;  // index into LeafResult::children
   std::uint32_t child_count;
-  std::int64_t gain_sum;
-  double gain_square_sum;
+  std::uint32_t padding;  // 0, as rows are compared by their bytes
+};
+static_assert(sizeof(ActionRow) == 40);
+
+// Of an action at the root: scenario-wise differences of the one-ply return (reward plus discounted lower
+// bound) from the default policy's action.
+struct Gain {
+  std::int64_t sum;
+  double square_sum;
 };
 
-// An expanded leaf, or why it is not (`status` other than kOk: no rows). Valid until the next poll.
+// An expanded leaf, or why it is not (`status` other than kOk: no rows). Children are valid until `release`,
+// the rest until the next poll.
 struct LeafResult {
   std::uint32_t ticket;
   Status status;
   std::uint64_t handle;
+  std::uint32_t count;  // the leaf's scenarios
   Span<const ActionRow> actions;
   Span<const ChildRow> children;
+  Span<const Gain> gains;  // at the root one for each action, else none
+};
+
+// What an evaluator has done since it was made. Zero: not known, or nothing.
+struct EvaluatorStats {
+  std::uint64_t batches = 0;
+  std::uint64_t leaves = 0;
+  std::uint64_t steps = 0;       // simulated, those of rollouts included
+  std::uint64_t bytes_read = 0;  // from a device
+  double kernel_seconds = 0.0;   // summed over kernels
+  double busy_seconds = 0.0;     // while at least one kernel ran
 };
 
 // The root's bounds, and the default policy's action there (-1: no action is legal).
@@ -91,11 +122,13 @@ class LeafEvaluator {
   // Queues leaves and returns how many it took; never blocks.
   virtual std::size_t submit(Span<const LeafRequest> requests) = 0;
 
-  // Gives one finished leaf; false if none is ready.
+  // Gives one finished leaf, in the order of submission; false if it is not there yet.
   virtual bool poll(LeafResult& result) = 0;
 
   // Drops all leaves of the search, those in flight included.
   virtual void release() = 0;
+
+  virtual EvaluatorStats stats() const { return {}; }
 };
 
 }  // namespace hypgen

@@ -18,6 +18,7 @@ enum class Status {
   kModelNan,       // a bound or return of the model is NaN
   kCrossedBounds,  // the model's upper bound at the root is below what the default policy earns
   kEvaluatorFailed,
+  kDeviceLost,  // the GPU failed in mid-search
   kInterrupted,
 };
 

@@ -29,6 +29,7 @@ struct Bounds {
 struct Child {
   Bounds bounds;
   double default_value;  // l0, weighted: what the default policy earns
+  std::uint32_t first;   // the first of its scenarios: a position among the parent's
   std::uint32_t count;   // scenarios
   std::uint32_t node;    // kNoIndex until a trial first visits it
   bool terminal;
