@@ -25,6 +25,8 @@ def describe(facts: Facts) -> Iterator[tuple[str, list[str]]]:
     for number, stage in enumerate(facts["stages"]):
         note = ", independent of each other" if len(stage) > 1 else ""
         yield f"Stage {number}: {_some(len(stage), 'task')}{note}", _tasks(stage)
+    most = facts["warps"]["most"]
+    yield f"Warps that share a step: {most} at most", _warps(facts["warps"]["shares"]) if most > 1 else []
     if facts["draws"]:
         yield "Draws: one random number each, named by its site", _draws(facts["draws"])
     yield f"Reward of a step: {_range(facts['rewards'])}", _terms(facts["rewards"]["terms"])
@@ -87,10 +89,27 @@ def _tasks(stage: list[Facts]) -> list[str]:
         members = f" x {task['members']}" if task["members"] > 1 else ""
         own = [f"{name.removeprefix(task['element'] + '.')}'" for name in task["writes"]]
         after = ", ".join(f"{name}'" for name in task["after"]) or "-"
-        spread = f"{_some(task['lanes'], 'lane')} of {_some(task['warps'], 'warp')}"
+        runs = f"{task['runs']} of {task['grain']}" if task["members"] > 1 else "1"
         seen = "taken from what was seen by the filter" if task["from_key"] else ""
-        rows.append((f"{task['element']}{members}", ", ".join(own), after, spread, seen))
-    return _table(("element", "writes", "reads primed", "spread over", ""), rows)
+        rows.append((f"{task['element']}{members}", ", ".join(own), after, _words(task["words"]), runs, seen))
+    return _table(("element", "writes", "reads primed", "words", "runs", ""), rows)
+
+
+def _words(words: list[int]) -> str:
+    """Return ascending numbers with ranges for neighbours: ``0, 2 .. 5``."""
+    ranges: list[list[int]] = []
+    for word in words:
+        if ranges and word == ranges[-1][1] + 1:
+            ranges[-1][1] = word
+        else:
+            ranges.append([word, word])
+    return ", ".join(str(low) if low == high else f"{low} .. {high}" for low, high in ranges) or "-"
+
+
+def _warps(shares: list[Facts]) -> list[str]:
+    rows = [(str(s["warps"]), *(" ".join(map(str, runs)) for runs in s["runs"])) for s in shares]
+    stages = range(len(shares[0]["runs"]))
+    return _table(("warps", *(f"runs of stage {number} for each" for number in stages)), rows)
 
 
 def _draws(draws: list[Facts]) -> list[str]:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from hypgen.codegen.layout import WORD, Block, pack
-from hypgen.codegen.partition import ElementUpdate, partition
+from hypgen.codegen.partition import Share, most_warps, partition, run_count, shares, written_words
 from hypgen.dsl import ir, keys
 from hypgen.dsl.source import Span
 from hypgen.dsl.types import Float, Int, Type, length_of, size_of
 
-LANES = 32  # of a warp
+WARPS = (1, 2, 4, 8)  # of a block, as examples
 
 
 def explain(model: ir.Model) -> dict[str, Any]:
     """Return all that ``hypgen explain`` tells; sizes are in bytes where a name says nothing else."""
+    state = pack(model).state
+    stages = [shares(stage, state) for stage in partition(model)]
     return {
         "model": model.name,
         "discount": model.discount,
@@ -24,7 +27,8 @@ def explain(model: ir.Model) -> dict[str, Any]:
         "actions": _actions(model),
         "observations": _observations(model),
         "state": _state(model),
-        "stages": [[_update(update) for update in stage] for stage in partition(model)],
+        "stages": [[_task(share, state) for share in stage] for stage in stages],
+        "warps": _warps(stages),
         "draws": _draws(model),
         "rewards": _rewards(model),
         "bounds": {name: _bound(model, name) for name in ("upper", "lower", "tail")},
@@ -106,18 +110,31 @@ def _block(block: Block, model: ir.Model) -> dict[str, Any]:
     }
 
 
-def _update(update: ElementUpdate) -> dict[str, Any]:
-    """Return an element update: a task of its own, whose lanes are its members' (or arrays') entries."""
-    binder = update.element.binder
-    lanes = max(length_of(tuple(b.type for b in assign.binders)) for assign in update.assigns)
+def _task(share: Share, state: Block) -> dict[str, Any]:
+    """Return an element update: a task of its own, whose runs of members go to different warps."""
+    update = share.update
     return {
         "element": update.element.name,
-        "members": 1 if binder is None else size_of(binder.type),
+        "members": update.members,
         "writes": [assign.variable for assign in update.assigns],
+        "words": sorted(frozenset[int]().union(*written_words(update, state))),
         "after": sorted({name for assign in update.assigns for name in assign.reads}),
         "from_key": update.observed,
-        "lanes": lanes,
-        "warps": -(-lanes // LANES),
+        "first": share.first,
+        "runs": share.runs,
+        "grain": share.grain,
+    }
+
+
+def _warps(stages: Sequence[Sequence[Share]]) -> dict[str, Any]:
+    """Return how many warps are worth a block, and how many runs of each stage a warp takes of so many."""
+    counts = [run_count(stage) for stage in stages]
+    return {
+        "most": most_warps([stage for stage in stages if stage]),
+        "shares": [
+            {"warps": w, "runs": [[len(range(rank, count, w)) for rank in range(w)] for count in counts]}
+            for w in WARPS
+        ],
     }
 
 

@@ -188,15 +188,21 @@ class ExprPrinter:
     def loops(self, binders: Sequence[ir.Binder]) -> Iterator[None]:
         """Put what is added meanwhile into loops over the binders, the first outermost."""
         with ExitStack() as stack:
-            for binder in binders:
-                variable = self.scope.unique(binder.name)
-                self.scope.taken.discard(variable)
-                stack.enter_context(self.block(loop(binder.type, variable)))
-                self.bind(binder.name)
-                if isinstance(binder.type, Bool):
-                    self.locals[binder.name] = f"({variable} != 0)"
+            for b in binders:
+                stack.enter_context(self.loop(b, loop(b.type, "{0}")))
             yield
         self.code.join()
+
+    @contextmanager
+    def loop(self, binder: ir.Binder, head: str) -> Iterator[None]:
+        """Put what is added meanwhile into a loop, whose ``head`` has ``{0}`` for its variable."""
+        variable = self.scope.unique(binder.name)
+        self.scope.taken.discard(variable)
+        with self.block(head.format(variable)):
+            self.bind(binder.name)
+            if isinstance(binder.type, Bool):
+                self.locals[binder.name] = f"({variable} != 0)"
+            yield
 
     # Expressions ---------------------------------------------------------------------------------
 
@@ -454,9 +460,8 @@ class ExprPrinter:
     @staticmethod
     def _plain(expr: ir.Quantified) -> bool:
         parts = [p for p in (expr.condition, expr.body) if p is not None]
-        return (
-            not needs_statements(*parts) and math.prod(size_of(b.type) for b in expr.binders) <= _PLAIN_LOOP
-        )
+        short = math.prod(size_of(b.type) for b in expr.binders) <= _PLAIN_LOOP
+        return short and not needs_statements(*parts)
 
     def _best(self, expr: ir.Quantified) -> str:
         """Print ``min max argmin argmax``: the first of equal values stays."""

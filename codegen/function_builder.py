@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 
 from hypgen.codegen import views
@@ -78,6 +79,12 @@ class Builder:
         """Let the body draw from ``dist``."""
         self.dist.sample(dist, f"draws.word(Site::{site}, {index})", sink)
         return self
+
+    @contextmanager
+    def guarded(self, guard: ir.Expr | None) -> Iterator[None]:
+        """Put what is added meanwhile where ``guard`` holds, if there is one."""
+        with self.printer.block(f"if ({self.printer.text(guard)})") if guard is not None else nullcontext():
+            yield
 
     def done(self, result: str, name: str, comment: Sequence[str] = ()) -> views.Function:
         """Return the function. Arguments that its body does not use stay without a name."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence, Set
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Sequence, Set
 
 from hypgen.codegen import views
 from hypgen.codegen.cpp import from_int32, scalar, shifted, value_of
@@ -63,14 +62,6 @@ class Interface:
             return self.given(arguments).prelude(self.action, line)
         return self.given([(kind, self.code if name == "action" else name) for kind, name in arguments])
 
-    @contextmanager
-    def _for_each(self, builder: Builder, binders: Sequence[ir.Binder], guard: str | None) -> Iterator[None]:
-        with (
-            builder.printer.block(f"if ({guard})") if guard else nullcontext(),
-            builder.printer.loops(binders),
-        ):
-            yield
-
     # The start -----------------------------------------------------------------------------------
 
     def init(self, visible: bool) -> views.Function:
@@ -127,41 +118,58 @@ class Interface:
 
     # A step --------------------------------------------------------------------------------------
 
+    def update_call(self, builder: Builder, update: ElementUpdate) -> str:
+        """Return the call of an element update, for the member that its binder stands for."""
+        member = [builder.printer.locals[b.name] for b in _binders(update.element.binder)]
+        call = arguments(update_needs(update, self.context), self.context, *member)
+        return f"{self.parts.updates[key_of(update)]}({call});"
+
     def _update(self, builder: Builder, update: ElementUpdate) -> None:
-        guard = builder.printer.text(update.guard) if update.guard is not None else None
-        member = [update.element.binder] if update.element.binder else []
-        with self._for_each(builder, member, guard):
-            more = [builder.printer.locals[b.name] for b in member]
-            call = arguments(update_needs(update, self.context), self.context, *more)
-            builder.code.add(f"{self.parts.updates[key_of(update)]}({call});")
+        with (
+            builder.guarded(update.guard),
+            builder.printer.loops(_binders(update.element.binder)),
+        ):
+            builder.code.add(self.update_call(builder, update))
+
+    def reward_guard(self, term: ir.Reward) -> ir.Expr | None:
+        """Return the condition without which a reward term is zero for every member, if there is one."""
+        return Guards(self.model, self.context.needs).reward(term)
+
+    def earn(self, builder: Builder, term: ir.Reward, total: str, error: str) -> None:
+        """Append what adds a reward term to ``total``, for the member that its binder stands for."""
+        member = [builder.printer.locals[b.name] for b in _binders(term.binder)]
+        given = arguments(self.context.needs.of(term.value), self.context, *member)
+        call = f"{self.parts.rewards[term.name]}({given})"
+        if isinstance(term.value.type, Float):
+            earned = builder.printer.scope.unique("earned")
+            builder.code.add(f"const float {earned} = {call};")
+            builder.code.add(f"{error} |= math::is_nan({earned});")
+            call = earned
+        builder.code.add(f"{total} += math::to_fixed({call});")
+
+    def conclude(self, builder: Builder, total: str) -> None:
+        """Append what ends a step: its reward, and whether the episode has ended and how."""
+        builder.code.add(f"result.reward = math::saturate_fixed({total});")
+        builder.code.add(f"result.terminal = {self._test('is_terminal', self.model.terminal)};")
+        if self.model.success is not None:
+            builder.code.add(f"result.success = {self._test('is_success', self.model.success)};")
+        builder.code.add("return result;")
 
     def step(self) -> views.Function:
         """Return ``step``: the stages, then rewards, then whether the episode has ended."""
         builder = self.acting([*PLACE, ("int", "action"), ("D&", "draws"), ("State&", "next")])
-        code = builder.code
-        code.add("next = state;")
+        builder.code.add("next = state;")
         for stage in self.stages:
             for update in stage:
                 self._update(builder, update)
-        code.add("StepResult result{};")
-        guards = Guards(self.model, self.context.needs)
+        builder.code.add("StepResult result{};")
         for term in self.model.rewards:
-            guard = guards.reward(term)
-            member = [term.binder] if term.binder else []
-            with self._for_each(builder, member, builder.printer.text(guard) if guard else None):
-                more = [builder.printer.locals[b.name] for b in member]
-                given = arguments(self.context.needs.of(term.value), self.context, *more)
-                call = f"{self.parts.rewards[term.name]}({given})"
-                if isinstance(term.value.type, Float):
-                    code.add(f"const float {(earned := builder.printer.scope.unique('earned'))} = {call};")
-                    code.add(f"result.error |= math::is_nan({earned});")
-                    call = earned
-                code.add(f"result.reward += math::to_fixed({call});")
-        code.add("result.reward = math::saturate_fixed(result.reward);")
-        code.add(f"result.terminal = {self._test('is_terminal', self.model.terminal)};")
-        if self.model.success is not None:
-            code.add(f"result.success = {self._test('is_success', self.model.success)};")
-        code.add("return result;")
+            with (
+                builder.guarded(self.reward_guard(term)),
+                builder.printer.loops(_binders(term.binder)),
+            ):
+                self.earn(builder, term, "result.reward", "result.error")
+        self.conclude(builder, "result.reward")
         return builder.done("StepResult", "step")
 
     def _test(self, name: str, expr: ir.Expr) -> str:
@@ -316,3 +324,7 @@ class Interface:
 
 def _locals(binders: Sequence[ir.Binder]) -> tuple[ir.Local, ...]:
     return tuple(ir.Local(b.type, b.name) for b in binders)
+
+
+def _binders(binder: ir.Binder | None) -> list[ir.Binder]:
+    return [] if binder is None else [binder]

@@ -1,12 +1,14 @@
 """Where each variable lies: bit fields in 32-bit words, ``fixed`` variables apart from the rest.
 
-An element starts on a word of its own, so that no two elements ever write the same word; a field never
-crosses a word (array fields are a power of two wide, and a float takes a word of its own); what is left over
-stays zero, so that equal states have equal bytes.
+An element starts on a word of its own, and so do its variables of each stage that several threads may
+share: no two elements ever write the same word, and none writes a word that others read primed in that stage.
+A field never crosses a word (array fields are a power of two wide, and a float takes a word of its own); what
+is left over stays zero, so that equal states have equal bytes.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hypgen.codegen import histories
@@ -44,6 +46,13 @@ class Field:
         """Return whether all entries lie in one word."""
         return self.shift + self.length * self.width <= WORD
 
+    def words(self, first: int, count: int) -> range:
+        """Return the words that hold ``count`` entries from ``first`` on."""
+        if self.width * count == 0:
+            return range(0)
+        start = self.word * WORD + self.shift + first * self.width
+        return range(start // WORD, (start + count * self.width - 1) // WORD + 1)
+
 
 @dataclass(frozen=True)
 class Block:
@@ -64,11 +73,24 @@ class Layout:
 
 def pack(model: ir.Model) -> Layout:
     """Assign every variable its bits."""
+    stages = _shared_stages(model)
     return Layout(
-        _pack([v for v in model.variables if v.fixed]),
-        _pack([v for v in model.variables if not v.fixed]),
-        _pack([_kept(k, model.action.span) for k in histories.fields(model)]),
+        _pack([v for v in model.variables if v.fixed], stages),
+        _pack([v for v in model.variables if not v.fixed], stages),
+        _pack([_kept(k, model.action.span) for k in histories.fields(model)], {}),
     )
+
+
+def _shared_stages(model: ir.Model) -> dict[str, int]:
+    """Return the stage in which each variable is written; 0 where a scalar element is the whole stage too."""
+    families = {element.name for element in model.elements if element.binder is not None}
+    result: dict[str, int] = {}
+    for number, stage in enumerate(model.stages()):
+        written = {assign.variable for assign in stage}
+        elements = {variable.element for variable in model.variables if variable.name in written}
+        shared = len(elements) > 1 or bool(elements & families)
+        result |= dict.fromkeys(written, number if shared else 0)
+    return result
 
 
 def _kept(field: histories.KeptField, span: Span) -> ir.Variable:
@@ -76,15 +98,16 @@ def _kept(field: histories.KeptField, span: Span) -> ir.Variable:
     return ir.Variable(field.key, "history", field.type, field.indices, True, False, span)
 
 
-def _pack(variables: list[ir.Variable]) -> Block:
+def _pack(variables: list[ir.Variable], stages: Mapping[str, int]) -> Block:
     fields: list[Field] = []
+    neighbours: dict[tuple[str, int], list[ir.Variable]] = {}
     owners = list(dict.fromkeys(v.element for v in variables))
+    for variable in sorted(variables, key=lambda v: (owners.index(v.element), stages.get(v.name, 0))):
+        neighbours.setdefault((variable.element, stages.get(variable.name, 0)), []).append(variable)
     bit = 0
-    for owner in owners:
+    for group in neighbours.values():
         bit = _round_up(bit, WORD)
-        for variable in variables:
-            if variable.element != owner:
-                continue
+        for variable in group:
             width = _width(variable)
             total = width * length_of(variable.indices)
             if variable.indices and width:
@@ -92,7 +115,9 @@ def _pack(variables: list[ir.Variable]) -> Block:
             if bit % WORD + total > WORD:
                 bit = _round_up(bit, WORD)
             word, shift = divmod(bit, WORD)
-            fields.append(Field(variable.name, owner, variable.type, variable.indices, word, shift, width))
+            fields.append(
+                Field(variable.name, variable.element, variable.type, variable.indices, word, shift, width)
+            )
             bit += total
     # A struct needs a word; a field of width 0 at the very end still names one.
     return Block(tuple(fields), max(1, _round_up(bit, WORD) // WORD, *(f.word + 1 for f in fields), 1))

@@ -32,6 +32,7 @@ from hypgen.codegen.layout import pack
 from hypgen.codegen.naming import Names, base_name, file_stem, sites_of
 from hypgen.codegen.needs import NeedsAnalysis
 from hypgen.codegen.partition import partition
+from hypgen.codegen.partitioned_step import PartitionedStep
 from hypgen.codegen.policy_functions import PolicyFunctions, uncalled_lets
 from hypgen.codegen.tabulate import DerivedTable, tabulate
 from hypgen.codegen.value_types import enum_view, history_view, joint_view, record_view, words_view
@@ -76,13 +77,14 @@ def _header(context: Context, derived: tuple[DerivedTable, ...], banner: str) ->
     model, names = context.model, context.names
     packed = pack(model)
     interface = Interface(context, PartNames(context, stages := partition(model)), stages)
+    partitioned = PartitionedStep(interface, packed.state)
     factors = FactorFunctions(interface) if model.factors else None
     bases = [*([] if packed.history.fields else ["NoHistory"]), *([] if factors else ["NotFactored"])]
     whole = {variable for table in derived for variable in table.variables} & names.bits.keys()
     return views.Header(
         banner=banner,
         name=names.model,
-        constants=(*_constants(model), *(factors.constants() if factors else [])),
+        constants=(*_constants(model), *partitioned.constants(), *(factors.constants() if factors else [])),
         types=(
             *(enum_view(e, names) for e in model.enums),
             *(record_view(r, names) for r in model.records),
@@ -100,7 +102,7 @@ def _header(context: Context, derived: tuple[DerivedTable, ...], banner: str) ->
         ),
         base=f" : {', '.join(bases)}" if bases else "",
         posterior=factors.fields() if factors else None,
-        sections=_sections(interface, factors, derived),
+        sections=_sections(interface, partitioned, factors, derived),
     )
 
 
@@ -155,7 +157,10 @@ def _params(context: Context, derived: tuple[DerivedTable, ...]) -> tuple[str, .
 
 
 def _sections(
-    interface: Interface, factors: FactorFunctions | None, derived: tuple[DerivedTable, ...]
+    interface: Interface,
+    partitioned: PartitionedStep,
+    factors: FactorFunctions | None,
+    derived: tuple[DerivedTable, ...],
 ) -> tuple[views.Section, ...]:
     context, model, parts = interface.context, interface.model, interface.parts
     updates = [update for stage in interface.stages for update in stage]
@@ -197,6 +202,7 @@ def _sections(
                 interface.is_legal(),
                 *interface.tests(),
                 interface.step(),
+                *partitioned.all(),
                 interface.observe(),
                 interface.filter(),
                 *(beliefs.all() if beliefs else []),

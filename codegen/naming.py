@@ -45,13 +45,14 @@ _CONCEPT = _words(
     is_legal is_terminal is_success step observe filter default_policy choose first_legal lower
     upper tail load joint History NoHistory kHasHistory init_history advance_history roll_history
     remember Posterior NotFactored kFactored kExactUnits kParticleUnits init_posterior advance_posterior
+    Part kStages kMaxWarps step_stage step_rewards step_end
     advance_visible filter_particles unit_size unit_of probability put_unit copy_unit posteriors
     """
 )
 
 PARAMETERS = _words(
     "params fixed state next draws action key value in out error values weight rest chosen result"
-    " history after now weights unit variable to_fixed to_state"
+    " history after now weights unit variable to_fixed to_state stage part sum run last"
 )
 
 

@@ -29,15 +29,15 @@ def test_layout_and_stages() -> None:
         "State, fixed: 4 bytes, stored once a scenario\n"
         "  variable                  type  word  bits\n"
         "  map.wall[1 .. 5]  hidden  bool  0     0 .. 4, 5 x 1\n"
-        "State, dynamic: 4 bytes, copied by every step\n"
+        "State, dynamic: 8 bytes, copied by every step\n"
         "  variable                   type    word  bits\n"
         "  bot.at[0 .. 1]    hidden   1 .. 5  0     0 .. 7, 2 x 4\n"
-        "  bot.seen[0 .. 1]  visible  1 .. 5  0     8 .. 15, 2 x 4\n"
+        "  bot.seen[0 .. 1]  visible  1 .. 5  1     0 .. 7, 2 x 4\n"
     ) in shown
     assert (
         "Stage 1: 1 task\n"
-        "  element  writes  reads primed  spread over\n"
-        "  bot x 2  seen'   bot.at'       2 lanes of 1 warp  taken from what was seen by the filter\n"
+        "  element  writes  reads primed  words  runs\n"
+        "  bot x 2  seen'   bot.at'       1      1 of 2  taken from what was seen by the filter\n"
     ) in shown
 
 
@@ -47,11 +47,19 @@ def test_facts_are_plain_data() -> None:
         assert json.loads(json.dumps(facts, allow_nan=False)) == facts
 
 
-def test_a_family_takes_as_many_warps_as_it_needs() -> None:
-    model = ir_samples.rocks()
-    stages = explain(model)["stages"]
-    family = next(task for stage in stages for task in stage if task["members"] > 1)
-    assert (family["lanes"], family["warps"]) == (family["members"], 1)
+def test_what_each_warp_takes() -> None:
+    facts = explain(ir_samples.rocks())
+    family = next(task for stage in facts["stages"] for task in stage if task["members"] > 1)
+    assert (family["runs"], family["grain"], family["words"]) == (1, family["members"], [1])
+    assert facts["warps"]["most"] == 2
+    assert facts["warps"]["shares"][1] == {"warps": 2, "runs": [[1, 1]]}
+    assert (
+        "Warps that share a step: 2 at most\n"
+        "  warps  runs of stage 0 for each\n"
+        "  1      2\n"
+        "  2      1 1\n"
+        "  4      1 1 0 0\n"
+    ) in text(ir_samples.rocks())
 
 
 def test_rewards_add_up_over_members() -> None:

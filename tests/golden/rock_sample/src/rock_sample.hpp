@@ -11,6 +11,7 @@
 #include <hypgen/key.hpp>
 #include <hypgen/math.hpp>
 #include <hypgen/model.hpp>
+#include <hypgen/part.hpp>
 #include <hypgen/posterior.hpp>
 
 namespace hypgen::models {
@@ -21,6 +22,8 @@ struct RockSample : NoHistory {
   static constexpr int kVariableCount = 10;
   static constexpr bool kHasLower = false;
   using Key = std::uint64_t;
+  static constexpr int kStages = 1;
+  static constexpr int kMaxWarps = 2;
   static constexpr bool kFactored = true;
   static constexpr int kExactUnits = 8;
   static constexpr int kParticleUnits = 0;
@@ -418,6 +421,40 @@ struct RockSample : NoHistory {
       }
     }
     result.reward = math::saturate_fixed(result.reward);
+    result.terminal = is_terminal(next);
+    return result;
+  }
+
+  // The part of a stage's updates that one warp does.
+  template <class D>
+  HYPGEN_FN static void step_stage(int, const Params& params, const Fixed&, const State& state, int act,
+      D&, State& next, Part part) {
+    if (part.takes(0)) update_rover(state, act, next);
+    if (part.takes(1)) {
+      if (act == Act::sample) {
+        for (std::int32_t r = 0; r <= 7; ++r) update_rock(params, state, act, next, r);
+      }
+    }
+  }
+
+  // Adds the part of the reward terms that one warp computes; the sum is not saturated.
+  template <class D>
+  HYPGEN_FN static void step_rewards(const Params& params, const Fixed&, const State& state, int act, D&,
+      const State& next, Part part, std::int64_t& sum, bool&) {
+    if (part.takes(0)) sum += math::to_fixed(reward_rover_exit(state, next));
+    if (act == Act::sample) {
+      for (std::int32_t r = part.first(1); r <= 7; r += part.count) {
+        sum += math::to_fixed(reward_rock_sampled(params, state, act, r));
+      }
+    }
+  }
+
+  template <class D>
+  HYPGEN_FN static StepResult step_end(const Params&, const Fixed&, const State&, int, D&,
+      const State& next, std::int64_t sum, bool error) {
+    StepResult result{};
+    result.error = error;
+    result.reward = math::saturate_fixed(sum);
     result.terminal = is_terminal(next);
     return result;
   }

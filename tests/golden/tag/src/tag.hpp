@@ -11,6 +11,7 @@
 #include <hypgen/key.hpp>
 #include <hypgen/math.hpp>
 #include <hypgen/model.hpp>
+#include <hypgen/part.hpp>
 #include <hypgen/posterior.hpp>
 
 namespace hypgen::models {
@@ -21,6 +22,8 @@ struct Tag : NoHistory {
   static constexpr int kVariableCount = 4;
   static constexpr bool kHasLower = false;
   using Key = std::uint64_t;
+  static constexpr int kStages = 2;
+  static constexpr int kMaxWarps = 2;
   static constexpr bool kFactored = true;
   static constexpr int kExactUnits = 1;
   static constexpr int kParticleUnits = 0;
@@ -374,6 +377,37 @@ struct Tag : NoHistory {
     StepResult result{};
     result.reward += math::to_fixed(reward_outcome(state, act));
     result.reward = math::saturate_fixed(result.reward);
+    result.terminal = is_terminal(state, act);
+    result.success = is_success(state, act);
+    return result;
+  }
+
+  // The part of a stage's updates that one warp does.
+  template <class D>
+  HYPGEN_FN static void step_stage(int stage, const Params& params, const Fixed&, const State& state,
+      int act, D& draws, State& next, Part part) {
+    if (stage == 0) {
+      if (part.takes(0)) update_robot_stage_0(params, state, act, next);
+      if (part.takes(1)) update_opponent(params, state, draws, next);
+    }
+    if (stage == 1) {
+      if (part.takes(0)) update_robot_stage_1_seen(next);
+    }
+  }
+
+  // Adds the part of the reward terms that one warp computes; the sum is not saturated.
+  template <class D>
+  HYPGEN_FN static void step_rewards(const Params&, const Fixed&, const State& state, int act, D&,
+      const State&, Part part, std::int64_t& sum, bool&) {
+    if (part.takes(0)) sum += math::to_fixed(reward_outcome(state, act));
+  }
+
+  template <class D>
+  HYPGEN_FN static StepResult step_end(const Params&, const Fixed&, const State& state, int act, D&,
+      const State&, std::int64_t sum, bool error) {
+    StepResult result{};
+    result.error = error;
+    result.reward = math::saturate_fixed(sum);
     result.terminal = is_terminal(state, act);
     result.success = is_success(state, act);
     return result;

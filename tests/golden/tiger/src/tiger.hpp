@@ -11,6 +11,7 @@
 #include <hypgen/key.hpp>
 #include <hypgen/math.hpp>
 #include <hypgen/model.hpp>
+#include <hypgen/part.hpp>
 #include <hypgen/posterior.hpp>
 
 namespace hypgen::models {
@@ -21,6 +22,8 @@ struct Tiger : NoHistory {
   static constexpr int kVariableCount = 1;
   static constexpr bool kHasLower = false;
   using Key = std::uint64_t;
+  static constexpr int kStages = 1;
+  static constexpr int kMaxWarps = 1;
   static constexpr bool kFactored = true;
   static constexpr int kExactUnits = 1;
   static constexpr int kParticleUnits = 0;
@@ -249,6 +252,30 @@ struct Tiger : NoHistory {
     StepResult result{};
     result.reward += math::to_fixed(reward_outcome(state, act));
     result.reward = math::saturate_fixed(result.reward);
+    result.terminal = is_terminal();
+    return result;
+  }
+
+  // The part of a stage's updates that one warp does.
+  template <class D>
+  HYPGEN_FN static void step_stage(int, const Params&, const Fixed&, const State& state, int act, D& draws,
+      State& next, Part part) {
+    if (part.takes(0)) update_room(state, act, draws, next);
+  }
+
+  // Adds the part of the reward terms that one warp computes; the sum is not saturated.
+  template <class D>
+  HYPGEN_FN static void step_rewards(const Params&, const Fixed&, const State& state, int act, D&,
+      const State&, Part part, std::int64_t& sum, bool&) {
+    if (part.takes(0)) sum += math::to_fixed(reward_outcome(state, act));
+  }
+
+  template <class D>
+  HYPGEN_FN static StepResult step_end(const Params&, const Fixed&, const State&, int, D&, const State&,
+      std::int64_t sum, bool error) {
+    StepResult result{};
+    result.error = error;
+    result.reward = math::saturate_fixed(sum);
     result.terminal = is_terminal();
     return result;
   }

@@ -11,6 +11,7 @@
 #include <hypgen/key.hpp>
 #include <hypgen/math.hpp>
 #include <hypgen/model.hpp>
+#include <hypgen/part.hpp>
 #include <hypgen/posterior.hpp>
 
 namespace hypgen::models {
@@ -22,6 +23,8 @@ struct TwoRobotRockSample {
   static constexpr bool kHasLower = false;
   static constexpr bool kHasHistory = true;
   using Key = std::uint64_t;
+  static constexpr int kStages = 1;
+  static constexpr int kMaxWarps = 2;
   static constexpr bool kFactored = true;
   static constexpr int kExactUnits = 20;
   static constexpr int kParticleUnits = 0;
@@ -502,6 +505,50 @@ struct TwoRobotRockSample {
       }
     }
     result.reward = math::saturate_fixed(result.reward);
+    result.terminal = is_terminal(next);
+    return result;
+  }
+
+  // The part of a stage's updates that one warp does.
+  template <class D>
+  HYPGEN_FN static void step_stage(int, const Params& params, const Fixed&, const State& state, int action,
+      D&, State& next, Part part) {
+    const Joint move = joint(action);
+    if (part.takes(0)) {
+      for (std::int32_t b = 0; b <= 1; ++b) update_bot(state, move, next, b);
+    }
+    if (part.takes(1)) {
+      bool found = false;
+      for (std::int32_t b = 0; b <= 1; ++b) found |= move[b] == Move::sample;
+      if (found) {
+        for (std::int32_t r = 0; r <= 19; ++r) update_rock(params, state, move, next, r);
+      }
+    }
+  }
+
+  // Adds the part of the reward terms that one warp computes; the sum is not saturated.
+  template <class D>
+  HYPGEN_FN static void step_rewards(const Params& params, const Fixed&, const State& state, int action,
+      D&, const State& next, Part part, std::int64_t& sum, bool&) {
+    const Joint move = joint(action);
+    for (std::int32_t b = part.first(0); b <= 1; b += part.count) {
+      sum += math::to_fixed(reward_bot_exit(state, next, b));
+    }
+    bool found = false;
+    for (std::int32_t b = 0; b <= 1; ++b) found |= move[b] == Move::sample;
+    if (found) {
+      for (std::int32_t r = part.first(2); r <= 19; r += part.count) {
+        sum += math::to_fixed(reward_rock_sampled(params, state, move, r));
+      }
+    }
+  }
+
+  template <class D>
+  HYPGEN_FN static StepResult step_end(const Params&, const Fixed&, const State&, int, D&,
+      const State& next, std::int64_t sum, bool error) {
+    StepResult result{};
+    result.error = error;
+    result.reward = math::saturate_fixed(sum);
     result.terminal = is_terminal(next);
     return result;
   }

@@ -11,6 +11,7 @@
 #include <hypgen/key.hpp>
 #include <hypgen/math.hpp>
 #include <hypgen/model.hpp>
+#include <hypgen/part.hpp>
 #include <hypgen/posterior.hpp>
 
 namespace hypgen::models {
@@ -21,6 +22,8 @@ struct Wanderer : NoHistory, NotFactored {
   static constexpr int kVariableCount = 9;
   static constexpr bool kHasLower = true;
   using Key = std::uint64_t;
+  static constexpr int kStages = 2;
+  static constexpr int kMaxWarps = 1;
 
   struct Move {
     static constexpr std::int32_t stay = 0;
@@ -62,7 +65,7 @@ struct Wanderer : NoHistory, NotFactored {
 
   // What a step changes.
   struct State {
-    std::uint32_t words[1];
+    std::uint32_t words[2];
     HYPGEN_FN std::int32_t bot_at(std::int32_t i0) const {
       const auto i = static_cast<std::uint32_t>(i0);
       return static_cast<std::int32_t>(bits::get(words[0], i * 4, 4) + 1u);
@@ -73,11 +76,11 @@ struct Wanderer : NoHistory, NotFactored {
     }
     HYPGEN_FN std::int32_t bot_seen(std::int32_t i0) const {
       const auto i = static_cast<std::uint32_t>(i0);
-      return static_cast<std::int32_t>(bits::get(words[0], 8 + i * 4, 4) + 1u);
+      return static_cast<std::int32_t>(bits::get(words[1], i * 4, 4) + 1u);
     }
     HYPGEN_FN void set_bot_seen(std::int32_t i0, std::int32_t value) {
       const auto i = static_cast<std::uint32_t>(i0);
-      words[0] = bits::put(words[0], 8 + i * 4, 4, static_cast<std::uint32_t>(value) - 1u);
+      words[1] = bits::put(words[1], i * 4, 4, static_cast<std::uint32_t>(value) - 1u);
     }
   };
 
@@ -258,6 +261,43 @@ struct Wanderer : NoHistory, NotFactored {
     StepResult result{};
     for (std::int32_t b = 0; b <= 1; ++b) result.reward += math::to_fixed(reward_bot_worth(next, b));
     result.reward = math::saturate_fixed(result.reward);
+    result.terminal = is_terminal(next);
+    result.success = is_success(next);
+    return result;
+  }
+
+  // The part of a stage's updates that one warp does.
+  template <class D>
+  HYPGEN_FN static void step_stage(int stage, const Params& params, const Fixed& fixed, const State& state,
+      int action, D& draws, State& next, Part part) {
+    const Joint move = joint(action);
+    if (stage == 0) {
+      if (part.takes(0)) {
+        for (std::int32_t b = 0; b <= 1; ++b) update_bot_stage_0(params, fixed, state, move, draws, next, b);
+      }
+    }
+    if (stage == 1) {
+      if (part.takes(0)) {
+        for (std::int32_t b = 0; b <= 1; ++b) update_bot_stage_1_seen(draws, next, b);
+      }
+    }
+  }
+
+  // Adds the part of the reward terms that one warp computes; the sum is not saturated.
+  template <class D>
+  HYPGEN_FN static void step_rewards(const Params&, const Fixed&, const State&, int, D&, const State& next,
+      Part part, std::int64_t& sum, bool&) {
+    for (std::int32_t b = part.first(0); b <= 1; b += part.count) {
+      sum += math::to_fixed(reward_bot_worth(next, b));
+    }
+  }
+
+  template <class D>
+  HYPGEN_FN static StepResult step_end(const Params&, const Fixed&, const State&, int, D&,
+      const State& next, std::int64_t sum, bool error) {
+    StepResult result{};
+    result.error = error;
+    result.reward = math::saturate_fixed(sum);
     result.terminal = is_terminal(next);
     result.success = is_success(next);
     return result;
