@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from hypgen.dsl.diagnostics import Diagnostic, ModelError
     from hypgen.dsl.driver import Loaded
     from hypgen.dsl.source import Source
+    from hypgen.runtime.cuda_toolchain import CudaBuild
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -28,6 +29,8 @@ class Exit(enum.IntEnum):
     BUG = 70  # hypgen's own (sysexits' EX_SOFTWARE)
     INTERRUPTED = 130
 
+
+TARGETS = ("auto", "cpu", "cuda", "both")
 
 EXIT_CODES = """\b
 Exit codes:
@@ -59,6 +62,38 @@ def model_options(command: Command) -> Command:
         help="Give a const or param another value; may be repeated.",
     )
     return model(instance(settings(command)))
+
+
+def target_options(command: Command) -> Command:
+    """Give a command the options that say which machine a solver is for."""
+    target = click.option(
+        "--target",
+        type=click.Choice(TARGETS),
+        default="auto",
+        help="cuda (or both): for GPUs too, the CPU as well. auto: so where there is a GPU and an nvcc.",
+    )
+    arch = click.option(
+        "--arch",
+        metavar="ARCH",
+        default="",
+        help="GPUs to compile for: native, all, or a list such as sm_80,sm_90; implies --target cuda.",
+    )
+    nvcc = click.option(
+        "--nvcc", metavar="FILE", default="", help="The CUDA compiler to use; implies --target cuda."
+    )
+    return target(arch(nvcc(command)))
+
+
+def choose_cuda(target: str, arch: str, nvcc: str) -> CudaBuild | None:
+    """Return how to compile for what ``target_options`` describe, None for the CPU alone."""
+    from hypgen.runtime.cuda_toolchain import choose
+
+    if target == "cpu" and (arch or nvcc):
+        raise click.UsageError("--arch and --nvcc are for GPUs: leave out --target cpu.")
+    choice = choose(target, arch, nvcc)
+    if choice.note:
+        say(f"note: {choice.note}")
+    return choice.build
 
 
 def load(model: Path, instance: Path | None, settings: tuple[str, ...]) -> Loaded:

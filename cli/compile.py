@@ -9,15 +9,26 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hypgen.cli.common import EXIT_CODES, Exit, load, model_options, say, say_warnings
+from hypgen.cli.common import (
+    EXIT_CODES,
+    Exit,
+    choose_cuda,
+    load,
+    model_options,
+    say,
+    say_warnings,
+    target_options,
+)
 
 if TYPE_CHECKING:
     from hypgen.dsl.driver import Loaded
     from hypgen.runtime.build import Step
+    from hypgen.runtime.cuda_toolchain import CudaBuild
 
 
 @click.command(epilog=EXIT_CODES)
 @model_options
+@target_options
 @click.option(
     "-o",
     "--output",
@@ -31,6 +42,9 @@ def command(
     model: Path,
     instance: Path | None,
     settings: tuple[str, ...],
+    target: str,
+    arch: str,
+    nvcc: str,
     output: Path | None,
     emit_only: bool,
     force: bool,
@@ -40,11 +54,17 @@ def command(
     Solvers are cached by content in HYPGEN_CACHE_DIR (or the user's cache folder); a model that has not
     changed is not compiled again.
 
+    A solver for GPUs needs CUDA's nvcc, 12.4 or newer, to compile and a driver to run; it plans on the CPU
+    where there is none. Without --arch it is for this machine's GPU, and for every one from sm_75 on where
+    this machine has none. GPUs newer than those that are named run the code of the newest.
+
     \b
     Examples:
       hypgen compile examples/tiger.pomdp
       hypgen compile examples/rock_sample.pomdp --set n=11 --set k=11 -o rock-solver
       hypgen compile examples/tag.pomdp -o tag --emit-only && cmake -S tag -B tag/build
+      hypgen compile examples/tag.pomdp --target cuda
+      hypgen compile examples/tag.pomdp --arch sm_80,sm_90 --nvcc /opt/cuda/bin/nvcc -o tag-solver
     """
     from hypgen.codegen import driver
     from hypgen.runtime.export import check_target, export
@@ -53,28 +73,37 @@ def command(
         raise click.UsageError("--emit-only needs a folder to write to: add -o DIR.")
     if output is not None:
         check_target(output)
+    cuda = choose_cuda(target, arch, nvcc)
+    architectures = cuda.architectures if cuda else ()
     loaded = load(model, instance, settings)
     say_warnings(loaded)
     files = driver.generate(loaded.model)
     if emit_only and output is not None:
-        export(files, output)
+        export(files, output, architectures=architectures)
         click.echo(output)
         return Exit.OK
-    solver = build(loaded, files, model, instance, force)
+    solver = build(loaded, files, model, instance, cuda, force)
     if output is not None:
-        export(files, output, solver)
+        export(files, output, solver, architectures)
         solver = output / "bin" / solver.name
     click.echo(solver)
     return Exit.OK
 
 
-def build(loaded: Loaded, files: dict[str, str], model: Path, instance: Path | None, force: bool) -> Path:
+def build(
+    loaded: Loaded,
+    files: dict[str, str],
+    model: Path,
+    instance: Path | None,
+    cuda: CudaBuild | None,
+    force: bool,
+) -> Path:
     """Return the project's executable, telling the user what is built and why."""
     from hypgen.runtime.build import build_solver
 
     origin = " ".join(str(path.absolute()) for path in (model, instance) if path is not None)
     with _spinner():
-        return build_solver(files, origin, _report, model=loaded.model.source_hash, again=force)
+        return build_solver(files, origin, _report, model=loaded.model.source_hash, cuda=cuda, again=force)
 
 
 def _report(step: Step) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import platform
-import shutil
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -18,7 +17,8 @@ from hypgen.cli.common import EXIT_CODES, Exit
 def command() -> int:
     """Print what hypgen finds on this machine, and what is missing.
 
-    Ends with 0 if models can be compiled, with 2 if something has to be installed first.
+    Ends with 0 if models can be compiled, with 2 if something has to be installed first. CUDA and a GPU may
+    be missing: solvers then run on the CPU.
 
     \b
     Examples:
@@ -53,28 +53,30 @@ def command() -> int:
     line("Ninja", program(toolchain.find_ninja))
     line("nlohmann-json", toolchain.find_json)
     line("cache", lambda: cache.folder("solvers").parent)
-    line("CUDA", _cuda)
+    hints: list[str] = []
+    line("CUDA", lambda: _cuda(hints))
     line("GPU", _gpu)
-    for remedy in remedies:
+    for remedy in (*remedies, *hints):
         click.echo(f"help: {remedy}")
     return Exit.MISTAKE if remedies else Exit.OK
 
 
-def _cuda() -> str:
-    """Return the CUDA compiler's version."""
-    from hypgen.runtime.toolchain import run
+def _cuda(hints: list[str]) -> str:
+    """Return the CUDA compiler that solvers for GPUs are compiled with, or why there is none."""
+    from hypgen.runtime.cuda_toolchain import find_nvcc
+    from hypgen.runtime.errors import ToolchainError
 
-    path = shutil.which("nvcc")
-    output = run([path, "--version"]) if path else None
-    lines = [line for line in (output or "").splitlines() if "release" in line]
-    return f"{lines[0]} ({path})" if lines else "no nvcc; solvers run on the CPU"
+    try:
+        found = find_nvcc()
+    except ToolchainError as error:
+        hints.append(f"for solvers that use a GPU, {error.remedy}")
+        return f"{error.message}; solvers run on the CPU"
+    return f"{found.version} ({found.path}), for sm_{found.architectures[0]} .. sm_{found.architectures[-1]}"
 
 
 def _gpu() -> str:
     """Return the GPUs that the driver lists."""
-    from hypgen.runtime.toolchain import run
+    from hypgen.runtime.cuda_toolchain import find_gpus
 
-    path = shutil.which("nvidia-smi")
-    query = "--query-gpu=name,driver_version,memory.total"
-    output = run([path, query, "--format=csv,noheader"]) if path else None
-    return "; ".join((output or "").strip().splitlines()) or "none"
+    shown = [f"{g.name}, sm_{g.architecture}, {g.memory}, driver {g.driver}" for g in find_gpus()]
+    return "; ".join(shown) or "none that nvidia-smi lists"

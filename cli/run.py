@@ -8,17 +8,21 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.common import EXIT_CODES, load, model_options, say_warnings
+from hypgen.cli.common import EXIT_CODES, choose_cuda, load, model_options, say_warnings, target_options
 
 
 @click.command(epilog=EXIT_CODES, context_settings={"ignore_unknown_options": True})
 @model_options
+@target_options
 @click.option("--force", is_flag=True, help="Compile the model again even if nothing has changed.")
 @click.argument("solver_options", metavar="[SOLVER OPTIONS]...", nargs=-1, type=click.UNPROCESSED)
 def command(
     model: Path,
     instance: Path | None,
     settings: tuple[str, ...],
+    target: str,
+    arch: str,
+    nvcc: str,
     force: bool,
     solver_options: tuple[str, ...],
 ) -> None:
@@ -32,6 +36,7 @@ def command(
       hypgen run examples/tiger.pomdp
       hypgen run examples/rock_sample.pomdp --runs 10 --time 0.1 --json steps.jsonl
       hypgen run examples/rs_11_11.pomdp --mode rollout --trials 100
+      hypgen run examples/tag.pomdp --target cpu
       hypgen run examples/tiger.pomdp -- --help
     """
     from hypgen.cli.compile import build
@@ -39,9 +44,10 @@ def command(
 
     if str(model).startswith("-"):
         raise click.UsageError(f"The model comes first, before the solver's options (found '{model}').")
+    cuda = choose_cuda(target, arch, nvcc)
     loaded = load(model, instance, settings)
     say_warnings(loaded)
-    solver = build(loaded, driver.generate(loaded.model), model, instance, force)
+    solver = build(loaded, driver.generate(loaded.model), model, instance, cuda, force)
     sys.stdout.flush()
     sys.stderr.flush()
     # The solver takes this process's place: signals and the exit code need no forwarding.

@@ -1,4 +1,4 @@
-"""Turns a generated project into a solver: hypgen's runtime once, then one compiler call for the model.
+"""Turns a generated project into a solver: hypgen's runtime once, then the model, for a GPU too if asked for.
 
 Both results are cached by content, so a solver is compiled again only when something that it is made
 of has changed; ``Step.reason`` says what.
@@ -10,19 +10,20 @@ import json
 import os
 import shlex
 import shutil
-import subprocess
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 from hypgen.runtime import cache
-from hypgen.runtime.errors import BuildError, ToolchainError
-from hypgen.runtime.toolchain import Tools, cpu_features, find_tools, run
+from hypgen.runtime.build_errors import call
+from hypgen.runtime.cuda_toolchain import CudaBuild, nvcc_command
+from hypgen.runtime.toolchain import Tools, cpu_features, find_tools
 
 RUNTIME_FOLDER = Path(__file__).parent
 RUNTIME_PARTS = ("CMakeLists.txt", "cmake", "include", "src")
 LIBRARY = "libhypgen_runtime.a"
-PROBE = "#include <thread>\n#include <variant>\nint main() { return (int)std::variant<int>{0}.index(); }\n"
+NVCC_FLAGS = "cmake/nvcc_flags.txt"  # what CMake reads too
 CHANGES = {
     "model": "the model or its settings changed",
     "code": "hypgen generates other code for it",
@@ -30,6 +31,7 @@ CHANGES = {
     "compiler": "another compiler",
     "flags": "CXXFLAGS or LDFLAGS changed",
     "cpu": "another CPU",
+    "target": "another target, GPU architecture or nvcc",
 }
 
 
@@ -45,28 +47,36 @@ Report = Callable[[Step], None]
 
 
 def build_solver(
-    files: Mapping[str, str], origin: str, report: Report, *, model: str = "", again: bool = False
+    files: Mapping[str, str],
+    origin: str,
+    report: Report,
+    *,
+    model: str = "",
+    cuda: CudaBuild | None = None,
+    again: bool = False,
 ) -> Path:
     """Return the executable of a generated project, built unless the cache has it.
 
     ``origin`` (the model's path) and ``model`` (a hash of its text) decide nothing but the reason that is
     reported: measured against the origin's last build, and telling its text from its generated code.
-    ``again`` builds the model's part in any case.
+    ``cuda``, if given, compiles the model for GPUs too. ``again`` builds the model's part in any case.
     """
     tools = find_tools()
     name = solver_name(files)
     base = _components(tools)
     library = _runtime_library(tools, base, report)
     code = cache.digest(*(part for item in sorted(files.items()) for part in item))
-    components = {"model": model, "code": code, **base}
-    key = cache.digest(code, *base.values())
+    components = {"model": model, "code": code, **base, "target": _target(cuda)}
+    key = cache.digest(code, *base.values(), components["target"])
     found = None if again else cache.entry("solvers", key)
     reason = (
         "as asked for" if again else _reason(components, cache.read_record("records", cache.digest(origin)))
     )
-    report(Step(name, "" if found else reason))
+    report(Step(f"{name}{_suffix(cuda)}", "" if found else reason))
     if found is None:
-        found = cache.make("solvers", key, lambda to: _compile(files, tools, library, to / name), again=again)
+        found = cache.make(
+            "solvers", key, lambda to: _compile(files, tools, library, cuda, to / name), again=again
+        )
     cache.write_record("records", cache.digest(origin), components)
     return found / name
 
@@ -96,6 +106,19 @@ def _components(tools: Tools) -> dict[str, str]:
         "flags": " ".join(os.environ.get(name, "") for name in ("CXXFLAGS", "LDFLAGS")).strip(),
         "cpu": cpu_features(),
     }
+
+
+def _target(cuda: CudaBuild | None) -> str:
+    """Return all that the GPU's part of a build depends on."""
+    if cuda is None:
+        return "cpu"
+    host = os.environ.get("NVCC_CCBIN", "")
+    return f"{cuda.architectures} {cuda.nvcc.version} ({cuda.nvcc.path}) {host}"
+
+
+def _suffix(cuda: CudaBuild | None) -> str:
+    """Return what to say of a build's target: nothing of the CPU alone."""
+    return f" for CPU and {', '.join(f'sm_{a}' for a in cuda.architectures)}" if cuda else ""
 
 
 def _reason(components: Mapping[str, str], before: Mapping[str, str]) -> str:
@@ -132,8 +155,8 @@ def _build_runtime(tools: Tools, to: Path) -> None:
     }
     definitions = [f"-D{name}={value}" for name, value in settings.items()]
     configure = [str(tools.cmake.path), "-S", str(RUNTIME_FOLDER), "-B", str(build), *generator, *definitions]
-    _call(configure, "hypgen's runtime", tools)
-    _call(
+    call(configure, "hypgen's runtime", tools)
+    call(
         [str(tools.cmake.path), "--build", str(build), "--target", "hypgen_runtime"],
         "hypgen's runtime",
         tools,
@@ -159,63 +182,34 @@ def _shared_flags(command: str) -> list[str]:
     return kept
 
 
-def _compile(files: Mapping[str, str], tools: Tools, library: Path, executable: Path) -> None:
-    """Compile the model's one translation unit and link it with the runtime."""
+def _compile(
+    files: Mapping[str, str], tools: Tools, library: Path, cuda: CudaBuild | None, executable: Path
+) -> None:
+    """Compile the model's translation units, side by side, and link them with the runtime."""
     project = executable.parent / "project"
     for name, text in files.items():
         path = project / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
     flags = json.loads((library / "flags.json").read_text(encoding="utf-8"))
-    sources = [str(project / name) for name in sorted(files) if name.endswith(".cpp")]
     include = [f"-I{project / 'src'}", f"-I{RUNTIME_FOLDER / 'include'}", "-isystem", str(tools.json_include)]
-    link = [str(library / LIBRARY), "-pthread", *shlex.split(os.environ.get("LDFLAGS", ""))]
-    _call(
-        [str(tools.compiler.path), *flags, *include, *sources, *link, "-o", str(executable)],
-        "the model",
-        tools,
-    )
+    compiler = [str(tools.compiler.path), *flags, *include]
+    units = {name: compiler for name in sorted(files) if name.endswith(".cpp")}
+    link = [str(library / LIBRARY), "-pthread"]
+    if cuda is not None:
+        units = {name: [*command, "-DHYPGEN_CUDA"] for name, command in units.items()}
+        texts = (RUNTIME_FOLDER / NVCC_FLAGS).read_text(encoding="utf-8").split()
+        device = [*nvcc_command(cuda, texts, tools.compiler.path, flags), *include]
+        units |= {name: device for name in sorted(files) if name.endswith(".cu")}
+        link += [f"-L{cuda.nvcc.library}", "-lcudart_static", "-ldl", "-lrt"]
+
+    def compile_unit(name: str) -> str:
+        unit = str(project / f"{name}.o")
+        call([*units[name], "-c", str(project / name), "-o", unit], "the model", tools, cuda)
+        return unit
+
+    with ThreadPoolExecutor() as pool:
+        objects = list(pool.map(compile_unit, units))
+    link += shlex.split(os.environ.get("LDFLAGS", ""))
+    call([str(tools.compiler.path), *flags, *objects, *link, "-o", str(executable)], "the model", tools)
     shutil.rmtree(project)
-
-
-def _call(command: list[str], what: str, tools: Tools) -> None:
-    """Run one build command. Its output goes to a log that the user sees only the path of."""
-    done = subprocess.run(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-    )
-    if done.returncode == 0:
-        return
-    log = cache.folder("logs") / f"{cache.digest(*command)}.log"
-    log.write_text(f"{shlex.join(command)}\n\n{done.stdout}", encoding="utf-8")
-    _blame_machine(done, tools, log)
-    raise BuildError(what, log)
-
-
-def _blame_machine(done: subprocess.CompletedProcess[str], tools: Tools, log: Path) -> None:
-    """Raise a ``ToolchainError`` where the machine, not hypgen's C++, made the command fail."""
-    if done.returncode < 0 or "Killed signal" in done.stdout:
-        raise ToolchainError(f"the compiler was killed; see {log}", "free some memory and try again")
-    if "No space left on device" in done.stdout:
-        raise ToolchainError(
-            "the disk is full", f"make room in '{cache.cache_dir()}' and in the temporary folder"
-        )
-    probe = log.with_suffix(".cpp")
-    probe.write_text(PROBE, encoding="utf-8")
-    command = [
-        str(tools.compiler.path),
-        "-std=c++17",
-        str(probe),
-        "-pthread",
-        "-o",
-        str(log.with_suffix(".out")),
-    ]
-    if run(command) is None:
-        raise ToolchainError(
-            f"'{tools.compiler.path}' cannot build a C++17 program; see {log}",
-            "install g++ 9 or newer with its standard library, or name another compiler in CXX",
-        )

@@ -16,11 +16,19 @@ from hypgen.runtime.errors import ToolchainError
 from hypgen.runtime.toolchain import find_json
 
 MARKER = ".hypgen-project"  # lists the files that hypgen wrote, so that only those are ever replaced
+TARGET_FILE = "target.cmake"
 SYSTEM_LICENCE = Path("/usr/share/doc/nlohmann-json3-dev/copyright")
 
 
-def export(files: Mapping[str, str], directory: Path, executable: Path | None = None) -> None:
+def export(
+    files: Mapping[str, str],
+    directory: Path,
+    executable: Path | None = None,
+    architectures: tuple[int, ...] = (),
+) -> None:
     """Write the project, the runtime's sources and the third-party header to ``directory``.
+
+    With ``architectures``, its own build compiles for those GPUs unless told otherwise.
 
     Everything is staged first and then moved into place, so that a failure leaves no half-written
     project. Unchanged files keep their times (a CMake build in the folder stays incremental), files of
@@ -32,7 +40,7 @@ def export(files: Mapping[str, str], directory: Path, executable: Path | None = 
         inside = directory if directory.exists() else directory.parent
         with tempfile.TemporaryDirectory(prefix=".hypgen-", dir=inside) as temporary:
             stage = Path(temporary) / "project"
-            written = _stage(files, executable, stage)
+            written = _stage({**files, **_target(architectures)}, executable, stage)
             if not directory.exists():
                 stage.rename(directory)
                 return
@@ -80,6 +88,18 @@ def _stage(files: Mapping[str, str], executable: Path | None, stage: Path) -> li
     listing = json.dumps({"files": [*written, MARKER]}, indent=1)
     (stage / MARKER).write_text(listing + "\n", encoding="utf-8")
     return [*written, MARKER]
+
+
+def _target(architectures: tuple[int, ...]) -> dict[str, str]:
+    """Return the file that the project's CMakeLists.txt takes its defaults from; none for the CPU alone."""
+    if not architectures:
+        return {}
+    numbers = ";".join(map(str, architectures))
+    lines = [
+        'set(HYPGEN_CUDA ON CACHE BOOL "Compile for GPUs too")',
+        f'set(HYPGEN_CUDA_ARCHITECTURES "{numbers}" CACHE STRING "GPUs to compile for, ascending")',
+    ]
+    return {TARGET_FILE: "".join(f"{line}\n" for line in lines)}
 
 
 def _parent(path: Path) -> Path:

@@ -68,7 +68,7 @@ def find_cmake() -> Program:
     found = ""
     for candidate in _candidates("cmake"):
         program = _program(candidate)
-        if program is not None and _numbers(program.version) >= MINIMUM_CMAKE:
+        if program is not None and numbers(program.version) >= MINIMUM_CMAKE:
             return program
         found = f" (too old: {program.version})" if program is not None else found
     minimum = ".".join(map(str, MINIMUM_CMAKE))
@@ -129,7 +129,7 @@ def _program(path: str | None) -> Program | None:
     return Program(Path(path).absolute(), output.splitlines()[0])
 
 
-def _numbers(version: str) -> tuple[int, ...]:
+def numbers(version: str) -> tuple[int, ...]:
     """Return the first dotted number in a version line."""
     match = re.search(r"\d+(?:\.\d+)+", version)
     return tuple(map(int, match.group().split("."))) if match else ()

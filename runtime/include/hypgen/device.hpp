@@ -31,7 +31,8 @@ struct DigestRange {
   std::uint32_t steps;
 };
 
-// One model's functions on GPUs. Every call that fails gives null or false and says why in `error`; none throws.
+// One model's functions on GPUs. Every call that fails gives null or false and says why in `error`; none
+// throws.
 class DeviceSupport {
  public:
   virtual ~DeviceSupport() = default;
