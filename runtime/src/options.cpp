@@ -104,6 +104,7 @@ Option toggle(const char* name, const char* help, bool& out) {
 std::vector<Option> option_table(SolverOptions& options) {
   PlannerOptions& planner = options.planner;
   TraceOptions& trace = options.trace;
+  SelftestOptions& selftest = options.selftest;
   constexpr std::uint64_t kMillion = 1000000;
   return {
       {"--mode", "MODE",
@@ -147,6 +148,13 @@ std::vector<Option> option_table(SolverOptions& options) {
       file("--trace", "write a binary trace of random walks instead of planning", trace.file),
       integer("--trace-scenarios", "N", "random walks of a trace (64)", 1, kMillion, trace.scenarios),
       integer("--trace-steps", "T", "steps of a trace (64)", 1, kMillion, trace.steps),
+      toggle("--selftest", "compare steps as warps and as GPUs do them with plain ones instead of planning",
+             selftest.wanted),
+      integer("--lanes", "N", "random walks of a self-test, each of --steps steps (1000)", 1, 100 * kMillion,
+              selftest.lanes),
+      integer("--warps", "W", "warps that share a step of a self-test (several numbers)", 1, 16,
+              selftest.warps),
+      integer("--threads", "N", "threads of a self-test (one for each core)", 1, 1024, selftest.threads),
       toggle("--help", "print this and exit", options.help),
       toggle("--version", "print the model and its hash and exit", options.version),
   };
@@ -210,7 +218,10 @@ bool parse_options(int argc, const char* const* argv, SolverOptions& options, st
   }
   const bool unlimited = std::isinf(options.planner.time_limit);
   if (unlimited && options.planner.trial_limit == UINT64_MAX) options.planner.time_limit = kDefaultTime;
-  options.trace.seed = options.planner.seed;
+  options.trace.seed = options.selftest.seed = options.planner.seed;
+  options.selftest.steps = static_cast<std::uint32_t>(options.steps);
+  options.selftest.json_file = options.json_file;
+  options.selftest.quiet = options.quiet;
   return true;
 }
 

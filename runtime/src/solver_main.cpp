@@ -103,6 +103,7 @@ int solve(const ModelDescriptor& model, int argc, char** argv) {
   if (!options.trace.file.empty()) {
     return instance->write_trace(options.trace, error) ? kDone : complain(model, error, kFailed);
   }
+  if (options.selftest.wanted) return selftest(model, *instance, options.selftest);
   return run(model, *instance, options);
 }
 

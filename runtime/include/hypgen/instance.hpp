@@ -8,6 +8,7 @@
 #include "hypgen/descriptor.hpp"
 #include "hypgen/factored_belief.hpp"
 #include "hypgen/particle_belief.hpp"
+#include "hypgen/schedule.hpp"
 #include "hypgen/trace.hpp"
 #include "hypgen/world.hpp"
 
@@ -40,6 +41,12 @@ class TypedInstance final : public ModelInstance {
     return Tracer<M>(*params_, options).write(error);
   }
 
+  ScheduleFault digests(const DigestRange& range, int warps, std::uint64_t* out) const override {
+    return walk_lanes<M>(*params_, range, warps, out);
+  }
+
+  const void* params() const override { return params_.get(); }
+
  private:
   std::unique_ptr<typename M::Params> params_;
 };
@@ -60,6 +67,7 @@ ModelDescriptor make_descriptor() {
   descriptor.visible_count = M::kVisibleCount;
   descriptor.variable_count = M::kVariableCount;
   descriptor.factored = M::kFactored;
+  if constexpr (IsPartitioned<M>::value) descriptor.most_warps = M::kMaxWarps;
   descriptor.create = &make_instance<M>;
   return descriptor;
 }

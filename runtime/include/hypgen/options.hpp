@@ -7,6 +7,7 @@
 
 #include "hypgen/descriptor.hpp"
 #include "hypgen/planner.hpp"
+#include "hypgen/selftest.hpp"
 #include "hypgen/trace.hpp"
 
 namespace hypgen {
@@ -24,6 +25,7 @@ struct SolverOptions {
   bool help = false;
   bool version = false;
   TraceOptions trace;  // with an empty file: no trace
+  SelftestOptions selftest;
 };
 
 // Reads the command line; false and `error` on an unknown option or a bad value.

@@ -7,6 +7,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "hypgen/device.hpp"
+#include "hypgen/digest.hpp"
 #include "hypgen/model.hpp"
 #include "hypgen/part.hpp"
 #include "hypgen/philox.hpp"
@@ -175,5 +177,19 @@ class ScheduledStepper {
   std::uint32_t step_ = 0;
   ScheduleFault fault_;
 };
+
+// Writes a digest for each lane of a range, with several warps of steps in parts; gives the first fault.
+template <class M>
+ScheduleFault walk_lanes(const typename M::Params& params, const DigestRange& range, int warps,
+                         std::uint64_t* digests) {
+  ScheduleFault first{};
+  for (std::uint32_t i = 0; i < range.lanes; ++i) {
+    const std::uint32_t lane = range.first_lane + i;
+    ScheduledStepper<M> stepper(warps, range.key, lane);
+    digests[i] = digest_lane<M>(params, range.key, lane, range.steps, stepper);
+    if (first.kind == ScheduleFault::Kind::kNone) first = stepper.fault();
+  }
+  return first;
+}
 
 }  // namespace hypgen
