@@ -9,6 +9,7 @@
 #include "hypgen/leaf_evaluator.hpp"
 #include "hypgen/math.hpp"
 #include "hypgen/model.hpp"
+#include "hypgen/rollout_step.hpp"
 
 namespace hypgen {
 
@@ -62,18 +63,8 @@ class Rollout {
     const float* discount = discounts_.data();
     for (int t = depth; t < depth_limit_; ++t, ++discount) {
       SearchDraws draws(cache_, scenario, static_cast<std::uint32_t>(t));
-      const int action = M::default_policy(params_, fixed, state, history, draws);
-      if (action < 0) return total;
-      typename M::State next;
-      const StepResult result = M::step(params_, fixed, state, action, draws, next);
       ++steps_;
-      nan_ |= result.error;
-      total += *discount * math::from_fixed(result.reward);
-      if (result.terminal) return total;
-      typename M::History after;
-      M::roll_history(params_, fixed, state, action, draws, next, history, after);
-      history = after;
-      state = next;
+      if (!roll_step<M>(params_, fixed, draws, *discount, state, history, total, nan_)) return total;
     }
     if (at_horizon_) return total;
     return total + *discount * M::tail(params_, fixed, state);

@@ -1,0 +1,205 @@
+// The leaf evaluator of one model alone, without a tree, against a bare rollout kernel of the same model.
+//
+// Built by benchmarks/device/run.py: MAIN is the generated main.cpp, which this file includes for the model's
+// descriptor, and the project's device unit is linked in.
+#define main solver_entry
+#include MAIN
+#undef main
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <hypgen/belief.hpp>
+#include <hypgen/cuda/evaluator.cuh>
+#include <hypgen/params.hpp>
+
+namespace {
+
+using namespace hypgen;
+
+// Rollouts of the default policy and nothing else: one a thread, from the root's states.
+__global__ void __launch_bounds__(256)
+    bare_rollouts(const Model::Params* params, const Model::Fixed* fixed, const Model::State* states,
+                  const Model::History* history, const float* discounts, int count, int depth, StreamKey key,
+                  float* returns, unsigned long long* steps) {
+  const std::uint32_t lane = blockIdx.x * blockDim.x + threadIdx.x;
+  Model::State state = states[lane % count];
+  Model::History known = *history;
+  float total = 0.0F;
+  bool nan = false;
+  int t = 0;
+  for (bool going = true; going && t < depth; ++t) {
+    PhiloxDraws draws(key, lane, static_cast<std::uint32_t>(t));
+    going = roll_step<Model>(*params, fixed[lane % count], draws, discounts[t], state, known, total, nan);
+  }
+  returns[lane] = total;
+  const unsigned taken = __reduce_add_sync(cuda::kAll, static_cast<unsigned>(t));
+  if (threadIdx.x % cuda::kWarp == 0) atomicAdd(steps, static_cast<unsigned long long>(taken));
+}
+
+void fail(const std::string& message) {
+  std::fprintf(stderr, "%s\n", message.c_str());
+  std::exit(1);
+}
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double bare_steps_a_second(const ScenarioBuffer& root, const Model::Params& params, double discount,
+                           int depth) {
+  constexpr int kLanes = 1 << 24;
+  const int count = static_cast<int>(root.size());
+  std::vector<Model::Fixed> fixed(root.size());
+  std::vector<Model::State> states(root.size());
+  Model::History history{};
+  root.copy_to(fixed.data(), states.data());
+  root.copy_history_to(history);
+  std::vector<float> discounts;
+  double power = 1.0;
+  for (int t = 0; t <= depth; ++t, power *= discount) discounts.push_back(static_cast<float>(power));
+  std::string error;
+  cuda::DeviceArray<Model::Params> d_params;
+  cuda::DeviceArray<Model::Fixed> d_fixed;
+  cuda::DeviceArray<Model::State> d_states;
+  cuda::DeviceArray<Model::History> d_history;
+  cuda::DeviceArray<float> d_discounts, d_returns;
+  cuda::DeviceArray<unsigned long long> d_steps;
+  if (!d_params.allocate(1, error) || !d_fixed.allocate(fixed.size(), error) ||
+      !d_states.allocate(states.size(), error) || !d_history.allocate(1, error) ||
+      !d_discounts.allocate(discounts.size(), error) || !d_returns.allocate(kLanes, error) ||
+      !d_steps.allocate(1, error)) {
+    fail(error);
+  }
+  cudaMemcpy(d_params.get(), &params, sizeof params, cudaMemcpyHostToDevice);
+  cudaMemcpy(d_fixed.get(), fixed.data(), fixed.size() * sizeof fixed[0], cudaMemcpyHostToDevice);
+  cudaMemcpy(d_states.get(), states.data(), states.size() * sizeof states[0], cudaMemcpyHostToDevice);
+  cudaMemcpy(d_history.get(), &history, sizeof history, cudaMemcpyHostToDevice);
+  cudaMemcpy(d_discounts.get(), discounts.data(), discounts.size() * sizeof(float), cudaMemcpyHostToDevice);
+  double best = 0.0;
+  for (int repeat = 0; repeat < 5; ++repeat) {
+    cudaMemset(d_steps.get(), 0, sizeof(unsigned long long));
+    cudaDeviceSynchronize();
+    const Clock::time_point start = Clock::now();
+    bare_rollouts<<<kLanes / 256, 256>>>(d_params.get(), d_fixed.get(), d_states.get(), d_history.get(),
+                                         d_discounts.get(), count, depth, StreamKey{1, 2}, d_returns.get(),
+                                         d_steps.get());
+    if (cudaDeviceSynchronize() != cudaSuccess) fail(cudaGetErrorString(cudaGetLastError()));
+    const double seconds = seconds_since(start);
+    unsigned long long steps = 0;
+    cudaMemcpy(&steps, d_steps.get(), sizeof steps, cudaMemcpyDeviceToHost);
+    best = std::max(best, static_cast<double>(steps) / seconds);
+  }
+  return best;
+}
+
+// Expands the same kind of leaf again and again: children of the root that all scenarios fall into.
+void measure(const ModelDescriptor& model, const ModelInstance& instance, const Model::Params& params,
+             std::size_t scenarios, std::size_t in_flight, double seconds) {
+  const int depth = 90;
+  const auto belief = instance.make_belief(1, 5000, BeliefKind::kAuto);
+  const auto world = instance.make_world(1);
+  std::vector<std::int32_t> visible(static_cast<std::size_t>(model.visible_count) + 1);
+  world->reset(0);
+  world->export_visible(visible.data());
+  belief->init(visible.data(), 0);
+  ScenarioBuffer root;
+  belief->reserve(root, scenarios);
+  const StreamKey key = derive(1, StreamKind::kPlan, 0);
+  belief->sample(key, 0, scenarios, root);
+  EvaluatorOptions options;
+  options.max_scenarios = scenarios;
+  options.memory_bytes = std::size_t{1} << 30;
+  options.discount = model.discount;
+  options.max_depth = depth;
+  options.in_flight = in_flight;
+  std::string error;
+  const auto evaluator = cuda::CudaEvaluator<Model>::make(params, options, 0, error);
+  if (!evaluator) fail(error);
+  const SearchSetup setup{key, depth, false, Clock::time_point::max()};
+
+  std::vector<LeafRequest> requests;
+  std::uint64_t leaves = 0, children = 0;
+  const EvaluatorStats before = evaluator->stats();
+  EvaluatorStats warm = before;
+  const Clock::time_point start = Clock::now();
+  Clock::time_point counted = start;
+  const auto restart = [&] {
+    if (evaluator->begin_search(root, setup).status != Status::kOk) fail("root");
+    const LeafRequest request{0, kNoHandle, 0, 0, static_cast<std::uint32_t>(scenarios), 0, {}};
+    evaluator->submit({&request, 1});
+    LeafResult result;
+    while (!evaluator->poll(result)) {
+    }
+    if (result.status != Status::kOk) fail("root");
+    requests.clear();
+    for (const ActionRow& row : result.actions) {
+      const ChildRow& child = result.children[row.first_child];
+      if (child.count == scenarios && !child.terminal) {
+        requests.push_back({0, result.handle, row.action, child.first, child.count, 1, {}});
+      }
+    }
+    if (requests.empty()) fail("no action keeps all scenarios together");
+  };
+  restart();
+  std::size_t submitted = 0, next = 0;
+  bool warmed = false;
+  while (seconds_since(start) < seconds) {
+    while (submitted < in_flight) {
+      evaluator->submit({&requests[next++ % requests.size()], 1});
+      ++submitted;
+    }
+    LeafResult result;
+    if (!evaluator->poll(result)) continue;
+    --submitted;
+    if (result.status == Status::kMemoryFull) {
+      restart();
+      submitted = 0;
+      continue;
+    }
+    if (result.status != Status::kOk) fail(status_name(result.status));
+    if (!warmed && seconds_since(start) > 0.2 * seconds) {
+      warmed = true;
+      warm = evaluator->stats();
+      counted = Clock::now();
+      leaves = children = 0;
+    }
+    ++leaves;
+    children += result.children.size();
+  }
+  const double took = seconds_since(counted);
+  const EvaluatorStats stats = evaluator->stats();
+  const double steps = static_cast<double>(stats.steps - warm.steps) / took;
+  const double bare = bare_steps_a_second(root, params, model.discount, depth);
+  std::printf(
+      "%-24s %6zu %6zu %10.0f %8.1f %10.3g %10.3g %6.1f%% %8.1f %8.2f %8.0f\n", model.name.c_str(), scenarios,
+      in_flight, static_cast<double>(leaves) / took,
+      static_cast<double>(stats.leaves - warm.leaves) / static_cast<double>(stats.batches - warm.batches),
+      steps, bare, 100.0 * steps / bare,
+      static_cast<double>(stats.bytes_read - warm.bytes_read) / took * 1e-6,
+      (stats.kernel_seconds - warm.kernel_seconds) / took,
+      static_cast<double>(children) / static_cast<double>(leaves));
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+// [PARAM_FILE] [SECONDS]
+int main(int argc, char** argv) {
+  const ModelDescriptor model = descriptor();
+  ParamValues values(model.params);
+  std::string error;
+  if (argc > 1 && argv[1][0] != '-' && !read_param_file(argv[1], model.params, values, error)) fail(error);
+  const double seconds = argc > 2 ? std::atof(argv[2]) : 1.0;
+  const auto instance = model.create(values, error);
+  if (!instance) fail(error);
+  static Model::Params params;
+  if (!Model::load(values, params, error)) fail(error);
+  std::printf("%-24s %6s %6s %10s %8s %10s %10s %7s %8s %8s %8s\n", "model", "K", "F", "leaves/s", "a batch",
+              "steps/s", "bare", "ratio", "MB/s", "kernels", "children");
+  for (const std::size_t scenarios : {8, 32, 128, 500}) {
+    for (const std::size_t in_flight : {64, 256})
+      measure(model, *instance, params, scenarios, in_flight, seconds);
+  }
+  return 0;
+}

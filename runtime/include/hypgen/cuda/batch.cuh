@@ -1,0 +1,211 @@
+// What the kernels of a batch share: leaves, where their data lies, and the numbering of their items.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "hypgen/key.hpp"
+#include "hypgen/leaf_evaluator.hpp"
+#include "hypgen/philox.hpp"
+
+namespace hypgen::cuda {
+
+constexpr int kMaxLeaves = 256;  // of a batch
+constexpr int kBlock = 256;      // threads of a block that works on one leaf
+constexpr int kWarp = 32;
+constexpr unsigned kAll = 0xFFFFFFFFU;
+constexpr std::int32_t kNoStep = -1;  // in place of an action: bounds of the members as they are
+constexpr std::uint32_t kNoParent = UINT32_MAX;
+
+// A leaf, written by the host.
+struct LeafTask {
+  std::uint32_t node;    // its own number
+  std::uint32_t parent;  // kNoParent: its members are there already
+  std::uint32_t base;    // of its members in the arena
+  std::uint32_t count;   // of members
+  std::uint32_t parent_base;
+  std::uint32_t parent_count;
+  std::uint32_t first;  // position in the parent
+  std::int32_t action;  // that led to it
+  std::int32_t depth;
+  std::int32_t baseline;  // at the root: the default action, which gains are measured against; or -1
+  std::uint32_t wanted;   // where its list of actions starts; kNoParent: all legal ones
+  std::uint32_t wanted_count;
+};
+
+// What the kernels find out about a leaf besides rows, written for the host by the last one.
+struct LeafOutcome {
+  std::uint32_t action_count;
+  std::uint32_t first_child;  // in the arena of child rows
+  std::uint32_t child_count;
+  std::uint32_t flags;
+};
+
+enum LeafFlag : std::uint32_t {
+  kNanFlag = 1,      // a bound or reward of the model was NaN
+  kMembersFlag = 2,  // the parent's members gave other numbers than the child row said
+  kFullFlag = 4,     // no room for the child rows
+};
+
+// What stays the same for all batches of a search.
+struct SearchConstants {
+  StreamKey key;
+  std::uint32_t first_scenario;
+  int depth_limit;
+  bool at_horizon;
+  double discount;
+};
+
+// All that the kernels of a batch read and write. Device memory but for what is marked.
+template <class M>
+struct Batch {
+  SearchConstants search;
+  int leaves;
+  int max_actions;  // a leaf's list of actions has room for so many
+  const typename M::Params* params;
+  const float* discounts;
+  const typename M::Fixed* fixed;  // by scenario
+  std::uint32_t* members;          // word-major within a node: scenarios, then each word of the states
+  typename M::History* histories;  // by node
+  const LeafTask* tasks;
+  const std::int32_t* wanted;
+  std::int32_t* legal;         // [leaf][max_actions]
+  std::uint32_t* legal_count;  // by leaf; a baseline is in the list but not counted
+  std::uint32_t* flags;        // by leaf
+  std::uint32_t* next_item;    // how many items have been taken
+  std::uint32_t* leaves_done;
+  unsigned long long* steps;  // simulated, of all batches
+
+  // By item: (leaf, action, member) in that order, without gaps.
+  typename M::Key* keys;
+  std::int64_t* rewards;
+  std::int64_t* uppers;
+  std::int64_t* lowers;
+  std::uint8_t* terminals;
+  ChildRow* child_rows;    // of an action at its first item
+  ActionRow* action_rows;  // [leaf][max_actions]
+
+  std::uint32_t* arena_used;  // child rows that searches so far have taken
+  std::uint32_t arena_size;
+
+  // Pinned memory of the host.
+  ActionRow* out_actions;  // [leaf][max_actions]
+  Gain* out_gains;         // [max_actions], of the leaf with a baseline
+  ChildRow* out_children;
+  LeafOutcome* outcomes;
+  volatile unsigned long long* out_steps;
+  volatile std::uint32_t* done;  // becomes `number` when all of the above is written
+  std::uint32_t number;
+};
+
+template <class M>
+constexpr std::uint32_t kStateWords = sizeof(typename M::State) / sizeof(std::uint32_t);
+template <class M>
+constexpr std::uint32_t kMemberWords = 1 + kStateWords<M>;
+
+// Words `i`, `i + count`, ... of a node's block.
+template <class M>
+__device__ inline typename M::State load_state(const std::uint32_t* block, std::uint32_t count,
+                                               std::uint32_t i) {
+  typename M::State state;
+#pragma unroll
+  for (std::uint32_t w = 0; w < kStateWords<M>; ++w) {
+    reinterpret_cast<std::uint32_t*>(&state)[w] = block[(1 + w) * count + i];
+  }
+  return state;
+}
+
+template <class M>
+__device__ inline void store_member(std::uint32_t* block, std::uint32_t count, std::uint32_t i,
+                                    std::uint32_t scenario, const typename M::State& state) {
+  block[i] = scenario;
+#pragma unroll
+  for (std::uint32_t w = 0; w < kStateWords<M>; ++w) {
+    block[(1 + w) * count + i] = reinterpret_cast<const std::uint32_t*>(&state)[w];
+  }
+}
+
+// A node's block of members.
+template <class M>
+__device__ inline std::uint32_t* block_of(std::uint32_t* members, std::uint32_t base) {
+  return members + std::size_t{base} * kMemberWords<M>;
+}
+
+// The number of threads before this one in the block for which `holds`, and of all of them in `total`.
+__device__ inline std::uint32_t rank_in_block(bool holds, std::uint32_t* warp_counts, std::uint32_t& total) {
+  const unsigned lane = threadIdx.x % kWarp, warp = threadIdx.x / kWarp;
+  const unsigned votes = __ballot_sync(kAll, holds);
+  if (lane == 0) warp_counts[warp] = __popc(votes);
+  __syncthreads();
+  std::uint32_t before = 0;
+  total = 0;
+  for (unsigned w = 0; w < blockDim.x / kWarp; ++w) {
+    before += w < warp ? warp_counts[w] : 0;
+    total += warp_counts[w];
+  }
+  __syncthreads();
+  return before + __popc(votes & ((1U << lane) - 1));
+}
+
+// The exclusive sums of `value` over the block's threads, and the sum of all in `total`.
+__device__ inline std::uint32_t scan_in_block(std::uint32_t value, std::uint32_t* warp_sums,
+                                              std::uint32_t& total) {
+  const unsigned lane = threadIdx.x % kWarp, warp = threadIdx.x / kWarp;
+  std::uint32_t sum = value;
+  for (unsigned offset = 1; offset < kWarp; offset *= 2) {
+    const std::uint32_t other = __shfl_up_sync(kAll, sum, offset);
+    if (lane >= offset) sum += other;
+  }
+  if (lane == kWarp - 1) warp_sums[warp] = sum;
+  __syncthreads();
+  std::uint32_t before = 0;
+  total = 0;
+  for (unsigned w = 0; w < blockDim.x / kWarp; ++w) {
+    before += w < warp ? warp_sums[w] : 0;
+    total += warp_sums[w];
+  }
+  __syncthreads();
+  return before + sum - value;
+}
+
+// Running totals over a batch's leaves, so that one number names a piece of work of any leaf. Every block
+// makes its own copy: a scan of at most kMaxLeaves numbers.
+struct LeafOffsets {
+  std::uint32_t starts[kMaxLeaves + 1];
+  std::uint32_t warp_sums[kBlock / kWarp];
+
+  // `amount(leaf)` is the leaf's work. For all threads of a block of kBlock.
+  template <class Amount>
+  __device__ void fill(int leaves, const Amount& amount) {
+    static_assert(kMaxLeaves <= kBlock);
+    const int leaf = static_cast<int>(threadIdx.x);
+    std::uint32_t total = 0;
+    const std::uint32_t start = scan_in_block(leaf < leaves ? amount(leaf) : 0, warp_sums, total);
+    if (leaf < leaves) starts[leaf] = start;
+    if (leaf == 0) starts[leaves] = total;
+    __syncthreads();
+  }
+
+  // The leaf that `at` belongs to: the last that starts at or before it and is not empty.
+  __device__ int leaf_of(std::uint32_t at, int leaves) const {
+    int low = 0, high = leaves;
+    while (high - low > 1) {
+      const int middle = (low + high) / 2;
+      if (starts[middle] <= at) {
+        low = middle;
+      } else {
+        high = middle;
+      }
+    }
+    return low;
+  }
+};
+
+// How many items a leaf has: its actions, a baseline included, times its members.
+template <class M>
+__device__ inline std::uint32_t items_of(const Batch<M>& batch, int leaf) {
+  const LeafTask& task = batch.tasks[leaf];
+  return (batch.legal_count[leaf] + (task.baseline >= 0 ? 1 : 0)) * task.count;
+}
+
+}  // namespace hypgen::cuda

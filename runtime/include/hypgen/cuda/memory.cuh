@@ -1,0 +1,60 @@
+// Memory of the device and pinned memory of the host, each taken once and given back by its owner.
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+#include <string>
+#include <utility>
+
+namespace hypgen::cuda {
+
+// Whether a call worked; otherwise `error` says what it was and why it failed.
+inline bool worked(cudaError_t result, const char* what, std::string& error) {
+  if (result == cudaSuccess) return true;
+  cudaGetLastError();  // errors that do not stick would be blamed on the next call
+  error = std::string(what) + ": " + cudaGetErrorString(result);
+  return false;
+}
+
+// An array that `Release` gives back.
+template <class T, cudaError_t (*Release)(void*)>
+class Array {
+ public:
+  Array() = default;
+  Array(Array&& other) noexcept : data_(std::exchange(other.data_, nullptr)) {}
+  Array& operator=(Array&& other) noexcept {
+    std::swap(data_, other.data_);
+    return *this;
+  }
+  ~Array() {
+    if (data_ != nullptr) Release(data_);
+  }
+
+  T* get() const { return data_; }
+  T& operator[](std::size_t i) const { return data_[i]; }
+
+ protected:
+  T* data_ = nullptr;
+};
+
+template <class T>
+class DeviceArray : public Array<T, &cudaFree> {
+ public:
+  bool allocate(std::size_t count, std::string& error) {
+    return worked(cudaMalloc(reinterpret_cast<void**>(&this->data_), count * sizeof(T)), "GPU memory", error);
+  }
+};
+
+// Of the host; kernels reach it too, under the same address.
+template <class T>
+class PinnedArray : public Array<T, &cudaFreeHost> {
+ public:
+  bool allocate(std::size_t count, std::string& error) {
+    return worked(
+        cudaHostAlloc(reinterpret_cast<void**>(&this->data_), count * sizeof(T), cudaHostAllocMapped),
+        "pinned memory", error);
+  }
+};
+
+}  // namespace hypgen::cuda

@@ -1,0 +1,210 @@
+// One batch in flight: its stream, its memory and where its rows go.
+#pragma once
+
+#include <cstring>
+
+#include "hypgen/cuda/batch.cuh"
+#include "hypgen/cuda/gather.cuh"
+#include "hypgen/cuda/memory.cuh"
+#include "hypgen/cuda/reduce.cuh"
+#include "hypgen/cuda/ship.cuh"
+#include "hypgen/cuda/simulate.cuh"
+
+namespace hypgen::cuda {
+
+// How a device is filled by the kernels of a model.
+struct LaunchShape {
+  int simulate_blocks = 0;  // that run at once
+  int reduce_blocks = 0;
+  std::uint32_t table_capacity = 0;  // members of the largest leaf
+  std::size_t table_bytes = 0;       // of shared memory; 0: tables are in device memory
+  std::size_t item_capacity = 0;
+};
+
+// Launches batches one at a time. Everything that a batch needs for itself is taken by `make`.
+template <class M>
+class Slot {
+ public:
+  static constexpr int kMaxActions = M::kActionCount + 1;  // and a baseline
+  static constexpr std::size_t kWantedCapacity = std::size_t{4} * kMaxActions;
+  static constexpr std::size_t kBytesAnItem =
+      sizeof(typename M::Key) + 3 * sizeof(std::int64_t) + 1 + sizeof(ChildRow);
+
+  Slot() = default;
+  Slot(const Slot&) = delete;
+  Slot& operator=(const Slot&) = delete;
+  ~Slot() {
+    if (stream_ != nullptr) {
+      cudaStreamSynchronize(stream_);
+      cudaEventDestroy(started_);
+      cudaEventDestroy(ended_);
+      cudaStreamDestroy(stream_);
+    }
+  }
+
+  bool make(const LaunchShape& shape, std::string& error) {
+    shape_ = shape;
+    const std::size_t rows = std::size_t{kMaxLeaves} * kMaxActions, items = shape.item_capacity;
+    const std::size_t tables = shape.table_bytes > 0 ? 0 : table_stride() * shape.reduce_blocks;
+    return worked(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "stream", error) &&
+           worked(cudaEventCreate(&started_), "event", error) &&
+           worked(cudaEventCreate(&ended_), "event", error) && keys_.allocate(items, error) &&
+           rewards_.allocate(items, error) && uppers_.allocate(items, error) &&
+           lowers_.allocate(items, error) && terminals_.allocate(items, error) &&
+           child_rows_.allocate(items, error) && action_rows_.allocate(rows, error) &&
+           legal_.allocate(rows, error) && leaf_words_.allocate(2 * kMaxLeaves + 2, error) &&
+           (tables == 0 || tables_.allocate(tables, error)) && device_tasks_.allocate(kMaxLeaves, error) &&
+           device_wanted_.allocate(kWantedCapacity, error) && tasks_.allocate(kMaxLeaves, error) &&
+           wanted_.allocate(kWantedCapacity, error) && out_actions_.allocate(rows, error) &&
+           out_gains_.allocate(kMaxActions, error) && outcomes_.allocate(kMaxLeaves, error) &&
+           done_.allocate(1, error) && clear(error);
+  }
+
+  // Filling -------------------------------------------------------------------------------------------
+
+  bool empty() const { return leaves_ == 0; }
+  int leaves() const { return leaves_; }
+  void reset() { leaves_ = 0, items_ = 0, units_ = 0, wanted_count_ = 0; }
+
+  // Whether another leaf of so many members and candidate actions has room.
+  bool fits(std::size_t count, std::size_t actions, bool lists_them) const {
+    return leaves_ < kMaxLeaves && items_ + count * actions <= shape_.item_capacity &&
+           (!lists_them || wanted_count_ + actions <= kWantedCapacity);
+  }
+
+  void add(LeafTask task, Span<const int> actions) {
+    task.wanted = kNoParent;
+    task.wanted_count = 0;
+    if (!actions.empty()) {
+      task.wanted = wanted_count_;
+      task.wanted_count = static_cast<std::uint32_t>(actions.size());
+      std::memcpy(wanted_.get() + wanted_count_, actions.begin(), actions.size() * sizeof(int));
+      wanted_count_ += task.wanted_count;
+    }
+    const std::size_t candidates = actions.empty() ? M::kActionCount : actions.size();
+    items_ += (candidates + (task.baseline >= 0 ? 1 : 0)) * task.count;
+    units_ += candidates;
+    tasks_[static_cast<std::size_t>(leaves_++)] = task;
+  }
+
+  // Running -------------------------------------------------------------------------------------------
+
+  bool launch(Batch<M> batch, std::string& error) {
+    static_assert(sizeof(int) == sizeof(std::int32_t));
+    batch.leaves = leaves_;
+    batch.max_actions = kMaxActions;
+    batch.tasks = device_tasks_.get();
+    batch.wanted = device_wanted_.get();
+    batch.legal = legal_.get();
+    batch.legal_count = leaf_words_.get();
+    batch.flags = leaf_words_.get() + kMaxLeaves;
+    batch.next_item = leaf_words_.get() + 2 * kMaxLeaves;
+    batch.leaves_done = batch.next_item + 1;
+    batch.keys = keys_.get();
+    batch.rewards = rewards_.get();
+    batch.uppers = uppers_.get();
+    batch.lowers = lowers_.get();
+    batch.terminals = terminals_.get();
+    batch.child_rows = child_rows_.get();
+    batch.action_rows = action_rows_.get();
+    batch.out_actions = out_actions_.get();
+    batch.out_gains = out_gains_.get();
+    batch.outcomes = outcomes_.get();
+    batch.done = done_.get();
+    batch.number = ++number_;
+    running_ = true;
+    const auto blocks = [](std::size_t work, int most) {
+      return static_cast<unsigned>(std::clamp<std::size_t>(work, 1, static_cast<std::size_t>(most)));
+    };
+    cudaMemcpyAsync(device_tasks_.get(), tasks_.get(), sizeof(LeafTask) * static_cast<std::size_t>(leaves_),
+                    cudaMemcpyHostToDevice, stream_);
+    if (wanted_count_ > 0) {
+      cudaMemcpyAsync(device_wanted_.get(), wanted_.get(), sizeof(std::int32_t) * wanted_count_,
+                      cudaMemcpyHostToDevice, stream_);
+    }
+    cudaEventRecord(started_, stream_);
+    gather<M><<<leaves_, kBlock, 0, stream_>>>(batch);
+    simulate<M><<<blocks((items_ + kSimulateBlock - 1) / kSimulateBlock, shape_.simulate_blocks),
+                  kSimulateBlock, 0, stream_>>>(batch);
+    reduce<M><<<blocks(units_, shape_.reduce_blocks), kReduceBlock, shape_.table_bytes, stream_>>>(
+        batch, tables_.get(), shape_.table_capacity, table_stride());
+    ship<M><<<leaves_, kBlock, 0, stream_>>>(batch);
+    cudaEventRecord(ended_, stream_);
+    return worked(cudaGetLastError(), "kernel launch", error);
+  }
+
+  // Whether the rows are there. Looks at the stream's health now and then.
+  bool finished(std::string& error) {
+    if (!running_) return true;
+    if (*static_cast<volatile std::uint32_t*>(done_.get()) == number_) {
+      std::atomic_thread_fence(std::memory_order_acquire);
+      running_ = false;
+      return true;
+    }
+    if (++polls_ % kPollsBetweenQueries == 0) {
+      const cudaError_t health = cudaStreamQuery(stream_);
+      if (health != cudaErrorNotReady) worked(health, "GPU", error);
+    }
+    return false;
+  }
+  bool running() const { return running_; }
+
+  // Of the latest batch, once it has ended.
+  double kernel_seconds() {
+    float milliseconds = 0.0F;
+    if (number_ == 0 || cudaEventSynchronize(ended_) != cudaSuccess ||
+        cudaEventElapsedTime(&milliseconds, started_, ended_) != cudaSuccess) {
+      return 0.0;
+    }
+    return 1e-3 * static_cast<double>(milliseconds);
+  }
+
+  const LeafTask& task(int leaf) const { return tasks_[static_cast<std::size_t>(leaf)]; }
+  const LeafOutcome& outcome(int leaf) const { return outcomes_[static_cast<std::size_t>(leaf)]; }
+  const ActionRow* actions(int leaf) const {
+    return out_actions_.get() + static_cast<std::size_t>(leaf) * kMaxActions;
+  }
+  const Gain* gains() const { return out_gains_.get(); }
+  cudaStream_t stream() const { return stream_; }
+
+ private:
+  static constexpr std::uint64_t kPollsBetweenQueries = 1 << 14;
+
+  std::size_t table_stride() const { return (GroupTable::bytes_for(shape_.table_capacity) + 15) / 16 * 16; }
+
+  bool clear(std::string& error) {
+    *done_.get() = 0;
+    return worked(cudaMemset(leaf_words_.get(), 0, sizeof(std::uint32_t) * (2 * kMaxLeaves + 2)), "GPU",
+                  error);
+  }
+
+  LaunchShape shape_;
+  cudaStream_t stream_ = nullptr;
+  cudaEvent_t started_ = nullptr;
+  cudaEvent_t ended_ = nullptr;
+  int leaves_ = 0;
+  std::size_t items_ = 0;  // at most
+  std::size_t units_ = 0;  // of `reduce`, at most
+  std::uint32_t wanted_count_ = 0;
+  std::uint32_t number_ = 0;
+  std::uint64_t polls_ = 0;
+  bool running_ = false;
+
+  DeviceArray<typename M::Key> keys_;
+  DeviceArray<std::int64_t> rewards_, uppers_, lowers_;
+  DeviceArray<std::uint8_t> terminals_;
+  DeviceArray<ChildRow> child_rows_;
+  DeviceArray<ActionRow> action_rows_;
+  DeviceArray<std::int32_t> legal_, device_wanted_;
+  DeviceArray<std::uint32_t> leaf_words_;
+  DeviceArray<unsigned char> tables_;
+  DeviceArray<LeafTask> device_tasks_;
+  PinnedArray<LeafTask> tasks_;
+  PinnedArray<std::int32_t> wanted_;
+  PinnedArray<ActionRow> out_actions_;
+  PinnedArray<Gain> out_gains_;
+  PinnedArray<LeafOutcome> outcomes_;
+  PinnedArray<std::uint32_t> done_;
+};
+
+}  // namespace hypgen::cuda

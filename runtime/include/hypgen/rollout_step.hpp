@@ -1,0 +1,31 @@
+// One step of a rollout of the default policy: the same on every target.
+#pragma once
+
+#include "hypgen/math.hpp"
+#include "hypgen/model.hpp"
+
+namespace hypgen {
+
+// Moves `state` and `history` on and adds what the step earns, discounted, to `total`. False where the
+// rollout ends: the step was terminal, or there is no legal action.
+template <class M, class D>
+HYPGEN_FN bool roll_step(const typename M::Params& params, const typename M::Fixed& fixed, D& draws,
+                         float discount, typename M::State& state, typename M::History& history, float& total,
+                         bool& nan) {
+  const int action = M::default_policy(params, fixed, state, history, draws);
+  if (action < 0) return false;
+  typename M::State next;
+  const StepResult result = M::step(params, fixed, state, action, draws, next);
+  nan |= result.error;
+  total += discount * math::from_fixed(result.reward);
+  if (result.terminal) return false;
+  if constexpr (M::kHasHistory) {
+    typename M::History after;
+    M::roll_history(params, fixed, state, action, draws, next, history, after);
+    history = after;
+  }
+  state = next;
+  return true;
+}
+
+}  // namespace hypgen
