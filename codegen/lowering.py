@@ -124,7 +124,10 @@ def _constants(model: ir.Model) -> tuple[str, ...]:
 
 
 def _table(table: ir.ConstantArray, context: Context) -> views.Function:
-    """Return a constant array as a function: a static member would have no address in device code."""
+    """Return a constant array as a function.
+
+    A static member would have no address in device code, and nvcc would fill an automatic array at each call.
+    """
     builder = Builder(context)
     values = [literal(v, table.type, context.names) for v in table.values]
     for index in reversed(table.indices):
@@ -133,7 +136,7 @@ def _table(table: ir.ConstantArray, context: Context) -> views.Function:
     arguments = [f"i{position}" for position in range(len(table.indices))]
     for argument in arguments:
         builder.take("std::int32_t", argument)
-    builder.code.add(f"constexpr {scalar(table.type)} values{_dims(table.indices)} = {values[0]};")
+    builder.code.add(f"static constexpr {scalar(table.type)} values{_dims(table.indices)} = {values[0]};")
     builder.code.add(f"return values{''.join(f'[{argument}]' for argument in arguments)};")
     name = context.names.tables[table.name]
     return builder.done(scalar(table.type), name, [f"// {origin(table.span)}"])

@@ -33,8 +33,8 @@ HYPGEN_FN Angle reduce_small(double x) {
 /// Reduces a float x >= 2^20 by integers (Payne and Hanek): x = m 2^e with a 24-bit m, and of x * 2/pi only
 /// the 96 bits of 2/pi from weight 2^(2 - e) downwards count modulo 4. What is cut off is below 2^-70.
 HYPGEN_FN Angle reduce_large(double x) {
-  constexpr std::uint32_t kTwoOverPi[8] = {0,           0xA2F9836EU, 0x4E441529U, 0xFC2757D1U,
-                                           0xF534DDC0U, 0xDB629599U, 0x3C439041U, 0xFE5163ABU};
+  static constexpr std::uint32_t kTwoOverPi[8] = {0,           0xA2F9836EU, 0x4E441529U, 0xFC2757D1U,
+                                                  0xF534DDC0U, 0xDB629599U, 0x3C439041U, 0xFE5163ABU};
   constexpr std::uint64_t kLow = 0xFFFFFFFFU;
   const std::uint64_t bits = to_bits(x);
   const std::uint64_t m = ((bits >> 29) & 0x7FFFFFU) | 0x800000U;
@@ -90,15 +90,15 @@ HYPGEN_FN double cos_near(double r) {
 /// atan(a / b) for 0 <= a <= b, 0 < b: from the nearest atan(k / 8), atan(t) = atan(c) + atan((t - c) / (1 +
 /// t c)), and the series up to u^15 for |u| <= 1/16.
 HYPGEN_FN double atan_below_one(double a, double b) {
-  constexpr double kEighths[9] = {0.0,
-                                  0.12435499454676144,
-                                  0.24497866312686414,
-                                  0.35877067027057225,
-                                  0.4636476090008061,
-                                  0.5585993153435624,
-                                  0.6435011087932844,
-                                  0.7188299996216245,
-                                  0.7853981633974483};
+  static constexpr double kEighths[9] = {0.0,
+                                         0.12435499454676144,
+                                         0.24497866312686414,
+                                         0.35877067027057225,
+                                         0.4636476090008061,
+                                         0.5585993153435624,
+                                         0.6435011087932844,
+                                         0.7188299996216245,
+                                         0.7853981633974483};
   const double k = std::floor(a / b * 8.0 + 0.5);
   const double c = k * 0.125;
   const double u = (a - c * b) / (b + c * a);

@@ -88,7 +88,7 @@ struct Wanderer : NoHistory, NotFactored {
 
   // sample.pomdp:4
   HYPGEN_FN static std::int32_t worth(std::int32_t i0) {
-    constexpr std::int32_t values[5] = {0, -1, 2, 0, 7};
+    static constexpr std::int32_t values[5] = {0, -1, 2, 0, 7};
     return values[i0];
   }
 
