@@ -24,23 +24,46 @@ INCLUDE = Path(__file__).parent.parent.parent / "runtime" / "include"
 # Most of a compiler's time goes into optimising; what is compared does not depend on it.
 FLAGS = ("-std=c++17", "-O1", "-ffp-contract=off", "-w")
 SEED = 20261122
+LANES = 20  # walks with steps that warps share
 
-MAIN = """#include <cstdio>
+MAIN = """#include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <string>
 
 #include <hypgen/descriptor.hpp>
+#include <hypgen/schedule.hpp>
 #include <hypgen/trace.hpp>
 
 {includes}
 
 namespace {{
 
+// Whether warps that share the steps of some walks, in any order, come to the same as plain steps.
+template <class M>
+bool schedule_holds(const typename M::Params& params, std::string& error) {{
+  constexpr std::uint32_t kLanes = {lanes};
+  const hypgen::DigestRange range{{{{{seed}, 0}}, 0, kLanes, 5}};
+  std::uint64_t plain[kLanes], shared[kLanes];
+  hypgen::walk_lanes<M>(params, range, 1, plain);
+  for (const int warps : {{2, 3, 4, 8, 16}}) {{
+    const hypgen::ScheduleFault fault = hypgen::walk_lanes<M>(params, range, warps, shared);
+    const bool equal = std::equal(plain, plain + kLanes, shared);
+    if (equal && fault.kind == hypgen::ScheduleFault::Kind::kNone) continue;
+    error = "the schedule of " + std::to_string(warps) + " warps differs";
+    return false;
+  }}
+  return true;
+}}
+
 template <class M>
 int run(const hypgen::ParamValues& values, const hypgen::TraceOptions& options) {{
   static typename M::Params params{{}};
   std::string error;
-  if (M::load(values, params, error) && hypgen::Tracer<M>(params, options).write(error)) return 0;
+  if (M::load(values, params, error) && hypgen::Tracer<M>(params, options).write(error) &&
+      schedule_holds<M>(params, error)) {{
+    return 0;
+  }}
   std::fprintf(stderr, "%s\\n", error.c_str());
   return 1;
 }}
@@ -124,7 +147,7 @@ def _build(program: Path, models: dict[int, ir.Model], headers: dict[int, str]) 
     ]
     includes = "\n".join(f'#include "batch{i}.hpp"' for i in models)
     main = program.with_suffix(".cpp")
-    main.write_text(MAIN.format(includes=includes, cases="\n".join(cases), seed=SEED))
+    main.write_text(MAIN.format(includes=includes, cases="\n".join(cases), seed=SEED, lanes=LANES))
     command = [str(find_compiler().path), *FLAGS, f"-I{INCLUDE}", str(main), "-o", str(program)]
     run = subprocess.run(command, capture_output=True, text=True)
     return None if run.returncode == 0 else f"the C++ compiler failed:\n{run.stderr[:3000]}"

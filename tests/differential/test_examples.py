@@ -52,6 +52,9 @@ def assert_same_trace(model: ir.Model, folder: Path) -> None:
     path.unlink()  # tens of megabytes that would outlive the test
     expected = trace(model, SEED, scenarios, STEPS)
     assert (traces.difference(expected, actual, model, scenarios) or "equal") == "equal"
+    shared = [solver, "--selftest", "--lanes", "64", "--steps", "20", "--seed", str(SEED)]
+    done = subprocess.run(shared, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
 
 
 @pytest.mark.usefixtures("_compiler")

@@ -1,0 +1,46 @@
+"""A partition that lets warps write one word is caught where it runs: in the generated step, on the CPU."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import model_batches
+import pytest
+
+from hypgen.codegen import partition
+from hypgen.runtime.errors import ToolchainError
+from hypgen.runtime.toolchain import find_compiler
+
+LAMPS = """model Lamps
+discount 0.95
+type Lamp = 0 .. 9
+action press: Lamp
+element lamp[i in Lamp] {
+  hidden on: bool
+  init on ~ bernoulli(0.5)
+  on' ~ if i == press then bernoulli(0.5) else bernoulli(0.1)
+  reward shines = if on' then 1 else 0
+}
+observe any: bool ~ if lamp[press].on' then bernoulli(0.9) else bernoulli(0.1)
+policy default = 3
+bound upper = 200
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _compiler() -> None:
+    try:
+        find_compiler()
+    except ToolchainError as error:
+        pytest.skip(f"needs a C++ compiler: {error}")
+
+
+def test_members_that_share_a_word_stay_together(tmp_path: Path) -> None:
+    assert model_batches.compare([LAMPS], tmp_path, model_batches.Size(10, 5)) == [None]
+
+
+def test_members_apart_are_caught(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(partition, "_grain", lambda group, state: 1)
+    (result,) = model_batches.compare([LAMPS], tmp_path, model_batches.Size(10, 5))
+    assert result is not None
+    assert "the schedule of 2 warps differs" in result
