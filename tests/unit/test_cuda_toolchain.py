@@ -197,6 +197,23 @@ def test_a_host_compiler_that_nvcc_does_not_take_is_named(
 
 
 @pytest.mark.parametrize(
+    ("output", "message"),
+    [
+        ("nvcc error   : 'cicc' died due to signal 9 (Kill signal)", "the compiler was killed"),
+        ("/tmp/x.ii: No space left on device", "the disk is full"),
+    ],
+)
+def test_a_machine_at_its_limits_is_told_from_a_bug(
+    output: str, message: str, make_nvcc: MakeNvcc, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HYPGEN_CACHE_DIR", str(tmp_path / "cache"))
+    build = CudaBuild(cuda_toolchain.find_nvcc(str(make_nvcc())), (90,))
+    script(build.nvcc.path, f'echo "{output}"; exit 1')
+    with pytest.raises(ToolchainError, match=message):
+        build_errors.call([str(build.nvcc.path), "-c"], "the model", toolchain.find_tools(), build)
+
+
+@pytest.mark.parametrize(
     ("options", "message"),
     [
         (["--target", "cuda"], "error: no nvcc"),

@@ -20,7 +20,7 @@ struct EvaluatorOptions {
   std::size_t memory_bytes = std::size_t{256} << 20;  // for the states and child rows of expanded nodes
   double discount = 0.95;
   int max_depth = 90;
-  std::size_t in_flight = 1;  // leaves that the search keeps submitted
+  std::size_t in_flight = 1;            // leaves that the search keeps submitted
   std::size_t device_memory_bytes = 0;  // of a GPU; 0: half of what is free, at most 8 GB
 };
 
