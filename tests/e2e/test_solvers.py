@@ -58,6 +58,22 @@ def test_run_hands_its_options_to_the_solver(tmp_path: Path) -> None:
     assert (rows[0]["type"], rows[0]["version"], rows[0]["seed"]) == ("run", 1, 7)
 
 
+def test_verify_says_what_was_compared_and_what_was_left_out() -> None:
+    done = hypgen("verify", TIGER, "--target", "cpu", "--lanes", "30", "--steps", "10", "--json")
+    assert done.returncode == 0, done.stderr
+    checks = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [(c["check"], c["variant"], c["steps"]) for c in checks[:2]] == [
+        ("schedule", "2 warps", 300),
+        ("schedule", "3 warps", 300),
+    ]
+    assert all(c["differing"] == 0 for c in checks)
+    assert (checks[-1]["check"], checks[-1]["steps"]) == ("device", 0)
+    assert checks[-1]["remark"] == "this solver was built without CUDA"
+    timed = hypgen("verify", TIGER, "--target", "cpu", "--seconds", "0.1")
+    assert "left out: this solver was built without CUDA" in timed.stdout
+    assert hypgen("verify", TIGER, "--target", "cpu", "--param", "/no/such/file").returncode == 2
+
+
 def test_the_documentation_has_every_option_and_field_of_the_solver(tmp_path: Path) -> None:
     page = (ROOT / "docs" / "solver.md").read_text()
     listed = set(re.findall(r"^  (--[a-z-]+)", hypgen("run", TIGER, "--", "--help").stdout, re.MULTILINE))
