@@ -22,6 +22,7 @@ struct EvaluatorOptions {
   int max_depth = 90;
   std::size_t in_flight = 1;            // leaves that the search keeps submitted
   std::size_t device_memory_bytes = 0;  // of a GPU; 0: half of what is free, at most 8 GB
+  int warps = 0;  // of a GPU that share a step; 0: chosen for each batch
 };
 
 // What holds for one search.

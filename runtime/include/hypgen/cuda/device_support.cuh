@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "hypgen/cuda/digests.cuh"
 #include "hypgen/cuda/evaluator.cuh"
 #include "hypgen/device.hpp"
 
@@ -42,9 +43,10 @@ class ModelDeviceSupport final : public DeviceSupport {
     return CudaEvaluator<M>::make(*static_cast<const typename M::Params*>(params), options, device, error);
   }
 
-  bool digests(const void*, const DigestRange&, int, int, std::uint64_t*, std::string& error) const override {
-    error = "not built in";
-    return false;
+  bool digests(const void* params, const DigestRange& range, int warps, int device, std::uint64_t* out,
+               std::string& error) const override {
+    return worked(cudaSetDevice(device), "GPU", error) &&
+           walk_on_device<M>(*static_cast<const typename M::Params*>(params), range, warps, out, error);
   }
 };
 

@@ -19,7 +19,21 @@ struct LaunchShape {
   std::uint32_t table_capacity = 0;  // members of the largest leaf
   std::size_t table_bytes = 0;       // of shared memory; 0: tables are in device memory
   std::size_t item_capacity = 0;
+  int warps = 0;  // that share the steps of a lane; 0: chosen for each batch
+  int most_warps = 1;
+  std::size_t together_bytes = 0;  // of shared memory
+  int multiprocessors = 1;
 };
+
+// How many warps share a step: several only where lanes alone would leave most of the device idle.
+inline int warps_for(const LaunchShape& shape, std::size_t items) {
+  constexpr std::size_t kBusyThreads = 256;  // a multiprocessor
+  int warps = shape.warps > 0 ? std::min(shape.warps, shape.most_warps) : 1;
+  if (shape.warps > 0) return warps;
+  const std::size_t room = kBusyThreads * static_cast<std::size_t>(shape.multiprocessors);
+  while (2 * warps <= shape.most_warps && items * 2 * static_cast<std::size_t>(warps) <= room) warps *= 2;
+  return warps;
+}
 
 // Launches batches one at a time. Everything that a batch needs for itself is taken by `make`.
 template <class M>
@@ -113,9 +127,6 @@ class Slot {
     batch.done = done_.get();
     batch.number = ++number_;
     running_ = true;
-    const auto blocks = [](std::size_t work, int most) {
-      return static_cast<unsigned>(std::clamp<std::size_t>(work, 1, static_cast<std::size_t>(most)));
-    };
     cudaMemcpyAsync(device_tasks_.get(), tasks_.get(), sizeof(LeafTask) * static_cast<std::size_t>(leaves_),
                     cudaMemcpyHostToDevice, stream_);
     if (wanted_count_ > 0) {
@@ -124,8 +135,7 @@ class Slot {
     }
     cudaEventRecord(started_, stream_);
     gather<M><<<leaves_, kBlock, 0, stream_>>>(batch);
-    simulate<M><<<blocks((items_ + kSimulateBlock - 1) / kSimulateBlock, shape_.simulate_blocks),
-                  kSimulateBlock, 0, stream_>>>(batch);
+    launch_simulate(batch);
     reduce<M><<<blocks(units_, shape_.reduce_blocks), kReduceBlock, shape_.table_bytes, stream_>>>(
         batch, tables_.get(), shape_.table_capacity, table_stride());
     ship<M><<<leaves_, kBlock, 0, stream_>>>(batch);
@@ -169,6 +179,23 @@ class Slot {
 
  private:
   static constexpr std::uint64_t kPollsBetweenQueries = 1 << 14;
+
+  static unsigned blocks(std::size_t work, int most) {
+    return static_cast<unsigned>(std::clamp<std::size_t>(work, 1, static_cast<std::size_t>(most)));
+  }
+
+  void launch_simulate(const Batch<M>& batch) {
+    const int warps = warps_for(shape_, items_);
+    if (warps == 1) {
+      simulate<M><<<blocks((items_ + kSimulateBlock - 1) / kSimulateBlock, shape_.simulate_blocks),
+                    kSimulateBlock, 0, stream_>>>(batch);
+      return;
+    }
+    constexpr int kResidentWarps = 64;  // a multiprocessor
+    simulate_together<M>
+        <<<blocks((items_ + kWarp - 1) / kWarp, shape_.multiprocessors * kResidentWarps / warps),
+           static_cast<unsigned>(warps) * kWarp, shape_.together_bytes, stream_>>>(batch);
+  }
 
   std::size_t table_stride() const { return (GroupTable::bytes_for(shape_.table_capacity) + 15) / 16 * 16; }
 
