@@ -29,6 +29,7 @@ def render(header: views.Header, main: views.Main, project: views.Project) -> di
             f"src/{project.stem}.hpp": "model.hpp.j2",
             "src/main.cpp": "main.cpp.j2",
             "src/device.cu": "device.cu.j2",
+            "src/device_digests.cu": "device_digests.cu.j2",
             "CMakeLists.txt": "CMakeLists.txt.j2",
             "README.md": "README.md.j2",
         }.items()

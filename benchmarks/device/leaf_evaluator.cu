@@ -184,7 +184,7 @@ void measure(const ModelDescriptor& model, const ModelInstance& instance, const 
 
 }  // namespace
 
-// [PARAM_FILE] [SECONDS]
+// [PARAM_FILE] [SECONDS] [SCENARIOS]
 int main(int argc, char** argv) {
   const ModelDescriptor model = descriptor();
   ParamValues values(model.params);

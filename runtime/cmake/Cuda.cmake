@@ -35,8 +35,9 @@ function(hypgen_find_nvcc)
   endif()
 endfunction()
 
-# Adds `source`, for nvcc, to a target; what follows are flags of the host compiler.
-function(hypgen_device_unit target source)
+# Adds sources, for nvcc, to a target; FLAGS are the host compiler's.
+function(hypgen_device_units target)
+  cmake_parse_arguments(PARSE_ARGV 1 unit "" "" "FLAGS")
   hypgen_find_nvcc()
   file(STRINGS "${CMAKE_CURRENT_FUNCTION_LIST_DIR}/nvcc_flags.txt" flags)
   foreach(architecture IN LISTS HYPGEN_CUDA_ARCHITECTURES)
@@ -47,17 +48,20 @@ function(hypgen_device_unit target source)
   if(NOT DEFINED ENV{NVCC_CCBIN})
     list(APPEND flags -ccbin "${CMAKE_CXX_COMPILER}")
   endif()
-  foreach(flag IN LISTS ARGN)
+  foreach(flag IN LISTS unit_FLAGS)
     list(APPEND flags "-Xcompiler=${flag}")
   endforeach()
-  get_filename_component(input "${source}" ABSOLUTE)
   get_filename_component(here "${CMAKE_CURRENT_FUNCTION_LIST_DIR}/../include" ABSOLUTE)
-  set(object "${CMAKE_CURRENT_BINARY_DIR}/device.cu.o")
-  add_custom_command(OUTPUT "${object}"
-    COMMAND "${HYPGEN_NVCC}" ${flags} "-I${here}" -MD -MF "${object}.d" -c "${input}" -o "${object}"
-    DEPENDS "${input}" DEPFILE "${object}.d" VERBATIM
-    COMMENT "Building CUDA object ${source}")
-  target_sources(${target} PRIVATE "${object}")
+  foreach(source IN LISTS unit_UNPARSED_ARGUMENTS)
+    get_filename_component(input "${source}" ABSOLUTE)
+    get_filename_component(name "${source}" NAME)
+    set(object "${CMAKE_CURRENT_BINARY_DIR}/${name}.o")
+    add_custom_command(OUTPUT "${object}"
+      COMMAND "${HYPGEN_NVCC}" ${flags} "-I${here}" -MD -MF "${object}.d" -c "${input}" -o "${object}"
+      DEPENDS "${input}" DEPFILE "${object}.d" VERBATIM
+      COMMENT "Building CUDA object ${source}")
+    target_sources(${target} PRIVATE "${object}")
+  endforeach()
   target_compile_definitions(${target} PRIVATE HYPGEN_CUDA)
   target_link_libraries(${target} PRIVATE "${HYPGEN_CUDART}" ${CMAKE_DL_LIBS} rt)
 endfunction()

@@ -11,7 +11,6 @@ namespace hypgen {
 
 namespace {
 
-constexpr std::size_t kMostInFlight = 64;
 constexpr std::size_t kMostBranches = 100000;
 
 // A group that can be expanded, by its parent's handle at either evaluator.

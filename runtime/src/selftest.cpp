@@ -2,11 +2,15 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "hypgen/belief.hpp"
+#include "hypgen/leaf_check.hpp"
 #include "hypgen/walks.hpp"
+#include "hypgen/world.hpp"
 
 namespace hypgen {
 
@@ -54,7 +58,7 @@ class Report {
     shows_progress_ = shows_progress_ && isatty(STDERR_FILENO) != 0;
     if (json_ && options.json_file != "-") out_ = std::fopen(options.json_file.c_str(), "w");
     if (out_ != nullptr && !json_)
-      std::fprintf(out_, "%-10s%-12s%16s%11s\n", "check", "", "steps", "differing");
+      std::fprintf(out_, "%-10s%-12s%16s%11s\n", "check", "", "steps, rows", "differing");
   }
   Report(const Report&) = delete;
   Report& operator=(const Report&) = delete;
@@ -162,8 +166,9 @@ class Checks {
     bool equal = true;
     for (const DeviceInfo& device : devices) {
       for (int warps = 1; warps <= model_.most_warps; warps *= 2) {
-        if (options_.warps == 0 || warps == options_.warps)
-          equal = check_device(device.index, warps) && equal;
+        if (options_.warps != 0 && warps != options_.warps) continue;
+        equal = check_device(device.index, warps) && equal;
+        equal = check_leaves(device.index, warps) && equal;
       }
     }
     return equal;
@@ -182,6 +187,52 @@ class Checks {
                                 : failed(name, counted_warps(warps), error);
     report_.write(outcome);
     return outcome.equal();
+  }
+
+  // Leaves expanded on a GPU against those expanded on the host: small and large ones, with and without the
+  // horizon in sight.
+  bool check_leaves(int device, int warps) {
+    Outcome outcome{"leaves " + std::to_string(device), counted_warps(warps), 0, 0, ""};
+    for (const std::size_t scenarios : {7, 32, 150}) {
+      const bool ends = scenarios == 32;
+      const LeafComparison found = compare_leaves_on(device, warps, scenarios, ends, outcome.remark);
+      if (!outcome.remark.empty()) break;
+      outcome.steps += found.rows;
+      if (found.difference.empty()) continue;
+      ++outcome.differing;
+      outcome.remark = std::to_string(scenarios) + " scenarios: " + found.difference;
+    }
+    report_.write(outcome);
+    return outcome.equal();
+  }
+
+  LeafComparison compare_leaves_on(int device, int warps, std::size_t scenarios, bool ends,
+                                   std::string& error) const {
+    constexpr int kDepth = 20, kHorizon = 6;
+    constexpr std::size_t kSteps = 4'000'000;  // or so, on the host
+    EvaluatorOptions options;
+    options.max_scenarios = scenarios;
+    options.discount = model_.discount;
+    options.max_depth = kDepth;
+    options.in_flight = kMostInFlight;
+    options.warps = warps;
+    const auto other = model_.device->make_evaluator(instance_.params(), options, device, error);
+    if (!other) return {};
+    const auto reference = instance_.make_evaluator(options);
+    const auto belief = instance_.make_belief(options_.seed, 1000, BeliefKind::kAuto);
+    const auto world = instance_.make_world(options_.seed);
+    std::vector<std::int32_t> visible(static_cast<std::size_t>(model_.visible_count) + 1);
+    world->reset(scenarios);
+    world->export_visible(visible.data());
+    belief->init(visible.data(), scenarios);
+    ScenarioBuffer root;
+    belief->reserve(root, scenarios);
+    const StreamKey key = derive(options_.seed, StreamKind::kPlan, scenarios);
+    belief->sample(key, 0, scenarios, root);
+    const std::size_t a_leaf = scenarios * static_cast<std::size_t>(model_.action_count * kDepth);
+    const SearchSetup setup{key, ends ? kHorizon : kDepth, ends, Clock::time_point::max()};
+    return compare_leaves(*reference, *other, root, setup, std::clamp<std::size_t>(kSteps / a_leaf, 10, 500),
+                          options_.seed);
   }
 
   Outcome failed(const std::string& check, const std::string& variant, const std::string& error) const {

@@ -31,7 +31,7 @@ def cuda() -> CudaBuild:
         pytest.skip(f"needs nvcc: {error}")
 
 
-def compile_device_unit(example: Path, cuda: CudaBuild, folder: Path) -> str:
+def compile_device_units(example: Path, cuda: CudaBuild, folder: Path) -> str:
     """Return what nvcc has to say."""
     for name, text in generate(load(example).model).items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -41,10 +41,13 @@ def compile_device_unit(example: Path, cuda: CudaBuild, folder: Path) -> str:
     flags += [*WARNINGS, "--Ofast-compile=max"] if numbers_of(cuda) >= (13, 0) else WARNINGS
     command = cuda_toolchain.nvcc_command(cuda, flags, toolchain.find_compiler().path, ["-ffp-contract=off"])
     include = [f"-I{folder / 'src'}", f"-I{ROOT / 'runtime' / 'include'}"]
-    command += [*include, "-c", str(folder / "src" / "device.cu"), "-o", str(folder / "device.o")]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert (done.returncode == 0) == (folder / "device.o").is_file()
-    return done.stdout + done.stderr
+    said = ""
+    for unit in sorted((folder / "src").glob("*.cu")):
+        files = ["-c", str(unit), "-o", str(unit.with_suffix(".o"))]
+        done = subprocess.run([*command, *include, *files], capture_output=True, text=True)
+        assert (done.returncode == 0) == unit.with_suffix(".o").is_file()
+        said += done.stdout + done.stderr
+    return said
 
 
 def numbers_of(cuda: CudaBuild) -> tuple[int, ...]:
@@ -59,7 +62,7 @@ def messages(
     asked = {item.callspec.params["example"] for item in request.session.items if is_ours(item)}
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         yield {
-            path: pool.submit(compile_device_unit, path, cuda, tmp_path_factory.mktemp(path.stem))
+            path: pool.submit(compile_device_units, path, cuda, tmp_path_factory.mktemp(path.stem))
             for path in EXAMPLES
             if path in asked
         }

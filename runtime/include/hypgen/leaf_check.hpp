@@ -9,6 +9,8 @@
 
 namespace hypgen {
 
+constexpr std::size_t kMostInFlight = 64;  // leaves that both evaluators are given at once
+
 struct LeafComparison {
   std::uint64_t leaves = 0;
   std::uint64_t rows = 0;  // of actions and children

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "hypgen/cuda/digests.cuh"
 #include "hypgen/cuda/evaluator.cuh"
 #include "hypgen/device.hpp"
 
@@ -32,6 +31,11 @@ std::vector<DeviceInfo> usable_devices(std::string& error) {
   if (!found.empty()) error.clear();
   return found;
 }
+
+// Digests on the present device; false and `error` on a failure. In a unit of its own.
+template <class M>
+bool walk_on_device(const typename M::Params& params, const DigestRange& range, int warps, std::uint64_t* out,
+                    std::string& error);
 
 template <class M>
 class ModelDeviceSupport final : public DeviceSupport {

@@ -1,4 +1,4 @@
-// Digests of random walks on a device (see hypgen/digest.hpp).
+// Digests of random walks on a device (see hypgen/digest.hpp): the other unit of a model's device code.
 #pragma once
 
 #include "hypgen/cuda/memory.cuh"

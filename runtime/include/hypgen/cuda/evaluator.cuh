@@ -89,6 +89,7 @@ class CudaEvaluator final : public LeafEvaluator {
   static constexpr std::size_t kSlots = 3;
   static constexpr std::size_t kItems = std::size_t{4} << 20;  // of a batch, where memory allows
   static constexpr std::size_t kSharedTable = 100 << 10;       // bytes: two blocks fit a multiprocessor
+  static constexpr double kBatchSeconds = 1e-3;
   static constexpr std::size_t kMostNodes = std::size_t{1} << 22;
   static constexpr std::size_t kMostDeviceBytes = std::size_t{8} << 30;
 
@@ -299,7 +300,7 @@ class CudaEvaluator final : public LeafEvaluator {
 
   void fill_and_launch(std::size_t s) {
     Slot<M>& slot = slots_[s];
-    stats_.kernel_seconds += slot.kernel_seconds();
+    note_rate(slot);
     slot.reset();
     while (launched_ < end_) {
       Entry& entry = queue_[launched_ % kMaxQueue];
@@ -308,7 +309,7 @@ class CudaEvaluator final : public LeafEvaluator {
         const bool is_root = request.parent == kNoHandle;
         const std::size_t count = is_root ? nodes_[0].count : request.count;
         const std::size_t actions = request.actions.empty() ? M::kActionCount : request.actions.size();
-        if (!slot.fits(count, actions + (is_root ? 1 : 0), !request.actions.empty())) break;
+        if (!slot.fits(count, actions + (is_root ? 1 : 0), !request.actions.empty(), item_limit_)) break;
         entry.slot = static_cast<int>(s);
         entry.leaf = slot.leaves();
         slot.add(task_of(entry), request.actions);
@@ -316,6 +317,17 @@ class CudaEvaluator final : public LeafEvaluator {
       ++launched_;
     }
     if (!slot.empty()) launch(slot);
+  }
+
+  // Looks at how fast the slot's last batch was: the next ones should take kBatchSeconds, so that a search
+  // that has to stop does not leave much behind.
+  void note_rate(Slot<M>& slot) {
+    const double seconds = slot.kernel_seconds();
+    if (!(seconds > 0.0)) return;
+    stats_.kernel_seconds += seconds;
+    const double rate = static_cast<double>(slot.items()) / seconds;
+    item_rate_ = item_rate_ > 0.0 ? 0.75 * item_rate_ + 0.25 * rate : rate;
+    item_limit_ = static_cast<std::size_t>(item_rate_ * kBatchSeconds) + 1;
   }
 
   LeafTask task_of(const Entry& entry) const {
@@ -389,6 +401,8 @@ class CudaEvaluator final : public LeafEvaluator {
   SearchConstants search_{};
   Clock::time_point deadline_{};
   int default_action_ = -1;
+  double item_rate_ = 0.0;  // a second, of batches lately
+  std::size_t item_limit_ = std::size_t{1} << 18;
   std::string error_;  // not empty: the device is lost
   EvaluatorStats stats_{};
 

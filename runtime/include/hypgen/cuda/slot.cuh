@@ -80,11 +80,14 @@ class Slot {
   int leaves() const { return leaves_; }
   void reset() { leaves_ = 0, items_ = 0, units_ = 0, wanted_count_ = 0; }
 
-  // Whether another leaf of so many members and candidate actions has room.
-  bool fits(std::size_t count, std::size_t actions, bool lists_them) const {
-    return leaves_ < kMaxLeaves && items_ + count * actions <= shape_.item_capacity &&
-           (!lists_them || wanted_count_ + actions <= kWantedCapacity);
+  // Whether another leaf of so many members and candidate actions has room. The first one always has; more
+  // than `most_items` are not taken with others.
+  bool fits(std::size_t count, std::size_t actions, bool lists_them, std::size_t most_items) const {
+    return leaves_ == 0 ||
+           (leaves_ < kMaxLeaves && items_ + count * actions <= std::min(most_items, shape_.item_capacity) &&
+            (!lists_them || wanted_count_ + actions <= kWantedCapacity));
   }
+  std::size_t items() const { return items_; }
 
   void add(LeafTask task, Span<const int> actions) {
     task.wanted = kNoParent;
