@@ -65,7 +65,7 @@ bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_poin
   LeafResult leaf;
   decision.status = evaluate({0, kNoHandle, 0, 0, static_cast<std::uint32_t>(batch), 0, actions_}, leaf);
   if (decision.status != Status::kOk) return false;
-  count_expansion(leaf, 0, decision);
+  count_expansion(leaf, 0, decision, leaf_sizes_);
   ++decision.trials;
   take_gains(leaf);
   const double rollouts = static_cast<double>(batch) * static_cast<double>(leaf.actions.size() + 1);

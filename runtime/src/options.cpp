@@ -166,6 +166,8 @@ const char* mode_name(Mode mode) {
   switch (mode) {
     case Mode::kDespot:
       return "despot";
+    case Mode::kGpu:
+      return "gpu";
     case Mode::kRollout:
       return "rollout";
     case Mode::kDefault:

@@ -25,9 +25,10 @@ namespace hypgen::testing {
 namespace {
 
 TEST(Allocation, NoneInASearch) {
-  for (const Mode mode : {Mode::kDespot, Mode::kRollout, Mode::kDefault}) {
+  for (const Mode mode : {Mode::kDespot, Mode::kGpu, Mode::kRollout, Mode::kDefault}) {
     PlannerOptions options = trials(50);
     options.mode = mode;
+    options.in_flight = mode == Mode::kGpu ? 16 : 1;
     Solver solver(rock_sample_descriptor<4, 3>(), options);
     const long before = allocations;
     const Decision decision = solver.plan();

@@ -174,8 +174,10 @@ class BrokenEvaluator final : public LeafEvaluator {
 };
 
 TEST(Planner, SurvivesABrokenEvaluator) {
-  const Solver solver(tiger_descriptor(), trials(10));
-  Planner planner(std::make_unique<BrokenEvaluator>(), solver.model, trials(10));
+  PlannerOptions options = trials(10);
+  options.patience = 0.01;
+  const Solver solver(tiger_descriptor(), options);
+  Planner planner(std::make_unique<BrokenEvaluator>(), solver.model, options);
   planner.prepare(*solver.belief);
   const Decision decision = planner.plan(*solver.belief, 0, 0);
   EXPECT_EQ(decision.status, Status::kEvaluatorFailed);

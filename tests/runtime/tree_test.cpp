@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "hypgen/math.hpp"
+#include "hypgen/scan.hpp"
 
 namespace hypgen {
 namespace {
@@ -27,29 +30,67 @@ TEST_F(TreeTest, WeighsAndDiscountsBounds) {
   ASSERT_TRUE(tree.reset(root_));
   EXPECT_DOUBLE_EQ(tree.bounds(0).upper, 20.0);
   ASSERT_TRUE(tree.expand(0, leaf()));
-  tree.backup(0);
-  EXPECT_DOUBLE_EQ(tree.child(1).bounds.upper, 2.0);           // 8 * 0.5 / 2
-  EXPECT_DOUBLE_EQ(tree.action(0).bounds.upper, 1 + 2 + 2.5);  // reward and children
-  EXPECT_DOUBLE_EQ(tree.action(0).bounds.lower, 1 + 1 + 0.5);
+  EXPECT_DOUBLE_EQ(tree.action_bounds(0).upper, 1 + 2 + 2.5);  // reward and children
+  EXPECT_DOUBLE_EQ(tree.action_bounds(0).lower, 1 + 1 + 0.5);
   EXPECT_DOUBLE_EQ(tree.bounds(0).upper, 5.5);
   EXPECT_DOUBLE_EQ(tree.bounds(0).lower, 2.5);
-  EXPECT_EQ(tree.action(tree.best_action(0)).action, 4);
+  EXPECT_EQ(tree.action(tree.node(0).best).action, 4);
+  EXPECT_EQ(tree.next_action(0, 0), kNoIndex);  // 1.5 is below the lower bound
+  ASSERT_TRUE(tree.open(0, 0));
+  EXPECT_DOUBLE_EQ(tree.child(1).bounds.upper, 2.0);  // 8 * 0.5 / 2
 }
 
 TEST_F(TreeTest, ChoosesTheChildOfLargestExcess) {
   Tree tree(small_tree());
   tree.reset(root_);
   tree.expand(0, leaf());
-  tree.backup(0);
-  EXPECT_EQ(tree.best_child(0, 0.95), 2U);  // gap 2 against 1
+  tree.open(0, 0);
+  EXPECT_EQ(tree.best_child(0, {0.5, 1.0}).child, 2U);  // gap 2 against 1
   EXPECT_DOUBLE_EQ(tree.excess_uncertainty(2, 0.5), 2.0 - 0.5 * 0.5 * 3.0);
+  const std::uint32_t node = tree.visit(0, 0, 2);
+  tree.enter(node);
+  EXPECT_EQ(tree.best_child(0, {0.5, 1.0}).child, 1U);  // a trial is below the other
+  tree.close(tree.visit(0, 0, 1));
+  EXPECT_EQ(tree.best_child(0, {0.5, 1.0}).child, 2U);
+  tree.close(node);
+  EXPECT_EQ(tree.best_child(0, {0.5, 1.0}).child, kNoIndex);
+  EXPECT_TRUE(tree.best_child(0, {0.5, 1.0}).met_closed);
+  EXPECT_FALSE(tree.best_child(0, {2.0, 1.0}).met_closed);  // nothing is worth a trial
+}
+
+TEST_F(TreeTest, ExpansionReopensWhatWasClosedForIt) {
+  Tree tree(small_tree());
+  tree.reset(root_);
+  tree.expand(0, leaf());
+  tree.open(0, 0);
+  const std::uint32_t node = tree.visit(0, 0, 2);
+  tree.enter(0);
+  tree.enter(node);
+  tree.close(node);
+  tree.close(0);
+  children_ = {{fixed(9), fixed(3), 0, 1, 0}};
+  rows_ = {{fixed(1), fixed(9), fixed(3), 4, 0, 1, 0}};
+  ASSERT_TRUE(tree.expand(node, leaf()));
+  EXPECT_FALSE(tree.is_closed(node));
+  EXPECT_FALSE(tree.is_closed(0));
+  EXPECT_DOUBLE_EQ(tree.bounds(node).lower, 0.25 + 0.375);
+  EXPECT_DOUBLE_EQ(tree.action_bounds(0).lower, 1 + 1 + 0.625);  // its action sees it, the root not yet
+  EXPECT_DOUBLE_EQ(tree.bounds(0).lower, 2.5);
+  tree.backup(node);
+  EXPECT_DOUBLE_EQ(tree.bounds(0).lower, 2.625);
+  EXPECT_DOUBLE_EQ(tree.bounds(0).upper, 5.5 - 2.5 + 0.25 + 1.125);
+  EXPECT_EQ(tree.node(0).visits, 1U);
+  EXPECT_EQ(tree.child(0).in_flight, 0U);
 }
 
 TEST_F(TreeTest, RaisesCrossedUpperBounds) {
   children_[0].upper_sum = fixed(1);
+  rows_[0].upper_sum = fixed(14);
   Tree tree(small_tree());
   tree.reset(root_);
   tree.expand(0, leaf());
+  EXPECT_EQ(tree.crossed(), 0U);
+  tree.open(0, 0);
   EXPECT_EQ(tree.crossed(), 1U);
   EXPECT_DOUBLE_EQ(tree.child(1).bounds.upper, tree.child(1).bounds.lower);
 }
@@ -58,22 +99,31 @@ TEST_F(TreeTest, PenalisesEachAction) {
   Tree tree(small_tree(0.25));
   tree.reset(root_);
   tree.expand(0, leaf());
-  tree.backup(0);
-  EXPECT_DOUBLE_EQ(tree.action(0).bounds.lower, 2.5 - 0.25);
-  EXPECT_DOUBLE_EQ(tree.action(0).bounds.upper, 5.5 - 3 * 0.25);  // its own and two subtrees'
-  EXPECT_DOUBLE_EQ(tree.action(0).bounds.plain_upper, 5.5);
+  EXPECT_DOUBLE_EQ(tree.action_bounds(0).lower, 2.5 - 0.25);
+  EXPECT_DOUBLE_EQ(tree.action_bounds(0).upper, 5.5 - 3 * 0.25);  // its own and two subtrees'
+  EXPECT_DOUBLE_EQ(tree.action_bounds(0).plain_upper, 5.5);
 }
 
 TEST_F(TreeTest, DefaultPolicyReplacesABlockedNode) {
   Tree tree(small_tree(6.0));
   tree.reset(root_);
   tree.expand(0, leaf());
-  tree.backup(0);
   const std::uint32_t node = tree.visit(0, 0, 1);
   EXPECT_EQ(tree.visit(0, 0, 1), node);
   EXPECT_TRUE(tree.is_blocked(node));  // 5.5 - 0 <= 6
   tree.make_default(node);
   EXPECT_DOUBLE_EQ(tree.bounds(node).plain_upper, tree.default_value(node));
+}
+
+TEST(Scan, FindsTheFirstOfTheLargest) {
+  std::vector<double> numbers;
+  for (int i = 0; i < 70; ++i) {
+    numbers.push_back((i * 37) % 53);
+    const auto wanted = std::max_element(numbers.begin(), numbers.end());
+    EXPECT_EQ(largest(numbers.data(), numbers.size()), *wanted);
+    EXPECT_EQ(first_largest(numbers.data(), numbers.size()),
+              static_cast<std::size_t>(wanted - numbers.begin()));
+  }
 }
 
 TEST_F(TreeTest, SaysWhenItIsFull) {
@@ -88,7 +138,6 @@ TEST_F(TreeTest, SignatureSeesBounds) {
   tree.reset(root_);
   const std::uint64_t before = tree.signature(0);
   tree.expand(0, leaf());
-  tree.backup(0);
   EXPECT_NE(tree.signature(0), before);
 }
 

@@ -3,56 +3,16 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <vector>
 
 #include "hypgen/belief.hpp"
+#include "hypgen/decision.hpp"
 #include "hypgen/descriptor.hpp"
 #include "hypgen/leaf_evaluator.hpp"
-#include "hypgen/tree.hpp"
+#include "hypgen/search.hpp"
 
 namespace hypgen {
-
-enum class Mode {
-  kDespot,   // regularised DESPOT
-  kRollout,  // one-ply rollouts of the default policy, sequential halving over the actions
-  kDefault,  // the default policy alone
-};
-
-struct PlannerOptions {
-  Mode mode = Mode::kDespot;
-  std::uint64_t seed = 0;
-  double time_limit = std::numeric_limits<double>::infinity();            // seconds a decision
-  std::uint64_t trial_limit = std::numeric_limits<std::uint64_t>::max();  // a decision
-  std::size_t scenarios = 500;                                            // K
-  int depth = 90;                                                         // D
-  double target_ratio = 0.95;                                             // xi
-  double pruning = 0.0;                                                   // lambda
-  double gap = 1e-3;  // the search ends when the root's bounds are this close
-  double gain_errors =
-      1.0;  // kRollout: standard errors of a gain that make another action than the default's
-  std::size_t memory_bytes = std::size_t{1} << 30;
-  bool signature = false;  // hash every tree, after the deadline
-};
-
-// What to do, and what is known about it. `lower` and `upper` bound the value of the belief (regularised if
-// pruning is on), up to sampling error.
-struct Decision {
-  int action = -1;
-  Status status = Status::kOk;
-  double lower = 0.0;
-  double upper = 0.0;
-  std::uint64_t trials = 0;
-  std::uint64_t expansions = 0;
-  std::uint64_t nodes = 0;
-  std::uint64_t simulations = 0;     // steps of expansions: scenarios times legal actions
-  std::uint64_t leaf_scenarios = 0;  // summed over expansions
-  std::uint64_t crossed = 0;         // groups whose bounds crossed
-  int max_depth = 0;
-  double search_seconds = 0.0;
-  std::uint64_t signature = 0;  // of the tree, if asked for
-};
 
 // Allocates only when it is made; `plan` works within the memory of its options.
 class Planner {
@@ -81,13 +41,9 @@ class Planner {
     double standard_error() const;
   };
 
-  void plan_despot(Decision& decision, const RootResult& root);
+  void plan_tree(Decision& decision, const RootResult& root);
   void plan_rollout(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root);
-  Status run_trial(Decision& decision);
-  Status expand(std::uint32_t node, Decision& decision);
   Status evaluate(const LeafRequest& request, LeafResult& result);
-  void count_expansion(const LeafResult& leaf, int depth, Decision& decision);
-  int best_root_action(int default_action) const;
   bool sample_gains(const Belief& belief, StreamKey key, Clock::time_point end, Decision& decision);
   std::size_t batch_until(Clock::time_point end) const;
   void take_gains(const LeafResult& leaf);
@@ -97,7 +53,7 @@ class Planner {
   std::unique_ptr<LeafEvaluator> evaluator_;
   PlannerOptions options_;
   int horizon_;
-  Tree tree_;
+  Search search_;
   ScenarioBuffer scenarios_;
   SearchSetup setup_{};
   std::vector<std::uint64_t> leaf_sizes_;

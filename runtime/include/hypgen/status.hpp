@@ -22,6 +22,11 @@ enum class Status {
   kInterrupted,
 };
 
+// Whether a search with this status has nothing to go by.
+constexpr bool is_failure(Status status) {
+  return status == Status::kModelNan || status == Status::kEvaluatorFailed;
+}
+
 // The name that tables and JSON lines use.
 const char* status_name(Status status);
 

@@ -1,0 +1,58 @@
+// What a planner is told and what it tells.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "hypgen/status.hpp"
+
+namespace hypgen {
+
+enum class Mode {
+  kDespot,   // regularised DESPOT
+  kGpu,      // the same with many trials in flight, on a GPU
+  kRollout,  // one-ply rollouts of the default policy, sequential halving over the actions
+  kDefault,  // the default policy alone
+};
+
+struct PlannerOptions {
+  Mode mode = Mode::kDespot;
+  std::uint64_t seed = 0;
+  double time_limit = std::numeric_limits<double>::infinity();            // seconds a decision
+  std::uint64_t trial_limit = std::numeric_limits<std::uint64_t>::max();  // a decision
+  std::size_t scenarios = 500;                                            // K
+  int depth = 90;                                                         // D
+  double target_ratio = 0.95;                                             // xi
+  double pruning = 0.0;                                                   // lambda
+  double observation_loss = 1.0;                                          // c_o
+  std::size_t in_flight = 1;                                              // F, trials at a time; 1 is DESPOT
+  double gap = 1e-3;  // the search ends when the root's bounds are this close
+  double gain_errors =
+      1.0;                 // kRollout: standard errors of a gain that make another action than the default's
+  double patience = 10.0;  // seconds of silence after which an evaluator has failed
+  std::size_t memory_bytes = std::size_t{1} << 30;
+  bool signature = false;  // hash every tree, after the deadline
+};
+
+// What to do, and what is known about it. `lower` and `upper` bound the value of the belief (regularised if
+// pruning is on), up to sampling error.
+struct Decision {
+  int action = -1;
+  Status status = Status::kOk;
+  double lower = 0.0;
+  double upper = 0.0;
+  std::uint64_t trials = 0;
+  std::uint64_t expansions = 0;
+  std::uint64_t nodes = 0;
+  std::uint64_t simulations = 0;     // steps of expansions: scenarios times legal actions
+  std::uint64_t leaf_scenarios = 0;  // summed over expansions
+  std::uint64_t crossed = 0;         // groups whose bounds crossed
+  int max_depth = 0;
+  double search_seconds = 0.0;
+  double waiting_seconds = 0.0;  // of these, for leaves; an evaluator on the CPU works in this time
+  double tree_seconds = 0.0;     // of these, the rest of a tree search
+  std::uint64_t signature = 0;   // of the tree, if asked for
+};
+
+}  // namespace hypgen

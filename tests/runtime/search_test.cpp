@@ -1,0 +1,139 @@
+#include "hypgen/search.hpp"
+
+#include <gtest/gtest.h>
+
+#include "mock_evaluator.hpp"
+#include "test_solvers.hpp"
+
+namespace hypgen::testing {
+namespace {
+
+PlannerOptions flying(std::size_t in_flight, std::uint64_t count = 300) {
+  PlannerOptions options = trials(count);
+  options.in_flight = in_flight;
+  options.signature = true;
+  return options;
+}
+
+// Plans for RockSample with a mock between the planner and the CPU's evaluator.
+Decision plan(const PlannerOptions& options, const Mischief& mischief) {
+  const Solver solver(rock_sample_descriptor<4, 3>(), options);
+  auto inner = solver.instance->make_evaluator(evaluator_options(options, solver.model.discount));
+  Planner planner(std::make_unique<MockEvaluator>(std::move(inner), mischief), solver.model, options);
+  planner.prepare(*solver.belief);
+  return planner.plan(*solver.belief, 0, 0);
+}
+
+TEST(Search, LatencyDoesNotChangeTheTree) {
+  for (const std::size_t in_flight : {1, 2, 7, 64}) {
+    const PlannerOptions options = flying(in_flight);
+    Solver solver(rock_sample_descriptor<4, 3>(), options);
+    const Decision wanted = solver.plan();
+    EXPECT_EQ(wanted.status, Status::kTrialLimit);
+    EXPECT_EQ(wanted.trials, 300U);
+    for (unsigned seed = 0; seed < 4; ++seed) {
+      const Decision decision = plan(options, {seed});
+      EXPECT_EQ(decision.signature, wanted.signature) << in_flight << " in flight, seed " << seed;
+      EXPECT_EQ(decision.action, wanted.action);
+      EXPECT_EQ(decision.trials, wanted.trials);
+      EXPECT_EQ(decision.expansions, wanted.expansions);
+    }
+  }
+}
+
+TEST(Search, TrialsInFlightSpread) {
+  Solver one(rock_sample_descriptor<7, 8>(), flying(1)), many(rock_sample_descriptor<7, 8>(), flying(16));
+  const Decision a = one.plan(), b = many.plan();
+  EXPECT_NE(a.signature, b.signature);
+  EXPECT_GT(b.expansions, a.expansions / 2);
+  EXPECT_LE(b.lower, b.upper);
+}
+
+TEST(Search, ConvergesToTheSameValue) {
+  for (const std::size_t in_flight : {1, 2, 7, 64}) {
+    PlannerOptions options = flying(in_flight, 1000000);
+    options.depth = 4;
+    options.gap = 1e-9;
+    Solver solver(tiger_descriptor(), options);
+    const Decision decision = solver.plan();
+    EXPECT_EQ(decision.status, Status::kConverged);
+    options.in_flight = 1;
+    Solver single(tiger_descriptor(), options);
+    EXPECT_NEAR(decision.lower, single.plan().lower, 1e-6);
+  }
+}
+
+TEST(Search, FailuresEndItWithALegalAction) {
+  for (const std::size_t in_flight : {1, 7, 64}) {
+    for (const Status status :
+         {Status::kModelNan, Status::kMemoryFull, Status::kDeviceLost, Status::kDeadline}) {
+      const Decision decision = plan(flying(in_flight), {3, 20, status});
+      EXPECT_EQ(decision.status, status);
+      EXPECT_EQ(decision.expansions, 20U);
+      EXPECT_GE(decision.action, 0);
+      EXPECT_LE(decision.lower, decision.upper);
+    }
+  }
+}
+
+TEST(Search, SilenceEndsAtTheDeadline) {
+  for (const std::uint64_t leaves : {0, 1, 100}) {
+    PlannerOptions options = flying(7);
+    options.time_limit = 0.02;
+    const Decision decision = plan(options, {5, leaves, Status::kOk, true});
+    EXPECT_EQ(decision.status, Status::kDeadline);
+    EXPECT_GE(decision.action, 0);
+    EXPECT_LT(decision.search_seconds, 0.5);
+    options.time_limit = std::numeric_limits<double>::infinity();
+    options.patience = 0.01;
+    EXPECT_EQ(plan(options, {5, leaves, Status::kOk, true}).status, Status::kEvaluatorFailed);
+  }
+}
+
+// What holds of every node once all trials are backed up.
+void check_node(const Tree& tree, std::uint32_t index) {
+  const Node& node = tree.node(index);
+  const Child& child = tree.child(node.child);
+  EXPECT_EQ(child.in_flight, 0U);
+  EXPECT_FALSE(child.closed);
+  EXPECT_LE(child.bounds.lower, child.bounds.upper);
+  for (std::uint32_t i = node.first_action; node.expanded() && i < node.first_action + node.action_count;
+       ++i) {
+    const Bounds bounds = tree.action_bounds(i);
+    EXPECT_LE(bounds.upper, tree.action_bounds(node.best).upper);
+    EXPECT_LE(bounds.lower, child.bounds.lower + 1e-9);
+    const ActionEntry& entry = tree.action(i);
+    if (entry.opened == 0) continue;
+    double upper = bounds.upper, lower = bounds.lower;
+    for (std::uint32_t c = entry.first; c < entry.first + entry.child_count; ++c) {
+      upper -= tree.child(c).bounds.upper;
+      lower -= tree.child(c).bounds.lower;
+    }
+    EXPECT_NEAR(upper, lower, 1e-9);  // the reward
+  }
+}
+
+TEST(Search, BoundsAreSumsOfThoseBelow) {
+  for (const std::size_t in_flight : {1, 7, 64}) {
+    for (const double pruning : {0.0, 0.1}) {
+      PlannerOptions options = flying(in_flight, 1000);
+      options.pruning = pruning;
+      const Solver solver(rock_sample_descriptor<4, 3>(), options);
+      const auto evaluator = solver.instance->make_evaluator(evaluator_options(options, 0.95));
+      ScenarioBuffer scenarios;
+      solver.belief->reserve(scenarios, options.scenarios);
+      const SearchSetup setup{derive(0, StreamKind::kPlan, 0), options.depth, false,
+                              Clock::time_point::max()};
+      solver.belief->sample(setup.key, 0, options.scenarios, scenarios);
+      Search search(options, {options.memory_bytes, options.depth, 0.95, pruning});
+      Decision decision;
+      std::vector<std::uint64_t> leaf_sizes(options.scenarios + 1);
+      search.run(*evaluator, evaluator->begin_search(scenarios, setup), setup, decision, leaf_sizes);
+      EXPECT_EQ(decision.status, Status::kTrialLimit);
+      for (std::uint32_t i = 0; i < search.tree().size(); ++i) check_node(search.tree(), i);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hypgen::testing
