@@ -69,14 +69,15 @@ def _digits(digits: list[Facts]) -> list[str]:
 def _layout(variables: list[Facts]) -> list[str]:
     rows = []
     for v in variables:
-        last = v["shift"] + v["entries"] * v["width"] - 1
+        last = v["shift"] + (v["entries"] - 1) * v["stride"] + v["width"] - 1
         name = f"{v['name']}[{', '.join(v['indices'])}]" if v["indices"] else v["name"]
         if v["width"] == 0:
             word, bits = "-", "none: one value"
         elif last < _WORD:
             word, bits = str(v["word"]), f"{v['shift']} .. {last}" if last > v["shift"] else str(last)
         else:
-            word, bits = f"{v['word']} .. {v['word'] + last // _WORD}", f"{_WORD // v['width']} a word"
+            word, bits = f"{v['word']} .. {v['word'] + last // _WORD}", f"{_WORD // v['stride']} a word"
+            bits += f" from {v['shift']}" if v["shift"] and v["stride"] == _WORD else ""
         if v["indices"] and v["width"]:
             bits += f", {v['entries']} x {v['width']}"
         rows.append((name, "visible" if v["visible"] else "hidden", v["type"], word, bits))

@@ -104,6 +104,7 @@ def _block(block: Block, model: ir.Model) -> dict[str, Any]:
                 "word": field.word,
                 "shift": field.shift,
                 "width": field.width,
+                "stride": field.stride,
             }
             for field in block.fields
         ],

@@ -164,6 +164,8 @@ def _place(field: Field) -> tuple[str, str]:
     """Return the word and the first bit of entry ``i``."""
     if not field.indices:
         return str(field.word), str(field.shift)
+    if field.spread:
+        return f"{field.word} + i" if field.word else "i", str(field.shift)
     step = "i" if field.width == 1 else f"i * {field.width}"
     if field.one_word:
         return str(field.word), f"{field.shift} + {step}" if field.shift else step

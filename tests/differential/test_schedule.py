@@ -26,6 +26,27 @@ policy default = 3
 bound upper = 200
 """
 
+WALKERS = """model Walkers
+discount 0.95
+type Walker = 1 .. 7
+type Mood = -3 .. 100
+action call: Walker
+element walker[i in Walker] {
+  visible stands: bool
+  hidden place: float
+  hidden mood: Mood
+  init stands = true
+  init place ~ normal(0.0, 5.0)
+  init mood ~ uniform(Mood)
+  stands' ~ if call == i then bernoulli(0.9) else bernoulli(0.4)
+  mood' ~ if stands then uniform(Mood) else mood
+  place' ~ if stands then place else normal(place, 1.0)
+  reward calm = if mood' > 50 and place' > 0.0 then 1 else 0
+}
+policy default = 3
+bound upper = 200
+"""
+
 
 @pytest.fixture(scope="module", autouse=True)
 def _compiler() -> None:
@@ -36,7 +57,8 @@ def _compiler() -> None:
 
 
 def test_members_that_share_a_word_stay_together(tmp_path: Path) -> None:
-    assert model_batches.compare([LAMPS], tmp_path, model_batches.Size(10, 5)) == [None]
+    texts = [LAMPS, WALKERS]
+    assert model_batches.compare(texts, tmp_path, model_batches.Size(40, 8)) == [None, None]
 
 
 def test_members_apart_are_caught(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -58,7 +58,8 @@ def only_stage(model_: ir.Model) -> tuple[Share, ...]:
         (("hidden 0 .. 200",), 9, 4),
         (("hidden 0 .. 200", "hidden 0 .. 3"), 99, 16),
         (("hidden 0 .. 200", "visible 0 .. 200"), 99, 4),
-        (("hidden bool", "visible float"), 9, 10),
+        (("hidden bool", "visible float"), 9, 1),
+        (("hidden bool", "hidden float", "visible 0 .. 2000000000", "hidden 0 .. 200"), 9, 1),
         (("hidden float", "visible float"), 19, 1),
     ],
 )
@@ -85,6 +86,21 @@ element c[i in Row] { hidden on: bool
   on' = a.x' and not on
 }
 """
+
+
+def test_narrow_variables_share_words_for_each_member_where_a_wide_one_has_them_too() -> None:
+    built = family("hidden bool", "hidden float", "hidden 0 .. 200", "hidden 0 .. 40000000", last=9)
+    fields = {field.variable: field for field in pack(built).state.fields}
+    assert [
+        (f.word, f.shift, f.width, f.spread) for f in map(fields.get, ("e.x1", "e.x0", "e.x2", "e.x3")) if f
+    ] == [
+        (0, 0, 32, False),
+        (20, 0, 1, True),
+        (20, 1, 8, True),
+        (10, 0, 32, False),
+    ]
+    assert pack(built).state.words == 30
+    assert fields["e.x2"].words(3, 2) == range(23, 25)
 
 
 def test_a_stage_reads_primed_no_word_that_another_element_writes() -> None:
