@@ -38,7 +38,7 @@ void JsonLines::write_line(const std::string& text) {
   complete_ = std::fflush(out_) == 0 && written && complete_;
 }
 
-void JsonLines::write_run(const SolverOptions& options) {
+void JsonLines::write_run(const SolverOptions& options, const std::string& device) {
   if (out_ == nullptr) return;
   const PlannerOptions& planner = options.planner;
   Json json = {{"type", "run"},
@@ -50,6 +50,9 @@ void JsonLines::write_run(const SolverOptions& options) {
                {"seed", planner.seed},
                {"runs", options.runs},
                {"steps", options.steps},
+               {"device", device},
+               {"in_flight", planner.in_flight},
+               {"observation_loss", planner.observation_loss},
                {"scenarios", planner.scenarios},
                {"depth", planner.depth},
                {"xi", planner.target_ratio},
@@ -87,6 +90,8 @@ void JsonLines::write(const StepRecord& step) {
                {"max_depth", decision.max_depth},
                {"crossed", decision.crossed},
                {"search_seconds", decision.search_seconds},
+               {"waiting_seconds", decision.waiting_seconds},
+               {"tree_seconds", decision.tree_seconds},
                {"belief", status_name(step.belief_status)},
                {"effective_sample_size", step.effective_sample_size},
                {"signature", nullptr}};
@@ -134,6 +139,13 @@ void JsonLines::write_summary(const RunTotals& totals, const std::vector<std::ui
                {"simulations_a_second", totals.a_second(totals.simulations)},
                {"scenarios_a_leaf", totals.a_leaf()},
                {"scenarios_a_leaf_median", histogram_median(leaf_sizes)},
+               {"batches", totals.evaluator.batches},
+               {"leaves_a_batch", totals.a_batch()},
+               {"evaluator_steps_a_second", totals.a_second(totals.evaluator.steps)},
+               {"bytes_read", totals.evaluator.bytes_read},
+               {"seconds_kernels", totals.evaluator.busy_seconds},
+               {"seconds_waiting", totals.waiting_seconds},
+               {"seconds_tree", totals.tree_seconds},
                {"searches", counts(totals.plan_statuses)},
                {"beliefs", counts(totals.belief_statuses)},
                {"endings", counts(totals.episode_statuses)},

@@ -13,6 +13,7 @@ namespace hypgen {
 namespace {
 
 constexpr double kDefaultTime = 0.1;
+constexpr std::size_t kGpuInFlight = 64;
 
 // An option: what its value must be, and where it goes. Without a metavar it is a switch.
 struct Option {
@@ -43,7 +44,7 @@ bool read_integer(const std::string& text, std::uint64_t low, std::uint64_t high
 }
 
 bool read_mode(const std::string& text, Mode& mode) {
-  for (const Mode candidate : {Mode::kDespot, Mode::kRollout, Mode::kDefault}) {
+  for (const Mode candidate : {Mode::kDespot, Mode::kGpu, Mode::kRollout, Mode::kDefault}) {
     if (text == mode_name(candidate)) {
       mode = candidate;
       return true;
@@ -60,6 +61,14 @@ bool read_belief(const std::string& text, BeliefKind& kind) {
     }
   }
   return false;
+}
+
+bool read_device(const std::string& text, DeviceKind& kind, int& index) {
+  const std::string numbered = "cuda:";
+  kind = text == "auto" ? DeviceKind::kAuto : text == "cpu" ? DeviceKind::kCpu : DeviceKind::kCuda;
+  index = kFirstDevice;
+  if (kind != DeviceKind::kCuda || text == "cuda") return true;
+  return text.rfind(numbered, 0) == 0 && read_integer(text.substr(numbered.size()), 0, 1023, index);
 }
 
 bool read_on_depletion(const std::string& text, bool& stop) {
@@ -101,6 +110,8 @@ Option toggle(const char* name, const char* help, bool& out) {
   return {name, nullptr, help, "", [&out](const std::string&) { return set(out); }};
 }
 
+std::size_t default_in_flight(Mode mode) { return mode == Mode::kGpu ? kGpuInFlight : 1; }
+
 std::vector<Option> option_table(SolverOptions& options) {
   PlannerOptions& planner = options.planner;
   TraceOptions& trace = options.trace;
@@ -108,14 +119,25 @@ std::vector<Option> option_table(SolverOptions& options) {
   constexpr std::uint64_t kMillion = 1000000;
   return {
       {"--mode", "MODE",
-       "despot (regularised DESPOT), rollout (one-ply rollouts) or default (the default policy) (despot)",
-       "despot, rollout or default", [&](const std::string& text) { return read_mode(text, planner.mode); }},
+       "despot (regularised DESPOT), gpu (the same on a GPU, with many trials in flight), rollout (one-ply "
+       "rollouts) or default (the default policy) (despot)",
+       "despot, gpu, rollout or default",
+       [&](const std::string& text) { return read_mode(text, planner.mode); }},
       integer("--runs", "N", "episodes to run (10)", 1, kMillion, options.runs),
       integer("--steps", "N", "most steps of an episode (90)", 1, kMillion, options.steps),
       number("--time", "SECONDS", "time to plan a step (0.1; no limit if --trials is given)", 1e-4, 1e6,
              planner.time_limit),
       integer("--trials", "N", "most trials a step; without --time, results repeat exactly (no limit)", 1,
               UINT64_MAX, planner.trial_limit),
+      integer("--in-flight", "F", "trials at a time (64 in mode gpu, otherwise 1)", 1, 4096,
+              planner.in_flight),
+      number("--observation-loss", "C", "how far trials in flight keep apart, of the root's gap (1)", 0.0,
+             1e3, planner.observation_loss),
+      {"--device", "DEVICE",
+       "where leaves are expanded: auto (a GPU in mode gpu), cpu, cuda or cuda:N (auto)",
+       "auto, cpu, cuda or cuda:N",
+       [&](const std::string& text) { return read_device(text, options.device, options.device_index); }},
+      toggle("--require-gpu", "end with an error rather than plan on the CPU", options.require_gpu),
       integer("--scenarios", "K", "scenarios of a search, at most 16384 (500)", 1, 1 << 14,
               planner.scenarios),
       integer("--depth", "D", "depth limit of a search (90)", 1, 10000, planner.depth),
@@ -190,6 +212,7 @@ const char* belief_name(BeliefKind kind) {
 
 bool parse_options(int argc, const char* const* argv, SolverOptions& options, std::string& error) {
   const std::vector<Option> table = option_table(options);
+  options.planner.in_flight = 0;
   for (int i = 1; i < argc; ++i) {
     std::string name = argv[i];
     const std::size_t equals = name.find('=');
@@ -218,6 +241,7 @@ bool parse_options(int argc, const char* const* argv, SolverOptions& options, st
       return false;
     }
   }
+  if (options.planner.in_flight == 0) options.planner.in_flight = default_in_flight(options.planner.mode);
   const bool unlimited = std::isinf(options.planner.time_limit);
   if (unlimited && options.planner.trial_limit == UINT64_MAX) options.planner.time_limit = kDefaultTime;
   options.trace.seed = options.selftest.seed = options.planner.seed;

@@ -52,28 +52,50 @@ Decision Planner::plan(const Belief& belief, std::uint64_t run, int step) {
   if (decision.action < 0) {
     decision.status = Status::kNoLegalAction;
   } else if (options_.mode != Mode::kDefault) {
-    const bool probes = options_.mode == Mode::kRollout && setup_.deadline != Clock::time_point::max();
-    const std::size_t count = probes ? std::min(options_.scenarios, kProbeScenarios) : options_.scenarios;
-    belief.sample(key, 0, count, scenarios_);
-    const Clock::time_point sampled = Clock::now();
-    const RootResult root = evaluator_->begin_search(scenarios_, setup_);
-    decision.status = root.status;
-    sampled_ = count;
-    rollout_seconds_ =
-        std::chrono::duration<double>(Clock::now() - sampled).count() / static_cast<double>(count);
-    if (root.status == Status::kOk) {
-      const double share = 1.0 / root.row.count;
-      decision.lower = share * from_fixed_sum(root.row.lower_sum);
-      decision.upper = share * from_fixed_sum(root.row.upper_sum);
-      if (options_.mode == Mode::kRollout) {
-        plan_rollout(belief, key, decision, root);
-      } else {
-        plan_tree(decision, root);
-      }
-    }
+    plan_search(belief, key, decision);
+    is_device_lost_ = decision.status == Status::kDeviceLost;
   }
   decision.search_seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return decision;
+}
+
+void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decision) {
+  if (is_device_lost_) replace_evaluator();
+  if (!evaluator_) {
+    decision.status = Status::kDeviceLost;
+    return;
+  }
+  const bool probes = options_.mode == Mode::kRollout && setup_.deadline != Clock::time_point::max();
+  const std::size_t count = probes ? std::min(options_.scenarios, kProbeScenarios) : options_.scenarios;
+  belief.sample(key, 0, count, scenarios_);
+  const Clock::time_point sampled = Clock::now();
+  const RootResult root = evaluator_->begin_search(scenarios_, setup_);
+  decision.status = root.status;
+  sampled_ = count;
+  rollout_seconds_ =
+      std::chrono::duration<double>(Clock::now() - sampled).count() / static_cast<double>(count);
+  if (root.status != Status::kOk) return;
+  const double share = 1.0 / root.row.count;
+  decision.lower = share * from_fixed_sum(root.row.lower_sum);
+  decision.upper = share * from_fixed_sum(root.row.upper_sum);
+  if (options_.mode == Mode::kRollout) {
+    plan_rollout(belief, key, decision, root);
+  } else {
+    plan_tree(decision, root);
+  }
+}
+
+// Later plans use another evaluator. The lost one's memory is given back first.
+void Planner::replace_evaluator() {
+  past_stats_ = evaluator_stats();
+  evaluator_.reset();
+  if (fallback_) evaluator_ = fallback_();
+}
+
+EvaluatorStats Planner::evaluator_stats() const {
+  EvaluatorStats stats = past_stats_;
+  if (evaluator_) stats.add(evaluator_->stats());
+  return stats;
 }
 
 void Planner::plan_tree(Decision& decision, const RootResult& root) {

@@ -29,12 +29,28 @@ std::string counted(const std::map<Status, std::uint64_t>& statuses) {
   return text;
 }
 
+// What a GPU did, and where the time of the searches went.
+std::string device_rows(const RunTotals& totals) {
+  const EvaluatorStats& stats = totals.evaluator;
+  const auto share = [&](double seconds) {
+    return totals.search_seconds > 0 ? 100.0 * seconds / totals.search_seconds : 0.0;
+  };
+  return row("leaves a batch", format("%.1f", totals.a_batch())) +
+         row("device steps a second", format("%.3g", totals.a_second(stats.steps))) +
+         row("read back [MB]", format("%.1f", static_cast<double>(stats.bytes_read) * 1e-6)) +
+         row("time of the searches",
+             format("kernels %.0f%%, waiting %.0f%%, tree %.0f%%", share(stats.busy_seconds),
+                    share(totals.waiting_seconds), share(totals.tree_seconds)));
+}
+
 }  // namespace
 
 void RunTotals::add(const StepRecord& step) {
   const Decision& decision = step.decision;
   seconds.add(decision.search_seconds);
   search_seconds += decision.search_seconds;
+  waiting_seconds += decision.waiting_seconds;
+  tree_seconds += decision.tree_seconds;
   trials += decision.trials;
   expansions += decision.expansions;
   nodes += decision.nodes;
@@ -80,6 +96,7 @@ std::string table(const RunTotals& totals, bool has_success, const std::vector<s
     text += row("scenarios a leaf",
                 format("mean %.1f, median %.0f", totals.a_leaf(), histogram_median(leaf_sizes)));
   }
+  if (totals.evaluator.batches > 0) text += device_rows(totals);
   return text;
 }
 

@@ -5,7 +5,10 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <memory>
+#include <utility>
 
+#include "hypgen/device_choice.hpp"
 #include "hypgen/episode.hpp"
 #include "hypgen/json_lines.hpp"
 #include "hypgen/options.hpp"
@@ -33,6 +36,20 @@ int complain(const ModelDescriptor& model, const std::string& message, int code)
   return code;
 }
 
+// What plans once a GPU is lost; null if there is no memory for it.
+std::unique_ptr<LeafEvaluator> cpu_fallback(const ModelDescriptor& model, const ModelInstance& instance,
+                                            const PlannerOptions& planning) {
+  try {
+    auto made = instance.make_evaluator(evaluator_options(planning, model.discount));
+    complain(model, "the GPU was lost; planning on the CPU", kDone);
+    return made;
+  } catch (const std::bad_alloc&) {
+    complain(model, "the GPU was lost, and there is no memory to plan on the CPU; the default policy acts",
+             kDone);
+    return nullptr;
+  }
+}
+
 // Runs the episodes and prints what they add up to.
 int run(const ModelDescriptor& model, const ModelInstance& instance, const SolverOptions& options) {
   JsonLines lines(model);
@@ -42,7 +59,13 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
   const PlannerOptions& planning = options.planner;
   const auto belief = instance.make_belief(planning.seed, options.particles, options.belief);
   const auto world = instance.make_world(planning.seed);
-  Planner planner(instance.make_evaluator(evaluator_options(planning, model.discount)), model, planning);
+  ChosenEvaluator chosen = choose_evaluator(model, instance, options);
+  if (!chosen.problem.empty()) {
+    if (options.require_gpu) return complain(model, chosen.problem, kFailed);
+    complain(model, chosen.problem + "; planning on the CPU", kDone);
+  }
+  Planner planner(std::move(chosen.evaluator), model, planning);
+  planner.set_fallback([&] { return cpu_fallback(model, instance, planning); });
   planner.prepare(*belief);
 
   interrupted = false;
@@ -53,7 +76,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
   RunTotals totals;
   {
     Progress progress(options.runs, steps, !options.quiet);
-    lines.write_run(options);
+    lines.write_run(options, chosen.device);
     const auto report = [&](const StepRecord& step) {
       totals.add(step);
       lines.write(step);
@@ -66,6 +89,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
       if (record.status == Status::kInterrupted) break;  // half an episode has no return
       totals.add(record);
     }
+    totals.evaluator = planner.evaluator_stats();
     lines.write_summary(totals, planner.leaf_sizes());
   }
   std::FILE* const out = options.json_file == "-" ? stderr : stdout;

@@ -47,6 +47,21 @@ TEST(Options, ATrialLimitReplacesTheTimeLimit) {
   EXPECT_TRUE(std::isinf(counted.planner.time_limit));
 }
 
+TEST(Options, GpuModeKeepsMoreInFlight) {
+  SolverOptions options;
+  std::string error;
+  ASSERT_TRUE(parse({}, options, error));
+  EXPECT_EQ(options.planner.in_flight, 1U);
+  ASSERT_TRUE(parse({"--mode", "gpu"}, options, error));
+  EXPECT_EQ(options.planner.in_flight, 64U);
+  ASSERT_TRUE(parse({"--in-flight", "7", "--mode", "gpu", "--device", "cuda:2"}, options, error));
+  EXPECT_EQ(options.planner.in_flight, 7U);
+  EXPECT_EQ(options.device, DeviceKind::kCuda);
+  EXPECT_EQ(options.device_index, 2);
+  for (const char* bad : {"gpu", "cuda:", "cuda:x", "cuda2"}) EXPECT_NE(error_of({"--device", bad}), "");
+  EXPECT_NE(error_of({"--in-flight", "0"}), "");
+}
+
 TEST(Options, NamesWhatIsWrong) {
   EXPECT_EQ(error_of({"--rusn", "3"}), "unknown option --rusn; --help lists the options");
   EXPECT_EQ(error_of({"--runs", "many"}),
@@ -54,7 +69,8 @@ TEST(Options, NamesWhatIsWrong) {
   EXPECT_EQ(error_of({"--runs"}), "--runs needs a value: an integer from 1 to 1000000");
   EXPECT_EQ(error_of({"--seed", "-1"}), "--seed: bad value \"-1\"; expected an integer from 0 (64 bits)");
   EXPECT_EQ(error_of({"--time", "0"}), "--time: bad value \"0\"; expected a number from 0.0001 to 1e+06");
-  EXPECT_EQ(error_of({"--mode", "fast"}), "--mode: bad value \"fast\"; expected despot, rollout or default");
+  EXPECT_EQ(error_of({"--mode", "fast"}),
+            "--mode: bad value \"fast\"; expected despot, gpu, rollout or default");
   EXPECT_EQ(error_of({"--quiet=1"}), "--quiet takes no value");
   for (const char* bad : {"-1", "1x", "", "nan", "1e9"}) EXPECT_NE(error_of({"--time", bad}), "");
   EXPECT_NE(error_of({"--xi", "1.5"}), "");

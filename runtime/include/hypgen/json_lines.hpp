@@ -26,7 +26,7 @@ class JsonLines {
   // Whether all lines so far could be written: a full disk loses some.
   bool complete() const { return complete_; }
 
-  void write_run(const SolverOptions& options);
+  void write_run(const SolverOptions& options, const std::string& device);
   void write(const StepRecord& step);
   void write(const EpisodeRecord& episode);
   void write_summary(const RunTotals& totals, const std::vector<std::uint64_t>& leaf_sizes);

@@ -22,7 +22,7 @@ struct EvaluatorOptions {
   int max_depth = 90;
   std::size_t in_flight = 1;            // leaves that the search keeps submitted
   std::size_t device_memory_bytes = 0;  // of a GPU; 0: half of what is free, at most 8 GB
-  int warps = 0;  // of a GPU that share a step; 0: chosen for each batch
+  int warps = 0;                        // of a GPU that share a step; 0: chosen for each batch
 };
 
 // What holds for one search.
@@ -104,6 +104,15 @@ struct EvaluatorStats {
   std::uint64_t bytes_read = 0;  // from a device
   double kernel_seconds = 0.0;   // summed over kernels
   double busy_seconds = 0.0;     // while at least one kernel ran
+
+  void add(const EvaluatorStats& other) {
+    batches += other.batches;
+    leaves += other.leaves;
+    steps += other.steps;
+    bytes_read += other.bytes_read;
+    kernel_seconds += other.kernel_seconds;
+    busy_seconds += other.busy_seconds;
+  }
 };
 
 // The root's bounds, and the default policy's action there (-1: no action is legal).

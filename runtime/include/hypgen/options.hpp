@@ -12,8 +12,15 @@
 
 namespace hypgen {
 
+// Where leaves are expanded; kAuto: on a GPU in mode gpu, otherwise on the CPU.
+enum class DeviceKind { kAuto, kCpu, kCuda };
+constexpr int kFirstDevice = -1;
+
 struct SolverOptions {
   PlannerOptions planner;
+  DeviceKind device = DeviceKind::kAuto;
+  int device_index = kFirstDevice;
+  bool require_gpu = false;
   std::uint64_t runs = 10;
   int steps = 90;
   BeliefKind belief = BeliefKind::kAuto;

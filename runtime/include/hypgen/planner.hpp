@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "hypgen/belief.hpp"
@@ -20,6 +22,12 @@ class Planner {
   Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor& model,
           const PlannerOptions& options);
 
+  // What makes another evaluator once this one has lost its device; it may give null. Until then, and without
+  // one, the default policy acts.
+  void set_fallback(std::function<std::unique_ptr<LeafEvaluator>()> fallback) {
+    fallback_ = std::move(fallback);
+  }
+
   // The scenarios' memory is laid out for beliefs of this kind. To be called before the first plan.
   void prepare(const Belief& belief);
 
@@ -29,6 +37,9 @@ class Planner {
 
   // How many scenarios the leaves expanded so far had: entry n counts leaves with n.
   const std::vector<std::uint64_t>& leaf_sizes() const { return leaf_sizes_; }
+
+  // What its evaluators have done so far.
+  EvaluatorStats evaluator_stats() const;
 
  private:
   // An action's gains over the default policy's action, in rollout mode.
@@ -41,6 +52,8 @@ class Planner {
     double standard_error() const;
   };
 
+  void plan_search(const Belief& belief, StreamKey key, Decision& decision);
+  void replace_evaluator();
   void plan_tree(Decision& decision, const RootResult& root);
   void plan_rollout(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root);
   Status evaluate(const LeafRequest& request, LeafResult& result);
@@ -50,7 +63,10 @@ class Planner {
   void halve();
   const Candidate& best_candidate() const;
 
-  std::unique_ptr<LeafEvaluator> evaluator_;
+  std::unique_ptr<LeafEvaluator> evaluator_;  // null: lost
+  std::function<std::unique_ptr<LeafEvaluator>()> fallback_;
+  EvaluatorStats past_stats_;  // of evaluators that were lost
+  bool is_device_lost_ = false;
   PlannerOptions options_;
   int horizon_;
   Search search_;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hypgen/episode.hpp"
+#include "hypgen/leaf_evaluator.hpp"
 #include "hypgen/statistics.hpp"
 
 namespace hypgen {
@@ -24,6 +25,9 @@ struct RunTotals {
   std::uint64_t leaf_scenarios = 0;
   std::uint64_t signature = 0;
   double search_seconds = 0.0;
+  double waiting_seconds = 0.0;
+  double tree_seconds = 0.0;
+  EvaluatorStats evaluator;
   std::map<Status, std::uint64_t> plan_statuses;
   std::map<Status, std::uint64_t> belief_statuses;
   std::map<Status, std::uint64_t> episode_statuses;
@@ -35,6 +39,10 @@ struct RunTotals {
   }
   double a_step(std::uint64_t count) const {
     return seconds.size() ? static_cast<double>(count) / static_cast<double>(seconds.size()) : 0.0;
+  }
+  double a_batch() const {
+    return evaluator.batches ? static_cast<double>(evaluator.leaves) / static_cast<double>(evaluator.batches)
+                             : 0.0;
   }
   double a_leaf() const {
     return expansions ? static_cast<double>(leaf_scenarios) / static_cast<double>(expansions) : 0.0;
