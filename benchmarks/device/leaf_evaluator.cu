@@ -93,9 +93,16 @@ double bare_steps_a_second(const ScenarioBuffer& root, const Model::Params& para
   return best;
 }
 
-// Expands the same kind of leaf again and again: children of the root that all scenarios fall into.
+struct Setting {
+  std::size_t scenarios;
+  std::size_t in_flight;
+  int warps;
+};
+
+// Expands the same kind of leaf again and again: children of the root that most scenarios fall into.
 void measure(const ModelDescriptor& model, const ModelInstance& instance, const Model::Params& params,
-             std::size_t scenarios, std::size_t in_flight, double seconds) {
+             const Setting& setting, double seconds) {
+  const std::size_t scenarios = setting.scenarios, in_flight = setting.in_flight;
   const int depth = 90;
   const auto belief = instance.make_belief(1, 5000, BeliefKind::kAuto);
   const auto world = instance.make_world(1);
@@ -109,17 +116,18 @@ void measure(const ModelDescriptor& model, const ModelInstance& instance, const 
   belief->sample(key, 0, scenarios, root);
   EvaluatorOptions options;
   options.max_scenarios = scenarios;
-  options.memory_bytes = std::size_t{1} << 30;
+  options.memory_bytes = std::size_t{4} << 30;
   options.discount = model.discount;
   options.max_depth = depth;
   options.in_flight = in_flight;
+  options.warps = setting.warps;
   std::string error;
   const auto evaluator = cuda::CudaEvaluator<Model>::make(params, options, 0, error);
   if (!evaluator) fail(error);
   const SearchSetup setup{key, depth, false, Clock::time_point::max()};
 
   std::vector<LeafRequest> requests;
-  std::uint64_t leaves = 0, children = 0;
+  std::uint64_t leaves = 0, members = 0, children = 0;
   const EvaluatorStats before = evaluator->stats();
   EvaluatorStats warm = before;
   const Clock::time_point start = Clock::now();
@@ -133,13 +141,16 @@ void measure(const ModelDescriptor& model, const ModelInstance& instance, const 
     }
     if (result.status != Status::kOk) fail("root");
     requests.clear();
-    for (const ActionRow& row : result.actions) {
-      const ChildRow& child = result.children[row.first_child];
-      if (child.count == scenarios && !child.terminal) {
-        requests.push_back({0, result.handle, row.action, child.first, child.count, 1, {}});
+    for (const ActionRow& row : result.actions) {  // the largest group of each action
+      const ChildRow* largest = nullptr;
+      for (std::uint32_t i = 0; i < row.child_count; ++i) {
+        const ChildRow& child = result.children[row.first_child + i];
+        if (!child.terminal && (largest == nullptr || child.count > largest->count)) largest = &child;
       }
+      if (largest == nullptr || 2 * largest->count < scenarios) continue;
+      requests.push_back({0, result.handle, row.action, largest->first, largest->count, 1, {}});
     }
-    if (requests.empty()) fail("no action keeps all scenarios together");
+    if (requests.empty()) requests.push_back(request);  // the root itself, with the default action once more
   };
   restart();
   std::size_t submitted = 0, next = 0;
@@ -162,9 +173,10 @@ void measure(const ModelDescriptor& model, const ModelInstance& instance, const 
       warmed = true;
       warm = evaluator->stats();
       counted = Clock::now();
-      leaves = children = 0;
+      leaves = members = children = 0;
     }
     ++leaves;
+    members += result.count;
     children += result.children.size();
   }
   const double took = seconds_since(counted);
@@ -172,8 +184,9 @@ void measure(const ModelDescriptor& model, const ModelInstance& instance, const 
   const double steps = static_cast<double>(stats.steps - warm.steps) / took;
   const double bare = bare_steps_a_second(root, params, model.discount, depth);
   std::printf(
-      "%-24s %6zu %6zu %10.0f %8.1f %10.3g %10.3g %6.1f%% %8.1f %8.2f %8.0f\n", model.name.c_str(), scenarios,
-      in_flight, static_cast<double>(leaves) / took,
+      "%-24s %6zu %6zu %6d %10.0f %8.1f %8.1f %10.3g %10.3g %6.1f%% %8.1f %8.2f %8.0f\n", model.name.c_str(),
+      scenarios, in_flight, setting.warps, static_cast<double>(leaves) / took,
+      static_cast<double>(members) / static_cast<double>(leaves),
       static_cast<double>(stats.leaves - warm.leaves) / static_cast<double>(stats.batches - warm.batches),
       steps, bare, 100.0 * steps / bare,
       static_cast<double>(stats.bytes_read - warm.bytes_read) / took * 1e-6,
@@ -182,24 +195,63 @@ void measure(const ModelDescriptor& model, const ModelInstance& instance, const 
   std::fflush(stdout);
 }
 
+// What to measure: NAME=VALUE[,VALUE..] on the command line.
+struct Choices {
+  std::string params;  // a parameter file
+  double seconds = 1.0;
+  std::vector<int> scenarios{8, 32, 128, 500};
+  std::vector<int> in_flight{64, 256};
+  std::vector<int> warps{0};  // 0: the evaluator chooses
+
+  bool take(const std::string& argument) {
+    const std::size_t equals = argument.find('=');
+    if (equals == std::string::npos) return false;
+    const std::string name = argument.substr(0, equals), value = argument.substr(equals + 1);
+    if (name == "params") params = value;
+    if (name == "seconds") seconds = std::stod(value);
+    if (name == "scenarios") scenarios = numbers(value);
+    if (name == "in_flight") in_flight = numbers(value);
+    if (name == "warps") warps = numbers(value);
+    return name == "params" || name == "seconds" || name == "scenarios" || name == "in_flight" ||
+           name == "warps";
+  }
+
+ private:
+  static std::vector<int> numbers(const std::string& text) {
+    std::vector<int> result;
+    for (std::size_t at = 0; at < text.size(); at = text.find(',', at) + 1) {
+      result.push_back(std::atoi(text.c_str() + at));
+      if (text.find(',', at) == std::string::npos) break;
+    }
+    return result;
+  }
+};
+
 }  // namespace
 
-// [PARAM_FILE] [SECONDS] [SCENARIOS]
 int main(int argc, char** argv) {
+  Choices choices;
+  for (int i = 1; i < argc; ++i) {
+    if (!choices.take(argv[i])) fail(std::string("what is ") + argv[i] + "?");
+  }
   const ModelDescriptor model = descriptor();
   ParamValues values(model.params);
   std::string error;
-  if (argc > 1 && argv[1][0] != '-' && !read_param_file(argv[1], model.params, values, error)) fail(error);
-  const double seconds = argc > 2 ? std::atof(argv[2]) : 1.0;
+  if (!choices.params.empty() && !read_param_file(choices.params, model.params, values, error)) fail(error);
   const auto instance = model.create(values, error);
   if (!instance) fail(error);
-  static Model::Params params;
-  if (!Model::load(values, params, error)) fail(error);
-  std::printf("%-24s %6s %6s %10s %8s %10s %10s %7s %8s %8s %8s\n", "model", "K", "F", "leaves/s", "a batch",
-              "steps/s", "bare", "ratio", "MB/s", "kernels", "children");
-  for (const std::size_t scenarios : {8, 32, 128, 500}) {
-    for (const std::size_t in_flight : {64, 256})
-      measure(model, *instance, params, scenarios, in_flight, seconds);
+  const auto params = std::make_unique<Model::Params>();
+  if (!Model::load(values, *params, error)) fail(error);
+  std::printf("%-24s %6s %6s %6s %10s %8s %8s %10s %10s %7s %8s %8s %8s\n", "model", "K", "F", "warps",
+              "leaves/s", "a leaf", "a batch", "steps/s", "bare", "ratio", "MB/s", "kernels", "children");
+  for (const int scenarios : choices.scenarios) {
+    for (const int in_flight : choices.in_flight) {
+      for (const int warps : choices.warps) {
+        measure(model, *instance, *params,
+                {static_cast<std::size_t>(scenarios), static_cast<std::size_t>(in_flight), warps},
+                choices.seconds);
+      }
+    }
   }
   return 0;
 }

@@ -1,5 +1,7 @@
 #include "hypgen/options.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
@@ -13,6 +15,7 @@ namespace hypgen {
 namespace {
 
 constexpr double kDefaultTime = 0.1;
+constexpr std::uint64_t kMillion = 1000000;
 constexpr std::size_t kGpuInFlight = 64;
 
 // An option: what its value must be, and where it goes. Without a metavar it is a switch.
@@ -110,13 +113,30 @@ Option toggle(const char* name, const char* help, bool& out) {
   return {name, nullptr, help, "", [&out](const std::string&) { return set(out); }};
 }
 
+Option mebibytes(const char* name, const char* help, std::size_t& bytes) {
+  return {name, "MIB", help, "an integer from 1 to 1000000", [&bytes](const std::string& text) {
+            std::size_t mib = 0;
+            if (!read_integer(text, 1, kMillion, mib)) return false;
+            bytes = mib << 20;
+            return true;
+          }};
+}
+
+// A GPU fills memory many times faster.
+std::size_t default_memory(Mode mode) {
+  constexpr std::size_t kGibibyte = std::size_t{1} << 30;
+  if (mode != Mode::kGpu) return kGibibyte;
+  const auto machine =
+      static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGE_SIZE));
+  return std::clamp(machine / 8, kGibibyte, 8 * kGibibyte);
+}
+
 std::size_t default_in_flight(Mode mode) { return mode == Mode::kGpu ? kGpuInFlight : 1; }
 
 std::vector<Option> option_table(SolverOptions& options) {
   PlannerOptions& planner = options.planner;
   TraceOptions& trace = options.trace;
   SelftestOptions& selftest = options.selftest;
-  constexpr std::uint64_t kMillion = 1000000;
   return {
       {"--mode", "MODE",
        "despot (regularised DESPOT), gpu (the same on a GPU, with many trials in flight), rollout (one-ply "
@@ -151,13 +171,10 @@ std::vector<Option> option_table(SolverOptions& options) {
        "auto, factored or particle",
        [&](const std::string& text) { return read_belief(text, options.belief); }},
       integer("--particles", "N", "particles of the belief (5000)", 1, 10 * kMillion, options.particles),
-      {"--memory", "MIB", "memory of a search in MiB (1024)", "an integer from 1 to 1000000",
-       [&](const std::string& text) {
-         std::size_t mib = 0;
-         if (!read_integer(text, 1, kMillion, mib)) return false;
-         planner.memory_bytes = mib << 20;
-         return true;
-       }},
+      mebibytes("--memory", "memory of a search in MiB (1024; in mode gpu an eighth of what the machine has)",
+                planner.memory_bytes),
+      mebibytes("--device-memory", "memory on the GPU in MiB (half of what is free, at most 8192)",
+                planner.device_memory_bytes),
       {"--on-depletion", "WAY", "where no particle explains what was seen: continue or stop (continue)",
        "continue or stop",
        [&](const std::string& text) { return read_on_depletion(text, options.stop_on_depletion); }},
@@ -212,7 +229,7 @@ const char* belief_name(BeliefKind kind) {
 
 bool parse_options(int argc, const char* const* argv, SolverOptions& options, std::string& error) {
   const std::vector<Option> table = option_table(options);
-  options.planner.in_flight = 0;
+  options.planner.in_flight = options.planner.memory_bytes = 0;
   for (int i = 1; i < argc; ++i) {
     std::string name = argv[i];
     const std::size_t equals = name.find('=');
@@ -241,6 +258,7 @@ bool parse_options(int argc, const char* const* argv, SolverOptions& options, st
       return false;
     }
   }
+  if (options.planner.memory_bytes == 0) options.planner.memory_bytes = default_memory(options.planner.mode);
   if (options.planner.in_flight == 0) options.planner.in_flight = default_in_flight(options.planner.mode);
   const bool unlimited = std::isinf(options.planner.time_limit);
   if (unlimited && options.planner.trial_limit == UINT64_MAX) options.planner.time_limit = kDefaultTime;

@@ -24,7 +24,8 @@ Clock::time_point deadline_after(double seconds) {
 }  // namespace
 
 EvaluatorOptions evaluator_options(const PlannerOptions& options, double discount) {
-  return {options.scenarios, evaluator_bytes(options), discount, options.depth, options.in_flight};
+  return {options.scenarios, evaluator_bytes(options), discount,
+          options.depth,     options.in_flight,        options.device_memory_bytes};
 }
 
 Planner::Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor& model,
@@ -105,7 +106,12 @@ void Planner::plan_tree(Decision& decision, const RootResult& root) {
 }
 
 Status Planner::evaluate(const LeafRequest& request, LeafResult& result) {
-  if (evaluator_->submit({&request, 1}) != 1 || !evaluator_->poll(result)) return Status::kEvaluatorFailed;
+  if (evaluator_->submit({&request, 1}) != 1) return Status::kEvaluatorFailed;
+  while (!evaluator_->poll(result)) {
+    if (Clock::now() < setup_.deadline) continue;
+    evaluator_->release();
+    return Status::kDeadline;
+  }
   return result.status;
 }
 

@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "hypgen/belief.hpp"
+#include "hypgen/episode.hpp"
 #include "hypgen/leaf_check.hpp"
+#include "hypgen/planner.hpp"
 #include "hypgen/walks.hpp"
 #include "hypgen/world.hpp"
 
@@ -58,7 +60,7 @@ class Report {
     shows_progress_ = shows_progress_ && isatty(STDERR_FILENO) != 0;
     if (json_ && options.json_file != "-") out_ = std::fopen(options.json_file.c_str(), "w");
     if (out_ != nullptr && !json_)
-      std::fprintf(out_, "%-10s%-12s%16s%11s\n", "check", "", "steps, rows", "differing");
+      std::fprintf(out_, "%-10s%-12s%20s%11s\n", "check", "", "steps, rows, leaves", "differing");
   }
   Report(const Report&) = delete;
   Report& operator=(const Report&) = delete;
@@ -81,7 +83,7 @@ class Report {
       std::fprintf(out_, "%-10s%-12sleft out: %s\n", outcome.check.c_str(), outcome.variant.c_str(),
                    outcome.remark.c_str());
     } else {
-      std::fprintf(out_, "%-10s%-12s%16llu%11u\n", outcome.check.c_str(), outcome.variant.c_str(), steps,
+      std::fprintf(out_, "%-10s%-12s%20llu%11u\n", outcome.check.c_str(), outcome.variant.c_str(), steps,
                    outcome.differing);
       if (!outcome.remark.empty()) std::fprintf(out_, "  %s\n", outcome.remark.c_str());
     }
@@ -165,6 +167,7 @@ class Checks {
     }
     bool equal = true;
     for (const DeviceInfo& device : devices) {
+      for (const std::size_t in_flight : {1, 16}) equal = check_search(device.index, in_flight) && equal;
       for (int warps = 1; warps <= model_.most_warps; warps *= 2) {
         if (options_.warps != 0 && warps != options_.warps) continue;
         equal = check_device(device.index, warps) && equal;
@@ -209,7 +212,7 @@ class Checks {
   LeafComparison compare_leaves_on(int device, int warps, std::size_t scenarios, bool ends,
                                    std::string& error) const {
     constexpr int kDepth = 20, kHorizon = 6;
-    constexpr std::size_t kSteps = 4'000'000;  // or so, on the host
+    const std::size_t steps = 20 * std::size_t{options_.lanes} * options_.steps;  // or so, on the host
     EvaluatorOptions options;
     options.max_scenarios = scenarios;
     options.discount = model_.discount;
@@ -231,8 +234,60 @@ class Checks {
     belief->sample(key, 0, scenarios, root);
     const std::size_t a_leaf = scenarios * static_cast<std::size_t>(model_.action_count * kDepth);
     const SearchSetup setup{key, ends ? kHorizon : kDepth, ends, Clock::time_point::max()};
-    return compare_leaves(*reference, *other, root, setup, std::clamp<std::size_t>(kSteps / a_leaf, 10, 500),
+    return compare_leaves(*reference, *other, root, setup, std::clamp<std::size_t>(steps / a_leaf, 3, 500),
                           options_.seed);
+  }
+
+  // Searches of the first steps of an episode with leaves from a GPU against the same with leaves from the
+  // host: the trees have to be equal, bit for bit.
+  bool check_search(int device, std::size_t in_flight) {
+    Outcome outcome{"search " + std::to_string(device), std::to_string(in_flight) + " at once", 0, 0, ""};
+    const PlannerOptions planning = search_options(in_flight);
+    const EvaluatorOptions options = evaluator_options(planning, model_.discount);
+    auto evaluator = model_.device->make_evaluator(instance_.params(), options, device, outcome.remark);
+    if (evaluator) {
+      const auto expected = trees(planning, instance_.make_evaluator(options), outcome.steps);
+      std::uint64_t expansions = 0;
+      if (trees(planning, std::move(evaluator), expansions) != expected) {
+        outcome.differing = 1;
+        outcome.remark = "the trees of one of the first steps differ";
+      }
+    }
+    report_.write(outcome);
+    return outcome.equal();
+  }
+
+  PlannerOptions search_options(std::size_t in_flight) const {
+    constexpr std::size_t kScenarios = 60;
+    constexpr int kDepth = 20;
+    const std::size_t steps = 5 * std::size_t{options_.lanes} * options_.steps;  // or so, on the host
+    const std::size_t a_leaf = kScenarios * static_cast<std::size_t>(model_.action_count * kDepth);
+    PlannerOptions planning;
+    planning.mode = in_flight > 1 ? Mode::kGpu : Mode::kDespot;
+    planning.seed = options_.seed;
+    planning.scenarios = kScenarios;
+    planning.depth = kDepth;
+    planning.in_flight = in_flight;
+    planning.trial_limit = std::clamp<std::size_t>(steps / a_leaf, 3, 300);
+    planning.signature = true;
+    return planning;
+  }
+
+  std::vector<std::uint64_t> trees(const PlannerOptions& planning, std::unique_ptr<LeafEvaluator> evaluator,
+                                   std::uint64_t& expansions) const {
+    constexpr int kSteps = 3;
+    const auto belief = instance_.make_belief(options_.seed, 1000, BeliefKind::kAuto);
+    const auto world = instance_.make_world(options_.seed);
+    Planner planner(std::move(evaluator), model_, planning);
+    planner.prepare(*belief);
+    std::vector<std::uint64_t> signatures;
+    const auto note = [&](const StepRecord& step) {
+      signatures.push_back(step.decision.signature);
+      expansions += step.decision.expansions;
+    };
+    const EpisodeLimits limits{kSteps, model_.discount, [] { return false; }, false};
+    run_episode(planner, *belief, *world, model_.visible_count, 0, limits, note);
+    return signatures;
   }
 
   Outcome failed(const std::string& check, const std::string& variant, const std::string& error) const {

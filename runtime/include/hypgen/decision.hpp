@@ -32,7 +32,8 @@ struct PlannerOptions {
       1.0;                 // kRollout: standard errors of a gain that make another action than the default's
   double patience = 10.0;  // seconds of silence after which an evaluator has failed
   std::size_t memory_bytes = std::size_t{1} << 30;
-  bool signature = false;  // hash every tree, after the deadline
+  std::size_t device_memory_bytes = 0;  // of a GPU; 0: half of what is free, at most 8 GB
+  bool signature = false;               // hash every tree, after the deadline
 };
 
 // What to do, and what is known about it. `lower` and `upper` bound the value of the belief (regularised if

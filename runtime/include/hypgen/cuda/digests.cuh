@@ -36,10 +36,10 @@ __global__ void __launch_bounds__(SharedSteps<M>::kMostWarps* kWarp)
     const StepInput<M> input{all, fixed, state, action, active};
     if (threadIdx.x < kWarp) shared.put(input, number, time);
     ++time;
-    __syncthreads();
+    meet();
     shared.work(all, fixed, range.key);
     const StepResult result = shared.result(input, draws, next);
-    __syncthreads();
+    meet();
     return result;
   };
   const std::uint64_t value = digest_lane<M>(*params, range.key, number, range.steps, stepper);

@@ -42,6 +42,12 @@ class CudaEvaluator final : public LeafEvaluator {
     for (Slot<M>& slot : slots_) {
       if (!wait(slot, setup.deadline)) return {lost() ? Status::kDeviceLost : Status::kDeadline, {}, -1};
     }
+    for (Slot<M>& slot : slots_) {
+      note_times(slot);
+      slot.reset();
+    }
+    cudaEventRecord(origin_.get(), slots_[0].stream());
+    busy_until_ = 0.0;
     deadline_ = setup.deadline;
     search_ = {setup.key, root.first(), setup.depth_limit, setup.at_horizon, options_.discount};
     upload(root);
@@ -117,7 +123,8 @@ class CudaEvaluator final : public LeafEvaluator {
   bool allocate(std::string& error) {
     std::size_t free = 0, total = 0;
     if (!worked(cudaSetDevice(device_), "GPU", error) ||
-        !worked(cudaMemGetInfo(&free, &total), "GPU memory", error) || !shape(error)) {
+        !worked(cudaMemGetInfo(&free, &total), "GPU memory", error) || !shape(error) ||
+        !origin_.make(error)) {
       return false;
     }
     const std::size_t budget = options_.device_memory_bytes > 0 ? options_.device_memory_bytes
@@ -250,7 +257,6 @@ class CudaEvaluator final : public LeafEvaluator {
     const LeafOutcome& outcome = slot.outcome(0);
     result.status = status_of(outcome);
     if (outcome.child_count == 1) result.row = children_[outcome.first_child];
-    slot.reset();
     return result;
   }
 
@@ -300,7 +306,7 @@ class CudaEvaluator final : public LeafEvaluator {
 
   void fill_and_launch(std::size_t s) {
     Slot<M>& slot = slots_[s];
-    note_rate(slot);
+    note_times(slot);
     slot.reset();
     while (launched_ < end_) {
       Entry& entry = queue_[launched_ % kMaxQueue];
@@ -319,15 +325,19 @@ class CudaEvaluator final : public LeafEvaluator {
     if (!slot.empty()) launch(slot);
   }
 
-  // Looks at how fast the slot's last batch was: the next ones should take kBatchSeconds, so that a search
+  // Takes in how long the slot's last batch took: the next ones should take kBatchSeconds, so that a search
   // that has to stop does not leave much behind.
-  void note_rate(Slot<M>& slot) {
-    const double seconds = slot.kernel_seconds();
-    if (!(seconds > 0.0)) return;
-    stats_.kernel_seconds += seconds;
-    const double rate = static_cast<double>(slot.items()) / seconds;
+  void note_times(Slot<M>& slot) {
+    double started = 0.0, ended = 0.0;
+    if (slot.empty() || !slot.times(origin_.get(), started, ended) || !(ended > started)) return;
+    stats_.kernel_seconds += ended - started;
+    stats_.busy_seconds += std::max(0.0, ended - std::max(started, busy_until_));
+    busy_until_ = std::max(busy_until_, ended);
+    const double rate = static_cast<double>(slot.items()) / (ended - started);
     item_rate_ = item_rate_ > 0.0 ? 0.75 * item_rate_ + 0.25 * rate : rate;
-    item_limit_ = static_cast<std::size_t>(item_rate_ * kBatchSeconds) + 1;
+    // Fewer items than the device runs at once would not be faster.
+    const std::size_t resident = static_cast<std::size_t>(launch_.simulate_blocks) * kSimulateBlock;
+    item_limit_ = std::max(resident, static_cast<std::size_t>(item_rate_ * kBatchSeconds));
   }
 
   LeafTask task_of(const Entry& entry) const {
@@ -401,7 +411,9 @@ class CudaEvaluator final : public LeafEvaluator {
   SearchConstants search_{};
   Clock::time_point deadline_{};
   int default_action_ = -1;
-  double item_rate_ = 0.0;  // a second, of batches lately
+  Event origin_;             // of the times of a search's batches
+  double busy_until_ = 0.0;  // after that
+  double item_rate_ = 0.0;   // a second, of batches lately
   std::size_t item_limit_ = std::size_t{1} << 18;
   std::string error_;  // not empty: the device is lost
   EvaluatorStats stats_{};

@@ -1,4 +1,4 @@
-// Memory of the device and pinned memory of the host, each taken once and given back by its owner.
+// What is taken of a device once and given back by its owner: memory, pinned memory of the host, events.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -55,6 +55,22 @@ class PinnedArray : public Array<T, &cudaFreeHost> {
         cudaHostAlloc(reinterpret_cast<void**>(&this->data_), count * sizeof(T), cudaHostAllocMapped),
         "pinned memory", error);
   }
+};
+
+class Event {
+ public:
+  Event() = default;
+  Event(const Event&) = delete;
+  Event& operator=(const Event&) = delete;
+  ~Event() {
+    if (event_ != nullptr) cudaEventDestroy(event_);
+  }
+
+  bool make(std::string& error) { return worked(cudaEventCreate(&event_), "event", error); }
+  cudaEvent_t get() const { return event_; }
+
+ private:
+  cudaEvent_t event_ = nullptr;
 };
 
 }  // namespace hypgen::cuda

@@ -59,10 +59,10 @@ __device__ inline unsigned match_key(unsigned peers, const Key& key) {
 
 // The sum of `value` over the lanes of a warp for which `counts`, in limbs that cannot overflow a 32-bit sum.
 __device__ inline std::int64_t sum_where(bool counts, std::int64_t value) {
-  constexpr int kLimb = 24;
-  constexpr std::int64_t kMask = (std::int64_t{1} << kLimb) - 1;
   if (!counts) value = 0;
 #if __CUDA_ARCH__ >= 800
+  constexpr int kLimb = 24;
+  constexpr std::int64_t kMask = (std::int64_t{1} << kLimb) - 1;
   const std::int64_t low = __reduce_add_sync(kAll, static_cast<unsigned>(value & kMask));
   const std::int64_t middle = __reduce_add_sync(kAll, static_cast<unsigned>(value >> kLimb & kMask));
   const std::int64_t high = __reduce_add_sync(kAll, static_cast<int>(value >> 2 * kLimb));

@@ -159,7 +159,7 @@ __device__ void run_items(Lane<M>& lane, std::uint32_t count, const Steps& steps
       lane.after_rollout(step, draws, next);
     }
   }
-  taken = __reduce_add_sync(kAll, taken);
+  for (unsigned offset = kWarp / 2; offset > 0; offset /= 2) taken += __shfl_xor_sync(kAll, taken, offset);
   if (rank == 0) atomicAdd(batch.steps, static_cast<unsigned long long>(taken));
 }
 

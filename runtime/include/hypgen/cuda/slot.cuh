@@ -50,8 +50,6 @@ class Slot {
   ~Slot() {
     if (stream_ != nullptr) {
       cudaStreamSynchronize(stream_);
-      cudaEventDestroy(started_);
-      cudaEventDestroy(ended_);
       cudaStreamDestroy(stream_);
     }
   }
@@ -61,8 +59,7 @@ class Slot {
     const std::size_t rows = std::size_t{kMaxLeaves} * kMaxActions, items = shape.item_capacity;
     const std::size_t tables = shape.table_bytes > 0 ? 0 : table_stride() * shape.reduce_blocks;
     return worked(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "stream", error) &&
-           worked(cudaEventCreate(&started_), "event", error) &&
-           worked(cudaEventCreate(&ended_), "event", error) && keys_.allocate(items, error) &&
+           started_.make(error) && ended_.make(error) && keys_.allocate(items, error) &&
            rewards_.allocate(items, error) && uppers_.allocate(items, error) &&
            lowers_.allocate(items, error) && terminals_.allocate(items, error) &&
            child_rows_.allocate(items, error) && action_rows_.allocate(rows, error) &&
@@ -136,13 +133,13 @@ class Slot {
       cudaMemcpyAsync(device_wanted_.get(), wanted_.get(), sizeof(std::int32_t) * wanted_count_,
                       cudaMemcpyHostToDevice, stream_);
     }
-    cudaEventRecord(started_, stream_);
+    cudaEventRecord(started_.get(), stream_);
     gather<M><<<leaves_, kBlock, 0, stream_>>>(batch);
     launch_simulate(batch);
     reduce<M><<<blocks(units_, shape_.reduce_blocks), kReduceBlock, shape_.table_bytes, stream_>>>(
         batch, tables_.get(), shape_.table_capacity, table_stride());
     ship<M><<<leaves_, kBlock, 0, stream_>>>(batch);
-    cudaEventRecord(ended_, stream_);
+    cudaEventRecord(ended_.get(), stream_);
     return worked(cudaGetLastError(), "kernel launch", error);
   }
 
@@ -162,14 +159,17 @@ class Slot {
   }
   bool running() const { return running_; }
 
-  // Of the latest batch, once it has ended.
-  double kernel_seconds() {
-    float milliseconds = 0.0F;
-    if (number_ == 0 || cudaEventSynchronize(ended_) != cudaSuccess ||
-        cudaEventElapsedTime(&milliseconds, started_, ended_) != cudaSuccess) {
-      return 0.0;
+  // When the latest batch started and ended, in seconds after `origin`; false if there was none.
+  bool times(cudaEvent_t origin, double& started, double& ended) const {
+    float first = 0.0F, last = 0.0F;
+    if (number_ == 0 || cudaEventSynchronize(ended_.get()) != cudaSuccess ||
+        cudaEventElapsedTime(&first, origin, started_.get()) != cudaSuccess ||
+        cudaEventElapsedTime(&last, origin, ended_.get()) != cudaSuccess) {
+      return false;
     }
-    return 1e-3 * static_cast<double>(milliseconds);
+    started = 1e-3 * static_cast<double>(first);
+    ended = 1e-3 * static_cast<double>(last);
+    return true;
   }
 
   const LeafTask& task(int leaf) const { return tasks_[static_cast<std::size_t>(leaf)]; }
@@ -210,8 +210,7 @@ class Slot {
 
   LaunchShape shape_;
   cudaStream_t stream_ = nullptr;
-  cudaEvent_t started_ = nullptr;
-  cudaEvent_t ended_ = nullptr;
+  Event started_, ended_;
   int leaves_ = 0;
   std::size_t items_ = 0;  // at most
   std::size_t units_ = 0;  // of `reduce`, at most

@@ -17,6 +17,12 @@ struct StepInput {
   bool active;  // false: the lane has nothing to step
 };
 
+// A barrier of the block that warps may reach at different places of the code, and lanes by different ways.
+__device__ inline void meet() {
+  __syncwarp();
+  asm volatile("barrier.sync 1, %0;" ::"r"(blockDim.x) : "memory");
+}
+
 // Every lane for itself.
 struct OwnSteps {
   template <class M>
@@ -73,7 +79,7 @@ struct SharedSteps {
       if (active) {
         M::step_stage(stage, params, own_fixed, states[lane].value, action, draws, nexts[lane].value, part);
       }
-      __syncthreads();
+      meet();
     }
     std::int64_t sum = 0;
     bool error = false;
@@ -82,9 +88,10 @@ struct SharedSteps {
                       error);
     }
     sums[part.rank][lane] = sum;
+    __syncwarp();
     const unsigned votes = __ballot_sync(kAll, error);
     if (lane == 0) errors[part.rank] = votes;
-    __syncthreads();
+    meet();
   }
 
   // After `work`: what this lane's step came to.
@@ -113,18 +120,16 @@ struct TogetherSteps {
 
   __device__ StepResult operator()(const StepInput<M>& input, PhiloxDraws& draws,
                                    typename M::State& next) const {
-    __syncwarp();
     shared.put(input, scenario, static_cast<std::uint32_t>(time));
     shared.fixed[threadIdx.x] = &input.fixed;
-    __syncthreads();
+    meet();
     shared.work(input.params, input.fixed, key);
     return shared.result(input, draws, next);
   }
 
   __device__ void end() const {
-    __syncwarp();
     if (threadIdx.x == 0) shared.ended = true;
-    __syncthreads();
+    meet();
   }
 };
 
@@ -132,7 +137,7 @@ struct TogetherSteps {
 template <class M>
 __device__ void serve(SharedSteps<M>& shared, const typename M::Params& params, StreamKey key) {
   while (true) {
-    __syncthreads();
+    meet();
     if (shared.ended) return;
     shared.work(params, *shared.fixed[threadIdx.x % kWarp], key);
   }
