@@ -49,7 +49,7 @@ def commands(folder: Path, nvcc: str, arch: str) -> Commands:
     )
     return Commands(
         ["g++", "-std=c++17", *HOST_FLAGS, "-DHYPGEN_CUDA", *include],
-        [nvcc, f"-arch={arch}", *flags, *shared, *include],
+        [nvcc, f"-arch={arch}", "-lineinfo", *flags, *shared, *include],  # lines, for the sanitizers
         [nvcc, f"-arch={arch}", "-cudart", "static", f"-L{library}", "-Xcompiler=-pthread"],
     )
 
@@ -63,14 +63,14 @@ def digest(folders: list[Path], asked: Commands) -> str:
 
 
 def run(command: list[str]) -> None:
-    """Run a compiler; its messages are shown where it fails."""
+    """Run a compiler; where it fails its messages are shown, and what it was to make is missing."""
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if done.returncode != 0:
-        sys.exit(f"{' '.join(command)}\n{done.stdout[:4000]}")
+        print(f"{' '.join(command)}\n{done.stdout[:2000]}", flush=True)
 
 
 def build(folder: Path, names: list[str], asked: argparse.Namespace) -> dict[str, Path]:
-    """Return the models' solvers, built unless they are there."""
+    """Return the solvers of the models that can be built; they are built unless they are there."""
     how = commands(folder, asked.nvcc, asked.arch)
     solvers: Path = asked.solvers
     solvers.mkdir(parents=True, exist_ok=True)
@@ -95,7 +95,7 @@ def build(folder: Path, names: list[str], asked: argparse.Namespace) -> dict[str
             for name in missing
         ]
         list(pool.map(run, links))
-    return targets
+    return {name: target for name, target in targets.items() if target.is_file()}
 
 
 def limited(command: list[str], limit: float) -> tuple[str, str]:
@@ -111,10 +111,11 @@ def limited(command: list[str], limit: float) -> tuple[str, str]:
     return text, "" if process.returncode in (0, 1) else f"ended with {process.returncode}"
 
 
-def selftest(solver: Path, lanes: int, steps: int, seed: int) -> list[str]:
-    """Return the command of a self-test."""
-    size = ["--lanes", str(lanes), "--steps", str(steps), "--seed", str(seed)]
-    return [str(solver), "--selftest", "--quiet", "--json", "-", *size]
+def selftest(solver: Path, lanes: int, steps: int, asked: argparse.Namespace) -> list[str]:
+    """Return the command of a self-test, whose size is as asked for or the one given."""
+    size = ["--lanes", str(asked.lanes or lanes), "--steps", str(asked.steps or steps)]
+    size += ["--warps", str(asked.warps)] if asked.warps else []
+    return [str(solver), "--selftest", "--quiet", "--json", "-", "--seed", str(asked.seed), *size]
 
 
 def tally(text: str) -> tuple[Counter[str], list[str]]:
@@ -139,8 +140,7 @@ def compare(solvers: dict[str, Path], asked: argparse.Namespace) -> bool:
     totals: Counter[str] = Counter()
     good = True
     for name, solver in solvers.items():
-        command = selftest(solver, asked.lanes or 20_000, asked.steps or 90, asked.seed)
-        text, trouble = limited(command, asked.limit)
+        text, trouble = limited(selftest(solver, 20_000, 90, asked), asked.limit)
         counts, remarks = tally(text)
         print(f"{name:<26}" + "".join(f"{counts[kind]:>16,}" for kind in kinds), *remarks, sep="\n")
         if trouble:
@@ -175,7 +175,7 @@ def sanitize(solvers: dict[str, Path], asked: argparse.Namespace) -> bool:
     with ThreadPoolExecutor(asked.at_once) as pool:
         jobs = {}
         for name, solver in solvers.items():
-            small = selftest(solver, asked.lanes or 64, asked.steps or 6, asked.seed)
+            small = selftest(solver, 64, 6, asked)
             commands = [[asked.sanitizer, "--tool", tool, *small, "--threads", "1"] for tool in tools]
             jobs[name] = [pool.submit(findings, command, asked.limit) for command in commands]
         for name, results in jobs.items():
@@ -196,6 +196,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("models", nargs="*", help="all if none is named")
     parser.add_argument("--lanes", type=int, help="walks of a self-test (20000; with --sanitize 64)")
     parser.add_argument("--steps", type=int, help="steps of a walk (90; with --sanitize 6)")
+    parser.add_argument("--warps", type=int, help="that share a step (all numbers that make sense)")
     parser.add_argument("--seed", type=int, default=0, help="of the walks (0)")
     parser.add_argument("--limit", type=float, default=60, help="seconds for each run (60)")
     parser.add_argument("--sanitize", nargs="*", choices=TOOLS, help="run compute-sanitizer's tools (all)")
@@ -216,7 +217,7 @@ def main() -> None:
     names = asked.models or sorted(path.name for path in (folder / "models").iterdir())
     solvers = build(folder, names, asked)
     good = compare(solvers, asked) if asked.sanitize is None else sanitize(solvers, asked)
-    sys.exit(0 if good else 1)
+    sys.exit(0 if good and len(solvers) == len(names) else 1)
 
 
 if __name__ == "__main__":
