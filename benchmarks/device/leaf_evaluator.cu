@@ -48,7 +48,7 @@ double seconds_since(Clock::time_point start) {
 
 double bare_steps_a_second(const ScenarioBuffer& root, const Model::Params& params, double discount,
                            int depth) {
-  constexpr int kLanes = 1 << 24;
+  constexpr int kLanes = 1 << 22;
   const int count = static_cast<int>(root.size());
   std::vector<Model::Fixed> fixed(root.size());
   std::vector<Model::State> states(root.size());
@@ -77,7 +77,8 @@ double bare_steps_a_second(const ScenarioBuffer& root, const Model::Params& para
   cudaMemcpy(d_history.get(), &history, sizeof history, cudaMemcpyHostToDevice);
   cudaMemcpy(d_discounts.get(), discounts.data(), discounts.size() * sizeof(float), cudaMemcpyHostToDevice);
   double best = 0.0;
-  for (int repeat = 0; repeat < 5; ++repeat) {
+  double spent = 0.0;
+  for (int repeat = 0; repeat < 5 && spent < 1.0; ++repeat) {
     cudaMemset(d_steps.get(), 0, sizeof(unsigned long long));
     cudaDeviceSynchronize();
     const Clock::time_point start = Clock::now();
@@ -86,12 +87,49 @@ double bare_steps_a_second(const ScenarioBuffer& root, const Model::Params& para
                                          d_steps.get());
     if (cudaDeviceSynchronize() != cudaSuccess) fail(cudaGetErrorString(cudaGetLastError()));
     const double seconds = seconds_since(start);
+    spent += seconds;
     unsigned long long steps = 0;
     cudaMemcpy(&steps, d_steps.get(), sizeof steps, cudaMemcpyDeviceToHost);
     best = std::max(best, static_cast<double>(steps) / seconds);
   }
   return best;
 }
+
+// What to measure: NAME=VALUE[,VALUE..] on the command line.
+struct Choices {
+  std::string params;  // a parameter file
+  double seconds = 1.0;
+  std::vector<int> scenarios{8, 32, 128, 500};
+  std::vector<int> in_flight{64, 256};
+  bool bare = true;           // measure the bare rollouts too
+  std::size_t memory = 4096;  // MiB, pinned
+  std::vector<int> warps{0};  // 0: the evaluator chooses
+
+  bool take(const std::string& argument) {
+    const std::size_t equals = argument.find('=');
+    if (equals == std::string::npos) return false;
+    const std::string name = argument.substr(0, equals), value = argument.substr(equals + 1);
+    if (name == "params") params = value;
+    if (name == "seconds") seconds = std::stod(value);
+    if (name == "bare") bare = value != "0";
+    if (name == "memory") memory = std::stoul(value);
+    if (name == "scenarios") scenarios = numbers(value);
+    if (name == "in_flight") in_flight = numbers(value);
+    if (name == "warps") warps = numbers(value);
+    const std::string names[] = {"params", "seconds", "bare", "memory", "scenarios", "in_flight", "warps"};
+    return std::find(std::begin(names), std::end(names), name) != std::end(names);
+  }
+
+ private:
+  static std::vector<int> numbers(const std::string& text) {
+    std::vector<int> result;
+    for (std::size_t at = 0; at < text.size(); at = text.find(',', at) + 1) {
+      result.push_back(std::atoi(text.c_str() + at));
+      if (text.find(',', at) == std::string::npos) break;
+    }
+    return result;
+  }
+};
 
 struct Setting {
   std::size_t scenarios;
@@ -101,7 +139,7 @@ struct Setting {
 
 // Expands the same kind of leaf again and again: children of the root that most scenarios fall into.
 void measure(const ModelDescriptor& model, const ModelInstance& instance, const Model::Params& params,
-             const Setting& setting, double seconds) {
+             const Setting& setting, const Choices& choices) {
   const std::size_t scenarios = setting.scenarios, in_flight = setting.in_flight;
   const int depth = 90;
   const auto belief = instance.make_belief(1, 5000, BeliefKind::kAuto);
@@ -116,7 +154,7 @@ void measure(const ModelDescriptor& model, const ModelInstance& instance, const 
   belief->sample(key, 0, scenarios, root);
   EvaluatorOptions options;
   options.max_scenarios = scenarios;
-  options.memory_bytes = std::size_t{4} << 30;
+  options.memory_bytes = choices.memory << 20;
   options.discount = model.discount;
   options.max_depth = depth;
   options.in_flight = in_flight;
@@ -155,7 +193,7 @@ void measure(const ModelDescriptor& model, const ModelInstance& instance, const 
   restart();
   std::size_t submitted = 0, next = 0;
   bool warmed = false;
-  while (seconds_since(start) < seconds) {
+  while (seconds_since(start) < choices.seconds) {
     while (submitted < in_flight) {
       evaluator->submit({&requests[next++ % requests.size()], 1});
       ++submitted;
@@ -169,7 +207,7 @@ void measure(const ModelDescriptor& model, const ModelInstance& instance, const 
       continue;
     }
     if (result.status != Status::kOk) fail(status_name(result.status));
-    if (!warmed && seconds_since(start) > 0.2 * seconds) {
+    if (!warmed && seconds_since(start) > 0.2 * choices.seconds) {
       warmed = true;
       warm = evaluator->stats();
       counted = Clock::now();
@@ -182,50 +220,18 @@ void measure(const ModelDescriptor& model, const ModelInstance& instance, const 
   const double took = seconds_since(counted);
   const EvaluatorStats stats = evaluator->stats();
   const double steps = static_cast<double>(stats.steps - warm.steps) / took;
-  const double bare = bare_steps_a_second(root, params, model.discount, depth);
+  const double bare = choices.bare ? bare_steps_a_second(root, params, model.discount, depth) : 0.0;
   std::printf(
       "%-24s %6zu %6zu %6d %10.0f %8.1f %8.1f %10.3g %10.3g %6.1f%% %8.1f %8.2f %8.0f\n", model.name.c_str(),
       scenarios, in_flight, setting.warps, static_cast<double>(leaves) / took,
       static_cast<double>(members) / static_cast<double>(leaves),
       static_cast<double>(stats.leaves - warm.leaves) / static_cast<double>(stats.batches - warm.batches),
-      steps, bare, 100.0 * steps / bare,
+      steps, bare, bare > 0.0 ? 100.0 * steps / bare : 0.0,
       static_cast<double>(stats.bytes_read - warm.bytes_read) / took * 1e-6,
       (stats.kernel_seconds - warm.kernel_seconds) / took,
       static_cast<double>(children) / static_cast<double>(leaves));
   std::fflush(stdout);
 }
-
-// What to measure: NAME=VALUE[,VALUE..] on the command line.
-struct Choices {
-  std::string params;  // a parameter file
-  double seconds = 1.0;
-  std::vector<int> scenarios{8, 32, 128, 500};
-  std::vector<int> in_flight{64, 256};
-  std::vector<int> warps{0};  // 0: the evaluator chooses
-
-  bool take(const std::string& argument) {
-    const std::size_t equals = argument.find('=');
-    if (equals == std::string::npos) return false;
-    const std::string name = argument.substr(0, equals), value = argument.substr(equals + 1);
-    if (name == "params") params = value;
-    if (name == "seconds") seconds = std::stod(value);
-    if (name == "scenarios") scenarios = numbers(value);
-    if (name == "in_flight") in_flight = numbers(value);
-    if (name == "warps") warps = numbers(value);
-    return name == "params" || name == "seconds" || name == "scenarios" || name == "in_flight" ||
-           name == "warps";
-  }
-
- private:
-  static std::vector<int> numbers(const std::string& text) {
-    std::vector<int> result;
-    for (std::size_t at = 0; at < text.size(); at = text.find(',', at) + 1) {
-      result.push_back(std::atoi(text.c_str() + at));
-      if (text.find(',', at) == std::string::npos) break;
-    }
-    return result;
-  }
-};
 
 }  // namespace
 
@@ -248,8 +254,7 @@ int main(int argc, char** argv) {
     for (const int in_flight : choices.in_flight) {
       for (const int warps : choices.warps) {
         measure(model, *instance, *params,
-                {static_cast<std::size_t>(scenarios), static_cast<std::size_t>(in_flight), warps},
-                choices.seconds);
+                {static_cast<std::size_t>(scenarios), static_cast<std::size_t>(in_flight), warps}, choices);
       }
     }
   }
