@@ -57,16 +57,23 @@ bool walk_on_device(const typename M::Params& params, const DigestRange& range, 
               error)) {
     return false;
   }
-  if (warps <= 1) {
+  int device = 0, shared = 0;
+  constexpr auto kBytes = static_cast<int>(sizeof(SharedSteps<M>));
+  if (!worked(cudaGetDevice(&device), "GPU", error) ||
+      !worked(cudaDeviceGetAttribute(&shared, cudaDevAttrMaxSharedMemoryPerBlockOptin, device), "GPU",
+              error)) {
+    return false;
+  }
+  // States that are too large for shared memory are stepped by single lanes, as in the evaluator.
+  if (warps <= 1 || kBytes > shared) {
     walk<M><<<(range.lanes + kDigestBlock - 1) / kDigestBlock, kDigestBlock>>>(device_params.get(), range,
                                                                                digests.get());
   } else {
-    const auto bytes = static_cast<int>(sizeof(SharedSteps<M>));
-    if (!worked(cudaFuncSetAttribute(walk_together<M>, cudaFuncAttributeMaxDynamicSharedMemorySize, bytes),
+    if (!worked(cudaFuncSetAttribute(walk_together<M>, cudaFuncAttributeMaxDynamicSharedMemorySize, kBytes),
                 "shared memory", error)) {
       return false;
     }
-    walk_together<M><<<(range.lanes + kWarp - 1) / kWarp, static_cast<unsigned>(warps) * kWarp, bytes>>>(
+    walk_together<M><<<(range.lanes + kWarp - 1) / kWarp, static_cast<unsigned>(warps) * kWarp, kBytes>>>(
         device_params.get(), range, digests.get());
   }
   return worked(cudaGetLastError(), "kernel launch", error) &&

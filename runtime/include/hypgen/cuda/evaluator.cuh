@@ -33,6 +33,7 @@ class CudaEvaluator final : public LeafEvaluator {
 
   RootResult begin_search(const ScenarioBuffer& root, const SearchSetup& setup) override {
     release();
+    cudaSetDevice(device_);  // of this thread
     const RootResult failed{Status::kEvaluatorFailed, {}, -1};
     const std::size_t count = root.size();
     if (count == 0 || count > options_.max_scenarios || setup.depth_limit > options_.max_depth ||
