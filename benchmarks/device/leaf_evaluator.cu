@@ -137,7 +137,22 @@ struct Setting {
   int warps;
 };
 
-// Expands the same kind of leaf again and again: children of the root that most scenarios fall into.
+// The largest group of each action, if it has at least so many scenarios.
+std::vector<LeafRequest> largest_groups(const LeafResult& root, std::size_t least) {
+  std::vector<LeafRequest> requests;
+  for (const ActionRow& row : root.actions) {
+    const ChildRow* largest = nullptr;
+    for (std::uint32_t i = 0; i < row.child_count; ++i) {
+      const ChildRow& child = root.children[row.first_child + i];
+      if (!child.terminal && (largest == nullptr || child.count > largest->count)) largest = &child;
+    }
+    if (largest == nullptr || largest->count < least) continue;
+    requests.push_back({0, root.handle, row.action, largest->first, largest->count, 1, {}});
+  }
+  return requests;
+}
+
+// Expands the same kind of leaf again and again: children of the root that all scenarios fall into, or most.
 void measure(const ModelDescriptor& model, const ModelInstance& instance, const Model::Params& params,
              const Setting& setting, const Choices& choices) {
   const std::size_t scenarios = setting.scenarios, in_flight = setting.in_flight;
@@ -178,16 +193,8 @@ void measure(const ModelDescriptor& model, const ModelInstance& instance, const 
     while (!evaluator->poll(result)) {
     }
     if (result.status != Status::kOk) fail("root");
-    requests.clear();
-    for (const ActionRow& row : result.actions) {  // the largest group of each action
-      const ChildRow* largest = nullptr;
-      for (std::uint32_t i = 0; i < row.child_count; ++i) {
-        const ChildRow& child = result.children[row.first_child + i];
-        if (!child.terminal && (largest == nullptr || child.count > largest->count)) largest = &child;
-      }
-      if (largest == nullptr || 2 * largest->count < scenarios) continue;
-      requests.push_back({0, result.handle, row.action, largest->first, largest->count, 1, {}});
-    }
+    requests = largest_groups(result, scenarios);
+    if (requests.empty()) requests = largest_groups(result, (scenarios + 1) / 2);
     if (requests.empty()) requests.push_back(request);  // the root itself, with the default action once more
   };
   restart();
