@@ -22,6 +22,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kWarps[] = {2, 3, 4, 8, 16};  // some divide the work of a stage evenly, some do not
 
+constexpr std::size_t kDeviceBytes = std::size_t{1} << 30;  // several self-tests may share a GPU
+
 // What one check came to.
 struct Outcome {
   std::string check;
@@ -219,6 +221,7 @@ class Checks {
     options.max_depth = kDepth;
     options.in_flight = kMostInFlight;
     options.warps = warps;
+    options.device_memory_bytes = kDeviceBytes;
     const auto other = model_.device->make_evaluator(instance_.params(), options, device, error);
     if (!other) return {};
     const auto reference = instance_.make_evaluator(options);
@@ -270,6 +273,7 @@ class Checks {
     planning.in_flight = in_flight;
     planning.trial_limit = std::clamp<std::size_t>(steps / a_leaf, 3, 300);
     planning.signature = true;
+    planning.device_memory_bytes = kDeviceBytes;
     return planning;
   }
 

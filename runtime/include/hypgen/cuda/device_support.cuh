@@ -15,7 +15,14 @@ template <class M>
 std::vector<DeviceInfo> usable_devices(std::string& error) {
   int count = 0;
   std::vector<DeviceInfo> found;
-  if (!worked(cudaGetDeviceCount(&count), "no GPU", error)) return found;
+  const cudaError_t counted = cudaGetDeviceCount(&count);
+  if (counted == cudaErrorInsufficientDriver) {  // also where there is none at all
+    error = "no GPU: no NVIDIA driver, or one that is older than CUDA " +
+            std::to_string(CUDART_VERSION / 1000) + "." + std::to_string(CUDART_VERSION % 1000 / 10) +
+            " needs";
+    return found;
+  }
+  if (!worked(counted, "no GPU", error)) return found;
   if (count == 0) error = "no GPU";
   for (int index = 0; index < count; ++index) {
     cudaDeviceProp properties;
