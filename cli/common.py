@@ -103,6 +103,16 @@ def load(model: Path, instance: Path | None, settings: tuple[str, ...]) -> Loade
     return driver.load(model, instance=instance, settings=settings)
 
 
+def require_params(loaded: Loaded, more: str = "") -> None:
+    """Refuse a model with a param that has no value; ``more`` names other ways to give one."""
+    for param in loaded.model.params:
+        if param.default is None:
+            name = param.name
+            raise click.UsageError(
+                f"The param '{name}' has no value: add --set {name}=.., --instance FILE{more}."
+            )
+
+
 def say(text: str) -> None:
     """Print a line about what hypgen does; standard output stays free for results."""
     click.echo(text, err=True)

@@ -8,7 +8,17 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.common import EXIT_CODES, choose_cuda, load, model_options, say_warnings, target_options
+from hypgen.cli.common import (
+    EXIT_CODES,
+    choose_cuda,
+    load,
+    model_options,
+    require_params,
+    say_warnings,
+    target_options,
+)
+
+ANSWERED_WITHOUT_PARAMS = ("--param", "--help", "--version")
 
 
 @click.command(epilog=EXIT_CODES, context_settings={"ignore_unknown_options": True})
@@ -47,6 +57,8 @@ def command(
     cuda = choose_cuda(target, arch, nvcc)
     loaded = load(model, instance, settings)
     say_warnings(loaded)
+    if not any(option.split("=")[0] in ANSWERED_WITHOUT_PARAMS for option in solver_options):
+        require_params(loaded, " or --param FILE")
     solver = build(loaded, driver.generate(loaded.model), model, instance, cuda, force)
     sys.stdout.flush()
     sys.stderr.flush()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hypgen.cli.common import Exit, say
+from hypgen.cli.common import Exit, require_params, say
 from hypgen.dsl.interpreter_check import Progress, Walk
 from hypgen.dsl.interpreter_laws import check_densities, check_returns
 from hypgen.dsl.snippet import to_json
@@ -21,10 +21,7 @@ if TYPE_CHECKING:
 
 def run(loaded: Loaded, samples: int, seed: int, facts: dict[str, Any] | None, strict: bool) -> int:
     """Check a model by sampling; print findings, or with ``facts`` everything, warnings too, as JSON."""
-    missing = [p.name for p in loaded.model.params if p.default is None]
-    if missing:
-        name = missing[0]
-        raise click.UsageError(f"the param '{name}' has no value: give one by --set {name}=... or --instance")
+    require_params(loaded)
     walk = Walk(loaded.model, samples, seed)
     interrupted = False
     try:

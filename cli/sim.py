@@ -11,11 +11,10 @@ from typing import IO, TYPE_CHECKING
 
 import click
 
-from hypgen.cli.common import EXIT_CODES, Exit, load, model_options
+from hypgen.cli.common import EXIT_CODES, Exit, load, model_options, require_params
 
 if TYPE_CHECKING:
     from hypgen.cli.sim_report import Report
-    from hypgen.dsl import ir
     from hypgen.dsl.interpreter_episode import Episode
 
 HELP = """\
@@ -83,8 +82,9 @@ def command(
     """
     if policy is not None and script is not None:
         raise click.UsageError("Give --policy or --script: one of them chooses the actions.")
-    checked = load(model, instance, settings).model
-    _refuse_without_params(checked)
+    loaded = load(model, instance, settings)
+    require_params(loaded)
+    checked = loaded.model
     from hypgen.cli.sim_report import JsonReport, TextReport
     from hypgen.dsl.interpreter_episode import Episode
 
@@ -118,14 +118,6 @@ def _typed(episode: Episode) -> Iterator[str]:
         except EOFError:
             click.echo()
             return
-
-
-def _refuse_without_params(model: ir.Model) -> None:
-    for param in model.params:
-        if param.default is None:
-            raise click.UsageError(
-                f"The param '{param.name}' has no value: add --set {param.name}=.., or --instance FILE."
-            )
 
 
 def _play(episode: Episode, report: Report, lines: Iterator[str], interactive: bool, most: int) -> int:

@@ -10,7 +10,16 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.common import Exit, choose_cuda, exit_codes, load, model_options, say_warnings, target_options
+from hypgen.cli.common import (
+    Exit,
+    choose_cuda,
+    exit_codes,
+    load,
+    model_options,
+    require_params,
+    say_warnings,
+    target_options,
+)
 
 MOST_LANES = 100_000_000
 
@@ -88,6 +97,8 @@ def command(
     cuda = choose_cuda(target, arch, nvcc)
     loaded = load(model, instance, settings)
     say_warnings(loaded)
+    if param is None:
+        require_params(loaded, " or --param FILE")
     solver = build(loaded, driver.generate(loaded.model), model, instance, cuda, force=False)
     test = [str(solver), "--selftest", "--steps", str(steps), "--seed", str(seed)]
     test += ["--param", str(param)] if param is not None else []

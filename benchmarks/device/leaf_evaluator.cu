@@ -1,7 +1,7 @@
 // The leaf evaluator of one model alone, without a tree, against a bare rollout kernel of the same model.
 //
-// Built by benchmarks/device/run.py: MAIN is the generated main.cpp, which this file includes for the model's
-// descriptor, and the project's device unit is linked in.
+// benchmarks/device/README.md says how it is built. MAIN is the generated main.cpp, included for the model's
+// descriptor.
 #define main solver_entry
 #include MAIN
 #undef main

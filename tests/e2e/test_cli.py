@@ -186,8 +186,10 @@ def test_sampling_a_right_model_ends_with_0() -> None:
     assert done.stdout.endswith("500 states in 64 episodes, seed 0: nothing wrong\n")
 
 
-def test_sampling_takes_values_for_all_params(tmp_path: Path) -> None:
+def test_values_for_all_params_are_asked_for_at_once(tmp_path: Path) -> None:
     path = tmp_path / "tiger.pomdp"
     path.write_text(re.sub(r"(param \w+: \w+) = [^\n#]*", r"\1", Path(TIGER).read_text()))
-    done = hypgen("check", str(path), "--samples", "500")
-    assert done.returncode == 2 and "has no value" in done.stderr
+    for command in (["check", str(path), "--samples", "500"], ["run", str(path)], ["verify", str(path)]):
+        done = hypgen(*command)
+        assert done.returncode == 2 and "has no value" in done.stderr
+        assert "compiling" not in done.stderr  # said before time is spent
