@@ -9,7 +9,7 @@
 
 namespace hypgen {
 
-constexpr std::size_t kMostInFlight = 64;  // leaves that both evaluators are given at once
+constexpr std::size_t kMostInFlight = 256;  // leaves that both evaluators are given at once: a full batch
 
 struct LeafComparison {
   std::uint64_t leaves = 0;

@@ -13,9 +13,11 @@ namespace hypgen::cuda {
 constexpr int kMaxLeaves = 256;  // of a batch
 constexpr int kBlock = 256;      // threads of a block that works on one leaf
 constexpr int kWarp = 32;
+constexpr int kMostBlockWarps = 1024 / kWarp;  // that a device runs
 constexpr unsigned kAll = 0xFFFFFFFFU;
 constexpr std::int32_t kNoStep = -1;  // in place of an action: bounds of the members as they are
 constexpr std::uint32_t kNoParent = UINT32_MAX;
+constexpr std::uint32_t kAllLegal = UINT32_MAX;  // in place of where a list of actions starts
 
 // A leaf, written by the host.
 struct LeafTask {
@@ -29,7 +31,7 @@ struct LeafTask {
   std::int32_t action;  // that led to it
   std::int32_t depth;
   std::int32_t baseline;  // at the root: the default action, which gains are measured against; or -1
-  std::uint32_t wanted;   // where its list of actions starts; kNoParent: all legal ones
+  std::uint32_t wanted;   // where its list of actions starts, or kAllLegal
   std::uint32_t wanted_count;
 };
 
@@ -169,20 +171,23 @@ __device__ inline std::uint32_t scan_in_block(std::uint32_t value, std::uint32_t
 }
 
 // Running totals over a batch's leaves, so that one number names a piece of work of any leaf. Every block
-// makes its own copy: a scan of at most kMaxLeaves numbers.
+// makes its own copy: a scan of at most kMaxLeaves numbers, which may be more than it has threads.
 struct LeafOffsets {
   std::uint32_t starts[kMaxLeaves + 1];
-  std::uint32_t warp_sums[kBlock / kWarp];
+  std::uint32_t warp_sums[kMostBlockWarps];
 
-  // `amount(leaf)` is the leaf's work. For all threads of a block of kBlock.
+  // `amount(leaf)` is the leaf's work. For all threads of a block, of any number of warps.
   template <class Amount>
   __device__ void fill(int leaves, const Amount& amount) {
-    static_assert(kMaxLeaves <= kBlock);
-    const int leaf = static_cast<int>(threadIdx.x);
-    std::uint32_t total = 0;
-    const std::uint32_t start = scan_in_block(leaf < leaves ? amount(leaf) : 0, warp_sums, total);
-    if (leaf < leaves) starts[leaf] = start;
-    if (leaf == 0) starts[leaves] = total;
+    std::uint32_t before = 0;
+    for (int first = 0; first < leaves; first += static_cast<int>(blockDim.x)) {
+      const int leaf = first + static_cast<int>(threadIdx.x);
+      std::uint32_t total = 0;
+      const std::uint32_t start = scan_in_block(leaf < leaves ? amount(leaf) : 0, warp_sums, total);
+      if (leaf < leaves) starts[leaf] = before + start;
+      before += total;
+    }
+    if (threadIdx.x == 0) starts[leaves] = before;
     __syncthreads();
   }
 
