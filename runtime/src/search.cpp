@@ -45,7 +45,9 @@ void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchS
   }
   while (status == Status::kOk) status = advance();
   abandon();
-  if (crossed_at_root && !is_failure(status)) status = Status::kCrossedBounds;
+  // What the planner has to act on is told first.
+  if (crossed_at_root && !is_failure(status) && status != Status::kDeviceLost)
+    status = Status::kCrossedBounds;
   decision.status = status;
   decision.lower = tree_.bounds(0).lower;
   decision.upper = tree_.bounds(0).upper;
@@ -112,6 +114,8 @@ Status Search::expand_oldest(std::uint32_t& node) {
 
 Status Search::wait(LeafResult& leaf) {
   const Clock::time_point start = Clock::now();
+  // An evaluator that is never late would otherwise keep trials that go on from leaf to leaf from stopping.
+  if (start >= setup_.deadline) return Status::kDeadline;
   Clock::time_point now = start;
   Status status = Status::kOk;
   send();

@@ -76,6 +76,16 @@ TEST(Search, FailuresEndItWithALegalAction) {
   }
 }
 
+TEST(Search, ALostDeviceIsToldBeforeCrossedBounds) {
+  const PlannerOptions options = trials(10);
+  const Solver solver(mishaps_descriptor(-1.0, 9), options);
+  auto inner = solver.instance->make_evaluator(evaluator_options(options, 1.0));
+  Planner planner(std::make_unique<MockEvaluator>(std::move(inner), Mischief{1, 0, Status::kDeviceLost}),
+                  solver.model, options);
+  planner.prepare(*solver.belief);
+  EXPECT_EQ(planner.plan(*solver.belief, 0, 0).status, Status::kDeviceLost);
+}
+
 TEST(Search, SilenceEndsAtTheDeadline) {
   for (const std::uint64_t leaves : {0, 1, 100}) {
     PlannerOptions options = flying(7);
@@ -88,6 +98,24 @@ TEST(Search, SilenceEndsAtTheDeadline) {
     options.patience = 0.01;
     EXPECT_EQ(plan(options, {5, leaves, Status::kOk, true}).status, Status::kEvaluatorFailed);
   }
+}
+
+TEST(Search, TakesNoLeafAfterTheDeadline) {
+  const PlannerOptions options = flying(7);
+  const Solver solver(rock_sample_descriptor<4, 3>(), options);
+  const auto evaluator = solver.instance->make_evaluator(evaluator_options(options, 0.95));
+  ScenarioBuffer scenarios;
+  solver.belief->reserve(scenarios, options.scenarios);
+  SearchSetup setup{derive(0, StreamKind::kPlan, 0), options.depth, false, Clock::time_point::max()};
+  solver.belief->sample(setup.key, 0, options.scenarios, scenarios);
+  const RootResult root = evaluator->begin_search(scenarios, setup);  // it does not look at the clock
+  setup.deadline = Clock::now();
+  Search search(options, {options.memory_bytes, options.depth, 0.95, 0.0});
+  Decision decision;
+  std::vector<std::uint64_t> leaf_sizes(options.scenarios + 1);
+  search.run(*evaluator, root, setup, decision, leaf_sizes);
+  EXPECT_EQ(decision.status, Status::kDeadline);
+  EXPECT_EQ(decision.expansions, 0U);
 }
 
 // What holds of every node once all trials are backed up.
