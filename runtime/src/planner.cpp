@@ -89,8 +89,9 @@ void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decisio
 // Later plans use another evaluator. The lost one's memory is given back first.
 void Planner::replace_evaluator() {
   past_stats_ = evaluator_stats();
+  const std::string problem = evaluator_ ? evaluator_->problem() : "";
   evaluator_.reset();
-  if (fallback_) evaluator_ = fallback_();
+  if (fallback_) evaluator_ = fallback_(problem);
 }
 
 EvaluatorStats Planner::evaluator_stats() const {

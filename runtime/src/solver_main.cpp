@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <exception>
 #include <memory>
+#include <new>
+#include <string>
 #include <utility>
 
 #include "hypgen/device_choice.hpp"
@@ -36,16 +38,23 @@ int complain(const ModelDescriptor& model, const std::string& message, int code)
   return code;
 }
 
-// What plans once a GPU is lost; null if there is no memory for it.
+// What plans once a GPU is lost. Null if there is no memory for it, or where a GPU is required: the run
+// `ends` then.
 std::unique_ptr<LeafEvaluator> cpu_fallback(const ModelDescriptor& model, const ModelInstance& instance,
-                                            const PlannerOptions& planning) {
+                                            const SolverOptions& options, const std::string& problem,
+                                            bool& ends) {
+  const std::string lost = "the GPU was lost" + (problem.empty() ? "" : " (" + problem + ")");
+  ends = options.require_gpu;
+  if (ends) {
+    complain(model, lost, kFailed);
+    return nullptr;
+  }
   try {
-    auto made = instance.make_evaluator(evaluator_options(planning, model.discount));
-    complain(model, "the GPU was lost; planning on the CPU", kDone);
+    auto made = instance.make_evaluator(evaluator_options(options.planner, model.discount));
+    complain(model, lost + "; planning on the CPU", kDone);
     return made;
   } catch (const std::bad_alloc&) {
-    complain(model, "the GPU was lost, and there is no memory to plan on the CPU; the default policy acts",
-             kDone);
+    complain(model, lost + ", and there is no memory to plan on the CPU; the default policy acts", kDone);
     return nullptr;
   }
 }
@@ -65,13 +74,15 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
     complain(model, chosen.problem + "; planning on the CPU", kDone);
   }
   Planner planner(std::move(chosen.evaluator), model, planning);
-  planner.set_fallback([&] { return cpu_fallback(model, instance, planning); });
+  bool ends = false;  // for want of the GPU that is required
+  planner.set_fallback(
+      [&](const std::string& problem) { return cpu_fallback(model, instance, options, problem, ends); });
   planner.prepare(*belief);
 
   interrupted = false;
   std::signal(SIGINT, on_interrupt);
   const int steps = model.horizon > 0 ? std::min(model.horizon, options.steps) : options.steps;
-  const EpisodeLimits limits{steps, model.discount, [] { return interrupted.load(); },
+  const EpisodeLimits limits{steps, model.discount, [&] { return ends || interrupted.load(); },
                              options.stop_on_depletion};
   RunTotals totals;
   {
@@ -82,7 +93,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
       lines.write(step);
       progress.update(step.episode, step.step, totals.returns.mean());
     };
-    for (std::uint64_t episode = 0; episode < options.runs && !interrupted; ++episode) {
+    for (std::uint64_t episode = 0; episode < options.runs && !ends && !interrupted; ++episode) {
       const EpisodeRecord record =
           run_episode(planner, *belief, *world, model.visible_count, episode, limits, report);
       lines.write(record);
@@ -98,6 +109,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
     std::fprintf(out, "signature %016llx\n", static_cast<unsigned long long>(totals.signature));
   if (!lines.complete())
     return complain(model, options.json_file + ": some lines could not be written", kFailed);
+  if (ends) return kFailed;
   return interrupted ? kInterrupted : kDone;
 }
 

@@ -92,6 +92,7 @@ TEST_F(DeviceChoice, RequiringAGpuMayFail) {
 TEST_F(DeviceChoice, PlansGoOnWithoutTheDevice) {
   const FakeSupport breaks(true, {1, 30, Status::kDeviceLost});
   EXPECT_EQ(solve({"--mode", "gpu"}, &breaks), 0);
+  EXPECT_EQ(solve({"--mode", "gpu", "--require-gpu"}, &breaks), 1);
 
   PlannerOptions options = trials(50);
   std::string error;
@@ -102,7 +103,10 @@ TEST_F(DeviceChoice, PlansGoOnWithoutTheDevice) {
   EXPECT_EQ(planner.plan(*solver_.belief, 0, 0).status, Status::kDeviceLost);
   EXPECT_EQ(planner.plan(*solver_.belief, 0, 0).status, Status::kDeviceLost);  // there is nothing else
   EXPECT_GE(planner.plan(*solver_.belief, 0, 0).action, 0);
-  planner.set_fallback(evaluator);
+  planner.set_fallback([&](const std::string& problem) {
+    EXPECT_EQ(problem, "");  // a mock has none
+    return evaluator();
+  });
   EXPECT_EQ(planner.plan(*solver_.belief, 0, 0).status, Status::kTrialLimit);
 }
 

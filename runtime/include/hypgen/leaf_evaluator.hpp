@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "hypgen/philox.hpp"
 #include "hypgen/scenario_buffer.hpp"
@@ -44,7 +45,8 @@ struct LeafRequest {
   std::uint32_t first;  // ChildRow::first of the group
   std::uint32_t count;  // its scenarios
   int depth;
-  Span<const int> actions;  // those to try, ascending; empty: all legal ones. Legal ones count only
+  Span<const int> actions;  // those to try, ascending; empty: all legal ones. Legal ones count only. They
+                            // have to stay until the leaf is given
 };
 
 // A group of scenarios that saw the same observation after an action. Groups stand in order of first
@@ -140,6 +142,9 @@ class LeafEvaluator {
   virtual void release() = 0;
 
   virtual EvaluatorStats stats() const { return {}; }
+
+  // Why its device is lost; empty while it is not.
+  virtual std::string problem() const { return {}; }
 };
 
 }  // namespace hypgen

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -22,11 +23,11 @@ class Planner {
   Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor& model,
           const PlannerOptions& options);
 
-  // What makes another evaluator once this one has lost its device; it may give null. Until then, and without
-  // one, the default policy acts.
-  void set_fallback(std::function<std::unique_ptr<LeafEvaluator>()> fallback) {
-    fallback_ = std::move(fallback);
-  }
+  // Makes another evaluator once one has lost its device by the problem named; it may give null.
+  using Fallback = std::function<std::unique_ptr<LeafEvaluator>(const std::string& problem)>;
+
+  // Until there is another evaluator the default policy acts.
+  void set_fallback(Fallback fallback) { fallback_ = std::move(fallback); }
 
   // The scenarios' memory is laid out for beliefs of this kind. To be called before the first plan.
   void prepare(const Belief& belief);
@@ -64,7 +65,7 @@ class Planner {
   const Candidate& best_candidate() const;
 
   std::unique_ptr<LeafEvaluator> evaluator_;  // null: lost
-  std::function<std::unique_ptr<LeafEvaluator>()> fallback_;
+  Fallback fallback_;
   EvaluatorStats past_stats_;  // of evaluators that were lost
   bool is_device_lost_ = false;
   PlannerOptions options_;
