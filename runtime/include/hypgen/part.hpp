@@ -5,6 +5,8 @@
 
 namespace hypgen {
 
+constexpr int kMostWarps = 16;  // that share steps
+
 // Of `count` warps, the one called `rank`. What a stage consists of is numbered, and dealt in turn: number i
 // to warp i % count.
 struct Part {

@@ -15,8 +15,6 @@
 
 namespace hypgen {
 
-constexpr int kMostWarps = 16;  // of a block
-
 // What a schedule did that warps must not do to each other within a stage.
 struct ScheduleFault {
   enum class Kind {

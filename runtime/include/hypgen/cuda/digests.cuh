@@ -23,7 +23,7 @@ __global__ void __launch_bounds__(kDigestBlock)
 
 // A block for 32 lanes: every warp walks all of them, and they take the steps together.
 template <class M>
-__global__ void __launch_bounds__(SharedSteps<M>::kMostWarps* kWarp)
+__global__ void __launch_bounds__(kMostWarps* kWarp)
     walk_together(const typename M::Params* params, DigestRange range, std::uint64_t* digests) {
   extern __shared__ __align__(16) unsigned char shared_memory[];
   auto& shared = *reinterpret_cast<SharedSteps<M>*>(shared_memory);

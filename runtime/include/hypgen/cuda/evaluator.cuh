@@ -2,9 +2,10 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <cstdint>
+#include <cstring>
 #include <memory>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -16,17 +17,22 @@
 namespace hypgen::cuda {
 
 // Keeps, of each expanded leaf, its history and its scenarios' numbers and states in device memory. A batch
-// is launched when nothing runs and nothing is ready, or when half of what the search keeps in flight waits.
+// is launched when nothing runs and nothing is ready, or when half of what the search keeps in flight waits,
+// or a whole batch.
 template <class M>
 class CudaEvaluator final : public LeafEvaluator {
  public:
-  // Null and `error` if the device or its memory does not suffice.
+  // Null and `error` if the device, its memory or that of the host does not suffice.
   static std::unique_ptr<CudaEvaluator> make(const typename M::Params& params,
                                              const EvaluatorOptions& options, int device,
                                              std::string& error) {
-    auto made = std::unique_ptr<CudaEvaluator>(new CudaEvaluator(params, options, device));
-    if (!made->allocate(error)) return nullptr;
-    return made;
+    try {
+      auto made = std::unique_ptr<CudaEvaluator>(new CudaEvaluator(params, options, device));
+      if (made->allocate(error)) return made;
+    } catch (const std::bad_alloc&) {
+      error = "not enough memory of the host for a GPU's leaves";
+    }
+    return nullptr;
   }
 
   ~CudaEvaluator() override { cudaSetDevice(device_); }
@@ -57,13 +63,13 @@ class CudaEvaluator final : public LeafEvaluator {
 
   std::size_t submit(Span<const LeafRequest> requests) override {
     std::size_t taken = 0;
-    while (taken < requests.size() && queue_size() < kMaxQueue) queue_push(requests[taken++]);
+    while (taken < requests.size() && queue_size() < queue_.size()) queue_push(requests[taken++]);
     return taken;
   }
 
   bool poll(LeafResult& result) override {
     if (queue_size() == 0) return false;
-    Entry& entry = queue_[next_ % kMaxQueue];
+    const Entry& entry = in_queue(next_);
     launch_what_waits();
     if (entry.status == Status::kOk && !lost()) {
       if (entry.slot < 0 || !slots_[static_cast<std::size_t>(entry.slot)].finished(error_)) {
@@ -76,6 +82,7 @@ class CudaEvaluator final : public LeafEvaluator {
     }
     result = {entry.request.ticket, lost() ? Status::kDeviceLost : entry.status, 0, 0, {}, {}, {}};
     ++next_;
+    launched_ = std::max(launched_, next_);  // there was nothing to launch
     return true;
   }
 
@@ -91,14 +98,16 @@ class CudaEvaluator final : public LeafEvaluator {
     return stats;
   }
 
+  std::string problem() const override { return error_; }
+
  private:
-  static constexpr std::size_t kMaxQueue = 1024;
   static constexpr std::size_t kSlots = 3;
   static constexpr std::size_t kItems = std::size_t{4} << 20;  // of a batch, where memory allows
   static constexpr std::size_t kSharedTable = 100 << 10;       // bytes: two blocks fit a multiprocessor
   static constexpr double kBatchSeconds = 1e-3;
   static constexpr std::size_t kMostNodes = std::size_t{1} << 22;
   static constexpr std::size_t kMostDeviceBytes = std::size_t{8} << 30;
+  static constexpr std::size_t kLeastNodeBytes = std::size_t{64} << 20;
 
   struct NodeRecord {
     std::uint32_t base;
@@ -117,7 +126,9 @@ class CudaEvaluator final : public LeafEvaluator {
         options_(options),
         device_(device),
         nodes_(kMostNodes),
-        queue_(kMaxQueue) {}
+        queue_(std::max<std::size_t>(1, options.in_flight)) {
+    root_states_.reserve(options.max_scenarios);
+  }
 
   // Memory --------------------------------------------------------------------------------------------
 
@@ -130,45 +141,66 @@ class CudaEvaluator final : public LeafEvaluator {
     }
     const std::size_t budget = options_.device_memory_bytes > 0 ? options_.device_memory_bytes
                                                                 : std::min(free / 2, kMostDeviceBytes);
-    const std::size_t least = options_.max_scenarios * Slot<M>::kMaxActions;
-    launch_.item_capacity = std::max(least, std::min(kItems, budget / 2 / kSlots / Slot<M>::kBytesAnItem));
-    const std::size_t scratch = kSlots * launch_.item_capacity * Slot<M>::kBytesAnItem;
-    const std::size_t history = M::kHasHistory ? sizeof(typename M::History) : 0;
-    if (scratch + (std::size_t{64} << 20) > budget) {
-      error = "a leaf of " + std::to_string(options_.max_scenarios) + " scenarios needs " +
-              std::to_string(scratch >> 20) + " MB of GPU memory, which has " + std::to_string(budget >> 20) +
-              " MB for this solver: lower --scenarios or raise --device-memory";
-      return false;
-    }
-    const std::size_t rest = budget - scratch;
-    node_capacity_ = M::kHasHistory ? std::min(kMostNodes, rest / 4 / history) : kMostNodes;
-    member_capacity_ = std::min<std::size_t>(
-        UINT32_MAX - 1, (rest - node_capacity_ * history) / (kMemberWords<M> * sizeof(std::uint32_t)));
-    child_capacity_ = std::min<std::size_t>(UINT32_MAX / 2, options_.memory_bytes / sizeof(ChildRow));
-    const std::size_t scenarios = options_.max_scenarios;
+    if (!share_out(budget, error)) return false;
     for (Slot<M>& slot : slots_) {
       if (!slot.make(launch_, error)) return false;
     }
+    child_capacity_ = std::min<std::size_t>(UINT32_MAX / 2, options_.memory_bytes / sizeof(ChildRow));
+    if (!children_.allocate(child_capacity_, error)) {
+      error += "; --memory lowers the need";
+      return false;
+    }
+    const std::size_t scenarios = options_.max_scenarios;
     return device_params_.allocate(1, error) && fixed_.allocate(scenarios, error) &&
            members_.allocate(member_capacity_ * kMemberWords<M>, error) &&
            histories_.allocate(M::kHasHistory ? node_capacity_ : 1, error) &&
            discounts_.allocate(static_cast<std::size_t>(options_.max_depth) + 1, error) &&
-           counters_.allocate(2, error) && children_.allocate(child_capacity_, error) &&
-           out_steps_.allocate(1, error) && staged_fixed_.allocate(scenarios, error) &&
+           counters_.allocate(2, error) && out_steps_.allocate(1, error) &&
+           staged_fixed_.allocate(scenarios, error) &&
            staged_members_.allocate(scenarios * kMemberWords<M>, error) &&
            staged_history_.allocate(1, error) && fill(error);
   }
 
+  // Divides the budget: what the slots take whatever the number of items; the items; the histories; and the
+  // members with all that is left.
+  bool share_out(std::size_t budget, std::string& error) {
+    const std::size_t scenarios = options_.max_scenarios;
+    const std::size_t member = kMemberWords<M> * sizeof(std::uint32_t);
+    const std::size_t item = kSlots * Slot<M>::kBytesAnItem;
+    if (launch_.table_bytes == 0) {
+      const std::size_t tables = budget / 4 / kSlots / launch_.table_stride();
+      launch_.reduce_blocks = static_cast<int>(
+          std::clamp<std::size_t>(tables, 1, static_cast<std::size_t>(launch_.reduce_blocks)));
+    }
+    const std::size_t apart =
+        kSlots * Slot<M>::bytes_but_items(launch_) + scenarios * sizeof(typename M::Fixed);
+    const std::size_t largest_leaf = scenarios * Slot<M>::kMaxActions;
+    const std::size_t needed = apart + largest_leaf * item + kLeastNodeBytes + 4 * scenarios * member;
+    if (needed > budget) {
+      error = "a leaf of " + std::to_string(scenarios) + " scenarios needs " + std::to_string(needed >> 20) +
+              " MB of GPU memory, which has " + std::to_string(budget >> 20) +
+              " MB for this solver: lower --scenarios or raise --device-memory";
+      return false;
+    }
+    launch_.item_capacity = std::max(largest_leaf, std::min(kItems, (budget - apart) / 2 / item));
+    const std::size_t rest = budget - apart - launch_.item_capacity * item;
+    const std::size_t history = M::kHasHistory ? sizeof(typename M::History) : 0;
+    node_capacity_ = M::kHasHistory ? std::min(kMostNodes, rest / 4 / history) : kMostNodes;
+    member_capacity_ = std::min<std::size_t>(UINT32_MAX - 1, (rest - node_capacity_ * history) / member);
+    return true;
+  }
+
+  // Attributes belong to a kernel and a device: they must be the same for all evaluators of the model.
   bool shape(std::string& error) {
     cudaDeviceProp properties;
     if (!worked(cudaGetDeviceProperties(&properties, device_), "GPU", error)) return false;
     launch_.table_capacity = static_cast<std::uint32_t>(options_.max_scenarios);
-    const std::size_t table = (GroupTable::bytes_for(launch_.table_capacity) + 15) / 16 * 16;
-    launch_.table_bytes =
-        table <= std::min<std::size_t>(kSharedTable, properties.sharedMemPerBlockOptin / 2) ? table : 0;
+    const std::size_t table = launch_.table_stride();
+    const std::size_t most = std::min<std::size_t>(kSharedTable, properties.sharedMemPerBlockOptin / 2);
+    launch_.table_bytes = table <= most ? table : 0;
     int simulating = 0, reducing = 0;
     if (!worked(cudaFuncSetAttribute(reduce<M>, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                     static_cast<int>(launch_.table_bytes)),
+                                     static_cast<int>(most)),
                 "shared memory", error) ||
         !worked(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&simulating, simulate<M>, kSimulateBlock, 0),
                 "GPU", error) ||
@@ -182,7 +214,7 @@ class CudaEvaluator final : public LeafEvaluator {
     launch_.together_bytes = sizeof(SharedSteps<M>);
     // A state that is too large for shared memory is stepped by single lanes.
     if (launch_.together_bytes + sizeof(LeafOffsets) + 1024 <= properties.sharedMemPerBlockOptin) {
-      launch_.most_warps = std::min<int>(M::kMaxWarps, SharedSteps<M>::kMostWarps);
+      launch_.most_warps = std::min<int>(M::kMaxWarps, kMostWarps);
       if (!worked(cudaFuncSetAttribute(simulate_together<M>, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                        static_cast<int>(launch_.together_bytes)),
                   "shared memory", error)) {
@@ -207,7 +239,9 @@ class CudaEvaluator final : public LeafEvaluator {
            worked(cudaMemcpy(device_params_.get(), params_.get(), sizeof(typename M::Params),
                              cudaMemcpyHostToDevice),
                   "GPU", error) &&
-           worked(cudaMemset(counters_.get(), 0, 2 * sizeof(unsigned long long)), "GPU", error);
+           worked(cudaMemset(counters_.get(), 0, 2 * sizeof(unsigned long long)), "GPU", error) &&
+           // The slots' streams do not wait for the one that these calls use.
+           worked(cudaDeviceSynchronize(), "GPU", error);
   }
 
   // The root ------------------------------------------------------------------------------------------
@@ -264,6 +298,7 @@ class CudaEvaluator final : public LeafEvaluator {
   // Batches -------------------------------------------------------------------------------------------
 
   std::size_t queue_size() const { return end_ - next_; }
+  Entry& in_queue(std::size_t i) { return queue_[i % queue_.size()]; }
 
   void queue_push(const LeafRequest& request) {
     Entry entry{request, Status::kOk, -1, 0, 0};
@@ -277,7 +312,7 @@ class CudaEvaluator final : public LeafEvaluator {
         entry.status = Status::kMemoryFull;
       }
     }
-    queue_[end_++ % kMaxQueue] = entry;
+    in_queue(end_++) = entry;
   }
 
   // Starts a batch if that is worth its while.
@@ -287,7 +322,7 @@ class CudaEvaluator final : public LeafEvaluator {
     bool device_works = false;
     for (Slot<M>& slot : slots_) device_works |= slot.running() && !slot.finished(error_);
     const bool host_works = launched_ > next_ && !device_works;  // results are there to be taken
-    const bool enough = 2 * waiting >= std::max<std::size_t>(1, options_.in_flight);
+    const bool enough = 2 * waiting >= std::min<std::size_t>(queue_.size(), 2 * kMaxLeaves);
     if (!enough && (device_works || host_works)) return;
     for (std::size_t s = 0; s < kSlots; ++s) {
       if (!is_free(s)) continue;
@@ -300,7 +335,7 @@ class CudaEvaluator final : public LeafEvaluator {
   bool is_free(std::size_t s) {
     if (slots_[s].running() && !slots_[s].finished(error_)) return false;
     for (std::size_t i = next_; i < launched_; ++i) {
-      if (queue_[i % kMaxQueue].slot == static_cast<int>(s)) return false;
+      if (in_queue(i).slot == static_cast<int>(s)) return false;
     }
     return true;
   }
@@ -310,7 +345,7 @@ class CudaEvaluator final : public LeafEvaluator {
     note_times(slot);
     slot.reset();
     while (launched_ < end_) {
-      Entry& entry = queue_[launched_ % kMaxQueue];
+      Entry& entry = in_queue(launched_);
       if (entry.status == Status::kOk) {
         const LeafRequest& request = entry.request;
         const bool is_root = request.parent == kNoHandle;

@@ -71,7 +71,7 @@ __device__ void list_actions(const Batch<M>& batch, int leaf) {
   const std::uint32_t* const block = block_of<M>(batch.members, task.base);
   const typename M::State state = load_state<M>(block, task.count, 0);
   const typename M::Fixed& fixed = batch.fixed[block[0]];
-  const bool all = task.wanted == kNoParent;
+  const bool all = task.wanted == kAllLegal;
   const std::uint32_t candidates = all ? M::kActionCount : task.wanted_count;
   std::uint32_t found = 0;
   for (std::uint32_t start = 0; start < candidates; start += blockDim.x) {

@@ -5,7 +5,6 @@
 
 #include <cstddef>
 #include <string>
-#include <utility>
 
 namespace hypgen::cuda {
 
@@ -22,11 +21,8 @@ template <class T, cudaError_t (*Release)(void*)>
 class Array {
  public:
   Array() = default;
-  Array(Array&& other) noexcept : data_(std::exchange(other.data_, nullptr)) {}
-  Array& operator=(Array&& other) noexcept {
-    std::swap(data_, other.data_);
-    return *this;
-  }
+  Array(const Array&) = delete;
+  Array& operator=(const Array&) = delete;
   ~Array() {
     if (data_ != nullptr) Release(data_);
   }

@@ -184,7 +184,7 @@ __global__ void __launch_bounds__(kSimulateBlock) simulate(const __grid_constant
 
 // The same with blocks of several warps for 32 lanes: they share the elements of each step.
 template <class M>
-__global__ void __launch_bounds__(SharedSteps<M>::kMostWarps* kWarp)
+__global__ void __launch_bounds__(kMostWarps* kWarp)
     simulate_together(const __grid_constant__ Batch<M> batch) {
   extern __shared__ __align__(16) unsigned char shared_memory[];
   __shared__ LeafOffsets offsets;

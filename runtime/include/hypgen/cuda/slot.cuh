@@ -1,7 +1,11 @@
 // One batch in flight: its stream, its memory and where its rows go.
 #pragma once
 
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
 #include <cstring>
+#include <string>
 
 #include "hypgen/cuda/batch.cuh"
 #include "hypgen/cuda/gather.cuh"
@@ -9,6 +13,7 @@
 #include "hypgen/cuda/reduce.cuh"
 #include "hypgen/cuda/ship.cuh"
 #include "hypgen/cuda/simulate.cuh"
+#include "hypgen/span.hpp"
 
 namespace hypgen::cuda {
 
@@ -23,6 +28,9 @@ struct LaunchShape {
   int most_warps = 1;
   std::size_t together_bytes = 0;  // of shared memory
   int multiprocessors = 1;
+
+  // Bytes of a table of groups, such that another can follow it.
+  std::size_t table_stride() const { return (GroupTable::bytes_for(table_capacity) + 15) / 16 * 16; }
 };
 
 // How many warps share a step: several only where lanes alone would leave most of the device idle.
@@ -44,6 +52,12 @@ class Slot {
   static constexpr std::size_t kBytesAnItem =
       sizeof(typename M::Key) + 3 * sizeof(std::int64_t) + 1 + sizeof(ChildRow);
 
+  // Of device memory, that a slot takes besides its items.
+  static std::size_t bytes_but_items(const LaunchShape& shape) {
+    return kRows * (sizeof(ActionRow) + sizeof(std::int32_t)) + kMaxLeaves * sizeof(LeafTask) +
+           kLeafWords * sizeof(std::uint32_t) + kWantedCapacity * sizeof(std::int32_t) + tables_bytes(shape);
+  }
+
   Slot() = default;
   Slot(const Slot&) = delete;
   Slot& operator=(const Slot&) = delete;
@@ -56,17 +70,16 @@ class Slot {
 
   bool make(const LaunchShape& shape, std::string& error) {
     shape_ = shape;
-    const std::size_t rows = std::size_t{kMaxLeaves} * kMaxActions, items = shape.item_capacity;
-    const std::size_t tables = shape.table_bytes > 0 ? 0 : table_stride() * shape.reduce_blocks;
+    const std::size_t items = shape.item_capacity, tables = tables_bytes(shape);
     return worked(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "stream", error) &&
            started_.make(error) && ended_.make(error) && keys_.allocate(items, error) &&
            rewards_.allocate(items, error) && uppers_.allocate(items, error) &&
            lowers_.allocate(items, error) && terminals_.allocate(items, error) &&
-           child_rows_.allocate(items, error) && action_rows_.allocate(rows, error) &&
-           legal_.allocate(rows, error) && leaf_words_.allocate(2 * kMaxLeaves + 2, error) &&
+           child_rows_.allocate(items, error) && action_rows_.allocate(kRows, error) &&
+           legal_.allocate(kRows, error) && leaf_words_.allocate(kLeafWords, error) &&
            (tables == 0 || tables_.allocate(tables, error)) && device_tasks_.allocate(kMaxLeaves, error) &&
            device_wanted_.allocate(kWantedCapacity, error) && tasks_.allocate(kMaxLeaves, error) &&
-           wanted_.allocate(kWantedCapacity, error) && out_actions_.allocate(rows, error) &&
+           wanted_.allocate(kWantedCapacity, error) && out_actions_.allocate(kRows, error) &&
            out_gains_.allocate(kMaxActions, error) && outcomes_.allocate(kMaxLeaves, error) &&
            done_.allocate(1, error) && clear(error);
   }
@@ -87,7 +100,7 @@ class Slot {
   std::size_t items() const { return items_; }
 
   void add(LeafTask task, Span<const int> actions) {
-    task.wanted = kNoParent;
+    task.wanted = kAllLegal;
     task.wanted_count = 0;
     if (!actions.empty()) {
       task.wanted = wanted_count_;
@@ -137,9 +150,10 @@ class Slot {
     gather<M><<<leaves_, kBlock, 0, stream_>>>(batch);
     launch_simulate(batch);
     reduce<M><<<blocks(units_, shape_.reduce_blocks), kReduceBlock, shape_.table_bytes, stream_>>>(
-        batch, tables_.get(), shape_.table_capacity, table_stride());
+        batch, tables_.get(), shape_.table_capacity, shape_.table_stride());
     ship<M><<<leaves_, kBlock, 0, stream_>>>(batch);
     cudaEventRecord(ended_.get(), stream_);
+    // The last error may be of a copy or an event of this batch too.
     return worked(cudaGetLastError(), "kernel launch", error);
   }
 
@@ -182,6 +196,13 @@ class Slot {
 
  private:
   static constexpr std::uint64_t kPollsBetweenQueries = 1 << 14;
+  static constexpr std::size_t kRows = std::size_t{kMaxLeaves} * kMaxActions;
+  static constexpr std::size_t kLeafWords = 2 * kMaxLeaves + 2;
+
+  // Of tables in device memory, where they do not fit shared memory.
+  static std::size_t tables_bytes(const LaunchShape& shape) {
+    return shape.table_bytes > 0 ? 0 : shape.table_stride() * static_cast<std::size_t>(shape.reduce_blocks);
+  }
 
   static unsigned blocks(std::size_t work, int most) {
     return static_cast<unsigned>(std::clamp<std::size_t>(work, 1, static_cast<std::size_t>(most)));
@@ -200,12 +221,9 @@ class Slot {
            static_cast<unsigned>(warps) * kWarp, shape_.together_bytes, stream_>>>(batch);
   }
 
-  std::size_t table_stride() const { return (GroupTable::bytes_for(shape_.table_capacity) + 15) / 16 * 16; }
-
   bool clear(std::string& error) {
     *done_.get() = 0;
-    return worked(cudaMemset(leaf_words_.get(), 0, sizeof(std::uint32_t) * (2 * kMaxLeaves + 2)), "GPU",
-                  error);
+    return worked(cudaMemset(leaf_words_.get(), 0, sizeof(std::uint32_t) * kLeafWords), "GPU", error);
   }
 
   LaunchShape shape_;

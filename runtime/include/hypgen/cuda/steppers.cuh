@@ -45,8 +45,6 @@ struct Padded {
 // The shared memory of a block whose warps take steps of the same 32 lanes together.
 template <class M>
 struct SharedSteps {
-  static constexpr int kMostWarps = 16;
-
   Padded<typename M::State> states[kWarp];
   Padded<typename M::State> nexts[kWarp];
   const typename M::Fixed* fixed[kWarp];  // in device memory; for warps that `serve`
