@@ -133,6 +133,13 @@ class Checks {
     return {std::begin(kWarps), std::end(kWarps)};
   }
 
+  std::vector<int> device_warps() const {
+    if (options_.warps > 0) return {std::min(options_.warps, model_.most_warps)};
+    std::vector<int> tried;
+    for (int warps = 1; warps <= model_.most_warps; warps *= 2) tried.push_back(warps);
+    return tried;
+  }
+
   std::vector<std::uint64_t> host_digests(const std::string& what, int warps) {
     fault_ = {};
     const auto progress = [&](std::uint32_t done) { report_.progress(what, done, range_.lanes); };
@@ -170,8 +177,7 @@ class Checks {
     bool equal = true;
     for (const DeviceInfo& device : devices) {
       for (const std::size_t in_flight : {1, 16}) equal = check_search(device.index, in_flight) && equal;
-      for (int warps = 1; warps <= model_.most_warps; warps *= 2) {
-        if (options_.warps != 0 && warps != options_.warps) continue;
+      for (const int warps : device_warps()) {
         equal = check_device(device.index, warps) && equal;
         equal = check_leaves(device.index, warps) && equal;
       }
