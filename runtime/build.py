@@ -112,8 +112,9 @@ def _target(cuda: CudaBuild | None) -> str:
     """Return all that the GPU's part of a build depends on."""
     if cuda is None:
         return "cpu"
-    host = os.environ.get("NVCC_CCBIN", "")
-    return f"{cuda.architectures} {cuda.nvcc.version} ({cuda.nvcc.path}) {host}"
+    read_by_nvcc = ("NVCC_CCBIN", "NVCC_PREPEND_FLAGS", "NVCC_APPEND_FLAGS")
+    settings = " ".join(os.environ.get(name, "") for name in read_by_nvcc)
+    return f"{cuda.architectures} {cuda.nvcc.version} ({cuda.nvcc.path}) {settings}"
 
 
 def _suffix(cuda: CudaBuild | None) -> str:

@@ -157,7 +157,8 @@ def nvcc_command(build: CudaBuild, flags: list[str], compiler: Path, host_flags:
         command.append("--threads=0")
     if not os.environ.get("NVCC_CCBIN"):
         command += ["-ccbin", str(compiler)]
-    return command + [f"-Xcompiler={flag}" for flag in host_flags if not flag.startswith("-std=")]
+    passed = (flag.replace(",", r"\,") for flag in host_flags if not flag.startswith("-std="))
+    return command + [f"-Xcompiler={flag}" for flag in passed]  # which splits at commas
 
 
 def _gpus_here() -> tuple[Gpu, ...]:

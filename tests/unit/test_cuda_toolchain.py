@@ -186,6 +186,12 @@ def test_the_newest_architecture_is_also_given_as_ptx(monkeypatch: pytest.Monkey
     assert "-ccbin" not in cuda_toolchain.nvcc_command(build, [], Path("g++"), [])
 
 
+def test_a_host_flag_with_a_comma_stays_one() -> None:
+    build = CudaBuild(Nvcc(Path("nvcc"), "nvcc", Path("lib"), (90,)), (90,))
+    command = cuda_toolchain.nvcc_command(build, [], Path("g++"), ["-fsanitize=address,undefined"])
+    assert command[-1] == r"-Xcompiler=-fsanitize=address\,undefined"
+
+
 def test_a_host_compiler_that_nvcc_does_not_take_is_named(
     make_nvcc: MakeNvcc, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
