@@ -302,7 +302,9 @@ class CudaEvaluator final : public LeafEvaluator {
 
   void queue_push(const LeafRequest& request) {
     Entry entry{request, Status::kOk, -1, 0, 0};
-    if (request.parent != kNoHandle) {
+    if (!can_exist(request)) {
+      entry.status = Status::kEvaluatorFailed;
+    } else if (request.parent != kNoHandle) {
       const bool room = nodes_.size() < node_capacity_ && members_used_ + request.count <= member_capacity_;
       if (room) {
         entry.node = nodes_.allocate(1);
@@ -313,6 +315,15 @@ class CudaEvaluator final : public LeafEvaluator {
       }
     }
     in_queue(end_++) = entry;
+  }
+
+  // Whether there may be such a leaf: kernels take its numbers as they are.
+  bool can_exist(const LeafRequest& request) const {
+    const bool is_root = request.parent == kNoHandle;
+    const std::uint64_t parent = is_root ? 0 : request.parent;
+    if (parent >= nodes_.size() || request.count == 0) return false;
+    const std::uint32_t most = nodes_[parent].count;
+    return is_root ? request.count == most : std::uint64_t{request.first} + request.count <= most;
   }
 
   // Starts a batch if that is worth its while.
