@@ -20,6 +20,7 @@ from hypgen.dsl import ir
 from hypgen.dsl.ir_walk import shape
 from hypgen.dsl.types import length_of, size_of
 
+_FEWEST_RUNS = 4
 _MOST_WARPS = 16  # of a block
 
 
@@ -110,9 +111,12 @@ def run_count(stage: Sequence[Share]) -> int:
 
 
 def most_warps(stages: Sequence[Sequence[Share]]) -> int:
-    """Return the most warps that are worth a block: a power of two."""
+    """Return the most warps that are worth a block: a power of two.
+
+    For two or three runs it is one: sharing gains little, and its kernels are half of what nvcc compiles.
+    """
     most = max((run_count(stage) for stage in stages), default=1)
-    return 1 << (min(most, _MOST_WARPS).bit_length() - 1)
+    return 1 << (min(most, _MOST_WARPS).bit_length() - 1) if most >= _FEWEST_RUNS else 1
 
 
 def written_words(update: ElementUpdate, state: Block) -> list[frozenset[int]]:

@@ -51,15 +51,19 @@ def test_what_each_warp_takes() -> None:
     facts = explain(ir_samples.rocks())
     family = next(task for stage in facts["stages"] for task in stage if task["members"] > 1)
     assert (family["runs"], family["grain"], family["words"]) == (1, family["members"], [1])
-    assert facts["warps"]["most"] == 2
-    assert facts["warps"]["shares"][1] == {"warps": 2, "runs": [[1, 1]]}
+    assert facts["warps"]["most"] == 1
+    assert "Warps that share a step: 1 at most\n" in text(ir_samples.rocks())
+    crowd = load(Path(__file__).parent.parent.parent / "examples" / "crowd_driving.pomdp").model
+    warps = explain(crowd)["warps"]
+    assert warps["most"] == 16
+    assert warps["shares"][1] == {"warps": 2, "runs": [[11, 10], [1, 0]]}
     assert (
-        "Warps that share a step: 2 at most\n"
-        "  warps  runs of stage 0 for each\n"
-        "  1      2\n"
-        "  2      1 1\n"
-        "  4      1 1 0 0\n"
-    ) in text(ir_samples.rocks())
+        "Warps that share a step: 16 at most\n"
+        "  warps  runs of stage 0 for each  runs of stage 1 for each\n"
+        "  1      21                        1\n"
+        "  2      11 10                     1 0\n"
+        "  4      6 5 5 5                   1 0 0 0\n"
+    ) in text(crowd)
 
 
 def test_rewards_add_up_over_members() -> None:

@@ -46,6 +46,29 @@ __global__ void __launch_bounds__(kMostWarps* kWarp)
   if (threadIdx.x < kWarp && i < range.lanes) digests[i] = value;
 }
 
+// Starts shared walks, if several warps are asked for and shared memory can hold the states: those that are
+// too large are stepped by single lanes, as in the evaluator. False and `error` on a failure.
+template <class M>
+bool start_together(const typename M::Params* params, const DigestRange& range, int warps,
+                    std::uint64_t* digests, bool& started, std::string& error) {
+  constexpr auto kBytes = static_cast<int>(sizeof(SharedSteps<M>));
+  int device = 0, shared = 0;
+  if (!worked(cudaGetDevice(&device), "GPU", error) ||
+      !worked(cudaDeviceGetAttribute(&shared, cudaDevAttrMaxSharedMemoryPerBlockOptin, device), "GPU",
+              error)) {
+    return false;
+  }
+  if (warps <= 1 || kBytes > shared) return true;
+  if (!worked(cudaFuncSetAttribute(walk_together<M>, cudaFuncAttributeMaxDynamicSharedMemorySize, kBytes),
+              "shared memory", error)) {
+    return false;
+  }
+  walk_together<M><<<(range.lanes + kWarp - 1) / kWarp, static_cast<unsigned>(warps) * kWarp, kBytes>>>(
+      params, range, digests);
+  started = true;
+  return true;
+}
+
 // Runs either on the present device; false and `error` on a failure.
 template <class M>
 bool walk_on_device(const typename M::Params& params, const DigestRange& range, int warps, std::uint64_t* out,
@@ -57,24 +80,13 @@ bool walk_on_device(const typename M::Params& params, const DigestRange& range, 
               error)) {
     return false;
   }
-  int device = 0, shared = 0;
-  constexpr auto kBytes = static_cast<int>(sizeof(SharedSteps<M>));
-  if (!worked(cudaGetDevice(&device), "GPU", error) ||
-      !worked(cudaDeviceGetAttribute(&shared, cudaDevAttrMaxSharedMemoryPerBlockOptin, device), "GPU",
-              error)) {
-    return false;
+  bool started = false;
+  if constexpr (M::kMaxWarps > 1) {
+    if (!start_together<M>(device_params.get(), range, warps, digests.get(), started, error)) return false;
   }
-  // States that are too large for shared memory are stepped by single lanes, as in the evaluator.
-  if (warps <= 1 || kBytes > shared) {
+  if (!started) {
     walk<M><<<(range.lanes + kDigestBlock - 1) / kDigestBlock, kDigestBlock>>>(device_params.get(), range,
                                                                                digests.get());
-  } else {
-    if (!worked(cudaFuncSetAttribute(walk_together<M>, cudaFuncAttributeMaxDynamicSharedMemorySize, kBytes),
-                "shared memory", error)) {
-      return false;
-    }
-    walk_together<M><<<(range.lanes + kWarp - 1) / kWarp, static_cast<unsigned>(warps) * kWarp, kBytes>>>(
-        device_params.get(), range, digests.get());
   }
   return worked(cudaGetLastError(), "kernel launch", error) &&
          worked(cudaDeviceSynchronize(), "GPU", error) &&

@@ -212,13 +212,15 @@ class CudaEvaluator final : public LeafEvaluator {
     launch_.warps = options_.warps;
     launch_.multiprocessors = properties.multiProcessorCount;
     launch_.together_bytes = sizeof(SharedSteps<M>);
-    // A state that is too large for shared memory is stepped by single lanes.
-    if (launch_.together_bytes + sizeof(LeafOffsets) + 1024 <= properties.sharedMemPerBlockOptin) {
-      launch_.most_warps = std::min<int>(M::kMaxWarps, kMostWarps);
-      if (!worked(cudaFuncSetAttribute(simulate_together<M>, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                       static_cast<int>(launch_.together_bytes)),
-                  "shared memory", error)) {
-        return false;
+    if constexpr (M::kMaxWarps > 1) {
+      // A state that is too large for shared memory is stepped by single lanes.
+      if (launch_.together_bytes + sizeof(LeafOffsets) + 1024 <= properties.sharedMemPerBlockOptin) {
+        launch_.most_warps = std::min<int>(M::kMaxWarps, kMostWarps);
+        if (!worked(cudaFuncSetAttribute(simulate_together<M>, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                         static_cast<int>(launch_.together_bytes)),
+                    "shared memory", error)) {
+          return false;
+        }
       }
     }
     launch_.simulate_blocks = std::max(1, simulating) * properties.multiProcessorCount;

@@ -14,8 +14,10 @@ struct Successor {
   bool terminal;
 };
 
+// Not inlined: it is called twice, and is a large part of what nvcc compiles.
 template <class M>
-__device__ Successor<M> simulate_member(const Batch<M>& batch, const LeafTask& task, std::uint32_t i) {
+__device__ __noinline__ Successor<M> simulate_member(const Batch<M>& batch, const LeafTask& task,
+                                                     std::uint32_t i) {
   const std::uint32_t* const block = block_of<M>(batch.members, task.parent_base);
   const std::uint32_t scenario = block[i];
   const typename M::State state = load_state<M>(block, task.parent_count, i);

@@ -10,7 +10,7 @@
 namespace hypgen::cuda {
 
 constexpr int kSimulateBlock = kBlock;
-constexpr int kRefill = 8;  // idle lanes of a warp that are worth starting new items for
+constexpr unsigned kRefill = 8;  // idle lanes of a warp that are worth starting new items for
 
 enum class Phase { kIdle, kFirstStep, kRollout };
 
@@ -125,53 +125,42 @@ struct Lane {
   }
 };
 
-// Gives the idle lanes of a warp items to start; whether there are no more.
-template <class M>
-__device__ bool take_items(Lane<M>& lane, std::uint32_t count, unsigned idle) {
-  const unsigned rank = threadIdx.x % kWarp;
-  std::uint32_t first = 0;
-  if (rank == 0) first = atomicAdd(lane.batch.next_item, __popc(idle));
-  first = __shfl_sync(kAll, first, 0);
-  const std::uint32_t number = first + __popc(idle & ((1U << rank) - 1));
-  if (lane.idle() && number < count) lane.start(number);
-  return first + __popc(idle) >= count;
-}
-
 // Runs a warp's lanes until no item is left. Lanes that finish wait until a few of the warp have, then take
 // the next items together: starting costs as much as some rollout steps, and so would be paid by all lanes
 // for the sake of one. `steps` takes the step of all lanes of the warp at once.
 template <class M, class Steps>
 __device__ void run_items(Lane<M>& lane, std::uint32_t count, const Steps& steps) {
   const Batch<M>& batch = lane.batch;
-  const Item<M>& item = lane.item;
+  const unsigned rank = threadIdx.x % kWarp;
   bool exhausted = false;
   std::uint32_t taken = 0;
-  for (unsigned idle = kAll; !exhausted || idle != kAll; idle = __ballot_sync(kAll, lane.idle())) {
-    if (!exhausted) {
-      exhausted = take_items(lane, count, idle);
-      PhiloxDraws draws = lane.draws();
-      typename M::State next;
-      const bool active = item.phase == Phase::kFirstStep && item.action != kNoStep;
-      const StepResult step =
-          steps(StepInput<M>{*batch.params, lane.fixed(), item.state, item.action, active}, draws, next);
-      taken += active;
-      if (item.phase == Phase::kFirstStep) lane.after_first(step, draws, next);
+  while (true) {
+    const unsigned idle = __ballot_sync(kAll, lane.idle());
+    if (!exhausted && (idle == kAll || __popc(idle) >= kRefill)) {
+      std::uint32_t first = 0;
+      if (rank == 0) first = atomicAdd(batch.next_item, __popc(idle));
+      first = __shfl_sync(kAll, first, 0);
+      exhausted = first + __popc(idle) >= count;
+      const std::uint32_t number = first + __popc(idle & ((1U << rank) - 1));
+      if (lane.idle() && number < count) lane.start(number);
+    } else if (idle == kAll) {
+      break;
     }
-    while (true) {
-      const unsigned rolling = __ballot_sync(kAll, item.phase == Phase::kRollout);
-      if (rolling == 0 || (!exhausted && __popc(rolling) <= kWarp - kRefill)) break;
-      PhiloxDraws draws = lane.draws();
-      if (item.phase == Phase::kRollout) lane.choose(draws);
-      typename M::State next;
-      const bool active = item.phase == Phase::kRollout;
-      const StepResult step =
-          steps(StepInput<M>{*batch.params, lane.fixed(), item.state, item.action, active}, draws, next);
-      taken += active;
-      if (active) lane.after_rollout(step, draws, next);
+    PhiloxDraws draws = lane.draws();
+    if (lane.item.phase == Phase::kRollout) lane.choose(draws);
+    typename M::State next;
+    const bool active = !lane.idle() && lane.item.action != kNoStep;
+    const StepResult step = steps(
+        StepInput<M>{*batch.params, lane.fixed(), lane.item.state, lane.item.action, active}, draws, next);
+    taken += active;
+    if (lane.item.phase == Phase::kFirstStep) {
+      lane.after_first(step, draws, next);
+    } else if (lane.item.phase == Phase::kRollout) {
+      lane.after_rollout(step, draws, next);
     }
   }
   for (unsigned offset = kWarp / 2; offset > 0; offset /= 2) taken += __shfl_xor_sync(kAll, taken, offset);
-  if (threadIdx.x % kWarp == 0) atomicAdd(batch.steps, static_cast<unsigned long long>(taken));
+  if (rank == 0) atomicAdd(batch.steps, static_cast<unsigned long long>(taken));
 }
 
 template <class M>

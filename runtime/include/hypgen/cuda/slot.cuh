@@ -209,16 +209,19 @@ class Slot {
   }
 
   void launch_simulate(const Batch<M>& batch) {
-    const int warps = warps_for(shape_, items_);
-    if (warps == 1) {
-      simulate<M><<<blocks((items_ + kSimulateBlock - 1) / kSimulateBlock, shape_.simulate_blocks),
-                    kSimulateBlock, 0, stream_>>>(batch);
-      return;
+    if constexpr (M::kMaxWarps > 1) {
+      const int warps = warps_for(shape_, items_);
+      if (warps > 1) return launch_together(batch, warps);
     }
+    simulate<M><<<blocks((items_ + kSimulateBlock - 1) / kSimulateBlock, shape_.simulate_blocks),
+                  kSimulateBlock, 0, stream_>>>(batch);
+  }
+
+  void launch_together(const Batch<M>& batch, int warps) {
     constexpr int kResidentWarps = 64;  // a multiprocessor
-    simulate_together<M>
-        <<<blocks((items_ + kWarp - 1) / kWarp, shape_.multiprocessors * kResidentWarps / warps),
-           static_cast<unsigned>(warps) * kWarp, shape_.together_bytes, stream_>>>(batch);
+    const int most = shape_.multiprocessors * kResidentWarps / warps;
+    simulate_together<M><<<blocks((items_ + kWarp - 1) / kWarp, most), static_cast<unsigned>(warps) * kWarp,
+                           shape_.together_bytes, stream_>>>(batch);
   }
 
   bool clear(std::string& error) {

@@ -23,7 +23,7 @@ struct RockSample : NoHistory {
   static constexpr bool kHasLower = false;
   using Key = std::uint64_t;
   static constexpr int kStages = 1;
-  static constexpr int kMaxWarps = 2;
+  static constexpr int kMaxWarps = 1;
   static constexpr bool kFactored = true;
   static constexpr int kExactUnits = 8;
   static constexpr int kParticleUnits = 0;

@@ -23,7 +23,7 @@ struct SmallRocks : NoHistory, NotFactored {
   static constexpr bool kHasLower = false;
   using Key = std::uint64_t;
   static constexpr int kStages = 1;
-  static constexpr int kMaxWarps = 2;
+  static constexpr int kMaxWarps = 1;
 
   struct Reading {
     static constexpr std::int32_t nothing = 0;

@@ -23,7 +23,7 @@ struct Tag : NoHistory {
   static constexpr bool kHasLower = false;
   using Key = std::uint64_t;
   static constexpr int kStages = 2;
-  static constexpr int kMaxWarps = 2;
+  static constexpr int kMaxWarps = 1;
   static constexpr bool kFactored = true;
   static constexpr int kExactUnits = 1;
   static constexpr int kParticleUnits = 0;

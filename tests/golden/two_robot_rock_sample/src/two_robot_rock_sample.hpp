@@ -24,7 +24,7 @@ struct TwoRobotRockSample {
   static constexpr bool kHasHistory = true;
   using Key = std::uint64_t;
   static constexpr int kStages = 1;
-  static constexpr int kMaxWarps = 2;
+  static constexpr int kMaxWarps = 1;
   static constexpr bool kFactored = true;
   static constexpr int kExactUnits = 20;
   static constexpr int kParticleUnits = 0;
