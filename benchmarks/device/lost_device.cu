@@ -1,5 +1,5 @@
-// A GPU that fails in mid-search: the plan has to end at once with a legal action, and the next ones have to use
-// the CPU. Built as leaf_evaluator.cu is, with MAIN the generated main.cpp of a model.
+// A GPU that fails in mid-search: the plan has to end at once with a legal action, and the next ones have to
+// use the CPU. Built as leaf_evaluator.cu is, with MAIN the generated main.cpp of a model.
 #define main solver_entry
 #include MAIN
 #undef main
@@ -7,16 +7,16 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <thread>
-
 #include <hypgen/cuda/evaluator.cuh>
 #include <hypgen/planner.hpp>
+#include <thread>
 
 namespace {
 
 using namespace hypgen;
 
-// Ends with an error that stays: every later call on this process's context fails, as after a fault of the device.
+// Ends with an error that stays: every later call on this process's context fails, as after a fault of the
+// device.
 __global__ void fail_here() { asm volatile("trap;"); }
 
 void require(bool holds, const char* what) {
