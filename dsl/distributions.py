@@ -7,7 +7,7 @@ from functools import partial
 
 from hypgen.dsl import ast, builtins, ir, limited_draws, matching, number_draws, operators, set_draws
 from hypgen.dsl.bindings import let_dist
-from hypgen.dsl.draws import bind_value, is_draw, named_draw
+from hypgen.dsl.draws import bind_value, is_draw, named_draw, refuse_fields
 from hypgen.dsl.expressions import enter_prime, require_state
 from hypgen.dsl.fitting import joined
 from hypgen.dsl.mistakes import gather, mistake, unreachable
@@ -39,6 +39,7 @@ _FORMS = {
 def right_side(rhs: ast.Rhs, scope: Scope, target: Type | None, what: str) -> ir.Dist:
     """Return what ``= e`` or ``~ d`` says, as a distribution over ``target`` (None: as found)."""
     if not rhs.draw and is_draw(rhs.expr, scope):
+        refuse_fields(rhs.expr, target)
         raise mistake(
             "E0701", "this is a draw, and '=' is exact", rhs.span, "write '~' in place of '=' to draw"
         )

@@ -8,6 +8,7 @@ from hypgen.dsl import ast, builtins, ir
 from hypgen.dsl.mistakes import Mistake, mistake
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
+from hypgen.dsl.types import Record, Type
 
 
 def is_draw(node: ast.Expr, scope: Scope) -> bool:
@@ -54,6 +55,25 @@ def refuse_operand(op: str, operands: Sequence[ast.Expr], scope: Scope) -> None:
 _SHIFT = "; a shift of a normal draw can stand in its mean: normal(mean + shift, sd)"
 _SCALE = "; a normal draw can be scaled inside: normal(factor * mean, factor * sd)"
 _NORMAL = {"+": _SHIFT, "-": _SHIFT, "*": _SCALE, "/": _SCALE}
+
+
+def fields_of_record(node: ast.Expr, name: str, fields: Sequence[str]) -> Mistake | None:
+    """Return the mistake of writing a record as a struct of other languages, `{x: 1, y: 2}`, if it is one."""
+    if not isinstance(node, ast.TableLiteral) or node.rest is not None:
+        return None
+    given = [value.name for value, _ in node.entries if isinstance(value, ast.Name)]
+    if sorted(given) != sorted(fields) or len(given) < len(node.entries):
+        return None
+    message = f"braces are a table of probabilities, and a value of '{name}' is built with parentheses"
+    return mistake("E0146", message, node.span, f"write `{name}({', '.join(fields)})`, its fields in order")
+
+
+def refuse_fields(node: ast.Expr, target: Type | None) -> None:
+    """Raise if a value of the record ``target`` is written as a struct of other languages."""
+    if isinstance(target, Record):
+        found = fields_of_record(node, target.name, [name for name, _ in target.fields])
+        if found is not None:
+            raise found
 
 
 def misplaced_draw(what: str, span: Span) -> Mistake:

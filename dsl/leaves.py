@@ -14,6 +14,7 @@ from typing import Any
 from hypgen.dsl import ast
 from hypgen.dsl.builtins import DRAWS
 from hypgen.dsl.diagnostics import did_you_mean
+from hypgen.dsl.draws import fields_of_record
 from hypgen.dsl.mistakes import Mistake, Report, gather, mistake
 from hypgen.dsl.shapes import Names, Shape, Shapes
 from hypgen.dsl.source import Span
@@ -323,6 +324,9 @@ class _Flattener:
 
     def _mismatch(self, e: ast.Expr, shape: Shape, found: Shape | None) -> Mistake:
         wanted = self._form(shape.record)
+        literal = fields_of_record(e, shape.record.name, [f.name for f in shape.record.fields])
+        if literal is not None:
+            return literal
         if _draws(e):
             return mistake(
                 "E0706",

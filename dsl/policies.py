@@ -10,7 +10,7 @@ from hypgen.dsl.array_values import array_of
 from hypgen.dsl.constants import shape
 from hypgen.dsl.declarations import let_of
 from hypgen.dsl.diagnostics import did_you_mean
-from hypgen.dsl.draws import is_draw
+from hypgen.dsl.draws import is_draw, refuse_fields
 from hypgen.dsl.mistakes import mistake
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.symbols import duplicate
@@ -152,7 +152,7 @@ def _first(rhs: ast.Rhs, indices: tuple[Type, ...], scope: Scope, t: Type, name:
     """Return what a register holds at first; one value that is not an array stands for all entries."""
     if not indices or isinstance(rhs.expr, ast.Comprehension | ast.ArrayLiteral):
         return _entries(rhs, indices, scope, t, name)
-    _refuse_draw(rhs, scope, name)
+    _refuse_draw(rhs, scope, t, name)
     value = check_as(rhs.expr, scope, t, f"'{name}'")
     binders: list[ir.Binder] = []
     for index in indices:
@@ -162,14 +162,15 @@ def _first(rhs: ast.Rhs, indices: tuple[Type, ...], scope: Scope, t: Type, name:
 
 
 def _entries(rhs: ast.Rhs, indices: tuple[Type, ...], scope: Scope, t: Type, name: str) -> ir.Entries:
-    _refuse_draw(rhs, scope, name)
+    _refuse_draw(rhs, scope, t, name)
     binders, dist = array_of(rhs, indices, scope, t, name)
     assert isinstance(dist, ir.Certain)
     return ir.Entries(binders, dist.value)
 
 
-def _refuse_draw(rhs: ast.Rhs, scope: Scope, name: str) -> None:
+def _refuse_draw(rhs: ast.Rhs, scope: Scope, t: Type, name: str) -> None:
     if rhs.draw or is_draw(rhs.expr, scope):
+        refuse_fields(rhs.expr, t)
         raise mistake(
             "E0503",
             f"the memory '{name}' cannot draw: it follows from what was seen and done",

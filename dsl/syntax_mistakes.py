@@ -13,6 +13,7 @@ from lark import Token
 
 from hypgen.dsl.diagnostics import Diagnostic
 from hypgen.dsl.source import Span
+from hypgen.dsl.syntax_brackets import foreign_binder, foreign_record, misplaced_body
 from hypgen.dsl.syntax_errors import CLOSERS, END, SIGNS, UNKNOWN, Situation, shown
 
 _COMPARISONS = ("EQ", "NE", "LE", "GE", "LT", "GT")
@@ -456,6 +457,9 @@ MISTAKES: tuple[Mistake, ...] = (
     _unknown_character,
     _number_form,
     _unit_of_number,
+    foreign_binder,
+    misplaced_body,
+    foreign_record,
     _misspelt_keyword,
     _reserved_word,
     _missing_when,
