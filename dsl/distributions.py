@@ -10,6 +10,7 @@ from hypgen.dsl.bindings import let_dist
 from hypgen.dsl.draws import bind_value, is_draw, named_draw, refuse_fields
 from hypgen.dsl.expressions import enter_prime, require_state
 from hypgen.dsl.fitting import joined
+from hypgen.dsl.ir_nodes import placed
 from hypgen.dsl.mistakes import gather, mistake, unreachable
 from hypgen.dsl.named_distributions import inlined
 from hypgen.dsl.number_draws import refuse_unlimited
@@ -50,6 +51,10 @@ def right_side(rhs: ast.Rhs, scope: Scope, target: Type | None, what: str) -> ir
 
 def check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.Dist:
     """Return the distribution that ``node`` writes, over ``target`` if that is given."""
+    return placed(_check(node, scope, target, what), node.span)
+
+
+def _check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.Dist:
     if isinstance(node, ast.Comprehension | ast.ArrayLiteral):
         raise mistake(
             "E0706",
@@ -138,7 +143,7 @@ def _check_form(node: ast.Call) -> None:
 
 def probability(node: ast.Expr, scope: Scope) -> ir.Expr:
     """Return a probability; a constant one must lie in 0 .. 1."""
-    return check_as(node, scope, PROB, "the probability", "E0606")
+    return placed(check_as(node, scope, PROB, "the probability", "E0606"), node.span)
 
 
 def _bernoulli(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.Dist:

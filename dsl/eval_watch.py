@@ -60,8 +60,12 @@ class Watch(Evaluator):
         remedy: str,
         bad: npt.NDArray[np.bool_] | np.bool_,
         frame: Frame,
+        part: ir.Expr | ir.Dist | None = None,
     ) -> None:
-        """Add a finding if any lane that counts is bad; ``message`` takes the first such lane."""
+        """Add a finding if any lane that counts is bad; ``message`` takes the first such lane.
+
+        It points at ``part``, as far as that says where it stands, or else at the declaration.
+        """
         if not np.any(bad):
             return
         lanes = len(frame.lanes)
@@ -73,7 +77,10 @@ class Watch(Evaluator):
         if not wrong.any():
             return
         lane = int(np.argmax(wrong))
-        diagnostic = Diagnostic(code, message(lane), self.place.span, remedy)
+        own, declared = None if part is None else part.span, self.place.span
+        outside = own is not None and declared is not None and not declared.contains(own)
+        notes = ((declared, "it is drawn from here"),) if outside and declared is not None else ()
+        diagnostic = Diagnostic(code, message(lane), own or declared, remedy, notes)
         self._findings.add(diagnostic, int(wrong.sum()), lambda: moment_of(frame, lane), self.place)
 
     def where(self, condition: Array, evaluate: Callable[[], Array]) -> Array:
@@ -108,6 +115,7 @@ class Watch(Evaluator):
                 "correct what it is computed from; solvers go on with the nearest end",
                 result != operand,
                 frame,
+                e,
             )
         return result
 
@@ -121,6 +129,7 @@ class Watch(Evaluator):
                 "say what it is then: add `else value`, or change the condition",
                 empty,
                 frame,
+                e,
             )
         return super()._extremum(e, frame)
 
@@ -151,23 +160,25 @@ class Watch(Evaluator):
             "change the formula, or limit it with clamp(.., 0, 1)",
             ~((value >= -_ROUNDING) & (value <= 1 + _ROUNDING)),
             frame,
+            e,
         )
 
     def _check_table(self, dist: ir.Table, frame: Frame) -> None:
         total: Array = np.zeros(())
-        least: Array = np.zeros(())
+        possible: Array = np.ones((), dtype=np.bool_)
         for _, weight in dist.entries:
             self._check_probability(weight, frame)
             value = self.value(weight, frame).astype(np.float64)
-            total, least = total + value, np.minimum(least, value)
+            total, possible = total + value, possible & (value >= -_ROUNDING) & (value <= 1 + _ROUNDING)
         slack = _ROUNDING * len(dist.entries)
-        too_much = (total > 1 + slack) & (least >= -_ROUNDING)
+        too_much = possible & (total > 1 + slack)  # what is no probability has been told already
         self.note(
             "C0102",
             lambda lane: f"the probabilities of a table sum to {_at(total, lane):.6g}",
             "make them sum to 1; `else value` takes what is left",
-            too_much if dist.rest is not None else too_much | (total < 1 - slack),
+            too_much if dist.rest is not None else too_much | possible & (total < 1 - slack),
             frame,
+            dist,
         )
 
     def _check_set(self, dist: ir.UniformSet, frame: Frame) -> None:
@@ -182,6 +193,7 @@ class Watch(Evaluator):
             "say what to draw then: add `else draw`, or change the condition",
             ~np.logical_or.reduce(np.broadcast_arrays(*holds)),
             frame,
+            dist,
         )
 
     def _check_weights(self, dist: ir.Weighted, frame: Frame) -> None:
@@ -189,9 +201,8 @@ class Watch(Evaluator):
         for _, _, values in combinations(dist.binders):
             inner = frame.bind(values)
             holds, weight = self.holds(dist.condition, inner), self.value(dist.weight, inner)
-            self._check_parameter(
-                "a weight", weight, holds & ~(weight >= 0.0), "give weights from 0 up", inner
-            )
+            negative = holds & ~(weight >= 0.0)
+            self._check_parameter("a weight", weight, negative, "give weights from 0 up", inner, dist.weight)
             some = some | (holds & (weight > 0.0))
         if dist.otherwise is None:
             self.note(
@@ -200,6 +211,7 @@ class Watch(Evaluator):
                 "say what to draw then: add `else draw`, or change the weights",
                 ~some,
                 frame,
+                dist,
             )
 
     def _check_law(self, dist: ir.Dist, frame: Frame) -> None:
@@ -207,7 +219,8 @@ class Watch(Evaluator):
             case ir.Poisson(mean=mean):
                 value = self.value(mean, frame)
                 wrong = ~((value >= 0.0) & (value <= 690.0))
-                self._check_parameter("the mean of a poisson draw", value, wrong, "keep it in 0..690", frame)
+                what, remedy = "the mean of a poisson draw", "keep it in 0..690"
+                self._check_parameter(what, value, wrong, remedy, frame, mean)
             case ir.Normal(deviation=scale) | ir.Exponential(mean=scale):
                 value = self.value(scale, frame)
                 what = (
@@ -215,17 +228,19 @@ class Watch(Evaluator):
                     if isinstance(dist, ir.Normal)
                     else "the mean of an exponential draw"
                 )
-                self._check_parameter(what, value, ~(value > 0.0), "keep it above 0", frame)
+                self._check_parameter(what, value, ~(value > 0.0), "keep it above 0", frame, scale)
             case ir.UniformInt() | ir.UniformFloat() | ir.Truncated() | ir.Binned():
                 low, high = self.value(dist.low, frame), self.value(dist.high, frame)
                 wrong = ~(low <= high) if isinstance(dist, ir.UniformInt | ir.UniformFloat) else ~(low < high)
                 remedy = "keep it above the lower end"
-                self._check_parameter("the upper end of a draw", high, wrong, remedy, frame)
+                self._check_parameter("the upper end of a draw", high, wrong, remedy, frame, dist)
         if isinstance(dist, ir.Truncated | ir.Clamped | ir.Binned):
             self._check_law(dist.law, frame)
 
-    def _check_parameter(self, what: str, value: Array, wrong: Array, remedy: str, frame: Frame) -> None:
-        self.note("C0106", lambda lane: f"{what} is {_at(value, lane):.6g}", remedy, wrong, frame)
+    def _check_parameter(
+        self, what: str, value: Array, wrong: Array, remedy: str, frame: Frame, part: ir.Expr | ir.Dist
+    ) -> None:
+        self.note("C0106", lambda lane: f"{what} is {_at(value, lane):.6g}", remedy, wrong, frame, part)
 
     # Branches of distributions ---------------------------------------------------------------
 

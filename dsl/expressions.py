@@ -9,6 +9,7 @@ from functools import partial
 from hypgen.dsl import ast, calls, intervals, ir, matching, operators, quantifiers, references
 from hypgen.dsl.bindings import let_in
 from hypgen.dsl.draws import bind_value, is_draw, misplaced_draw, refuse_operand
+from hypgen.dsl.ir_nodes import placed
 from hypgen.dsl.mistakes import gather, mistake, unreachable
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
@@ -27,6 +28,8 @@ def check(node: ast.Expr, scope: Scope, expected: Type | None = None) -> ir.Expr
         scope.budget.spend(node.span)
     found = _dispatch(node, scope, expected)
     found = require_int32(assumed(found, INT) if scope.open_ints else found, node.span)
+    if isinstance(found, ir.Checked | ir.Quantified):
+        found = placed(found, node.span)
     return scope.narrow(found)
 
 

@@ -82,12 +82,10 @@ def widened(dist: ir.Dist, t: Type) -> ir.Dist:
             return ir.IfDist(t, condition, widened(then, t), widened(otherwise, t))
         case ir.LetDist(_, name, value, body):
             return ir.LetDist(t, name, value, widened(body, t))
-        case ir.Table(_, entries, rest):
-            return ir.Table(t, entries, rest)
-        case ir.UniformSet(_, binders, condition, value, otherwise):
-            return ir.UniformSet(
-                t, binders, condition, value, None if otherwise is None else widened(otherwise, t)
-            )
+        case ir.Table():
+            return replace(dist, type=t)
+        case ir.UniformSet(otherwise=otherwise):
+            return replace(dist, type=t, otherwise=None if otherwise is None else widened(otherwise, t))
         case ir.Uniform(own):
             return uniform_over(own, t)
         case ir.Widened(_, inner):

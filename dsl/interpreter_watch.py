@@ -34,7 +34,7 @@ class WatchedInterpreter(Interpreter):
         }
         self._names = {id(getattr(model, name)): name for name in self.places}
         if model.policy is not None:
-            self.places["policy"] = Place(model.policy.span, (model.policy.dist,), model.policy.binders)
+            self.places["policy"] = Place(model.policy.dist.span, (model.policy.dist,), model.policy.binders)
 
     def legal_actions(self, state: State) -> Array:
         """Return, for each action and lane, whether the action is legal."""

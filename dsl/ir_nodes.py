@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
+from hypgen.dsl.source import Span
 from hypgen.dsl.types import Enum, Record, Type
 
 # Expressions -------------------------------------------------------------------------------------
@@ -11,9 +13,13 @@ from hypgen.dsl.types import Enum, Record, Type
 
 @dataclass(frozen=True)
 class Expr:
-    """Base of expressions; ``type`` is never an array."""
+    """Base of expressions; ``type`` is never an array.
+
+    ``span`` says where a sampled mistake in it stands; only what can have one has it.
+    """
 
     type: Type
+    span: Span | None = field(default=None, compare=False, repr=False, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -278,9 +284,10 @@ class Quantified(Expr):
 
 @dataclass(frozen=True)
 class Dist:
-    """Base of distributions over scalars of ``type``."""
+    """Base of distributions over scalars of ``type``; ``span`` is where one is written."""
 
     type: Type
+    span: Span | None = field(default=None, compare=False, repr=False, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -358,3 +365,11 @@ class LetDist(Dist):
     name: str
     value: Expr
     body: Dist
+
+
+Placed = TypeVar("Placed", Expr, Dist)
+
+
+def placed(node: Placed, span: Span) -> Placed:
+    """Return ``node`` with its place in the text, unless it has one."""
+    return node if node.span is not None else replace(node, span=span)

@@ -84,7 +84,7 @@ def free_locals(node: Node) -> set[str]:
 def shape(value: Any) -> Any:
     """Return a key that is equal for expressions that differ at most in the intervals of their types."""
     if isinstance(value, ir.Expr):
-        parts = [shape(getattr(value, f.name)) for f in fields(value) if f.name != "type"]
+        parts = [shape(getattr(value, f.name)) for f in fields(value) if f.name not in ("type", "span")]
         return (type(value).__name__, *parts)
     if isinstance(value, tuple):
         return tuple(shape(entry) for entry in value)

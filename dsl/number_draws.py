@@ -9,6 +9,7 @@ from functools import partial
 
 from hypgen.dsl import ast, ir, operators, units
 from hypgen.dsl.fitting import changed, fitted, refused, uniform_over
+from hypgen.dsl.ir_nodes import placed
 from hypgen.dsl.mistakes import gather, mistake
 from hypgen.dsl.scope import Scope
 from hypgen.dsl.source import Span
@@ -82,13 +83,15 @@ def _normal(node: ast.Call, scope: Scope) -> ir.Dist:
     mean, deviation = numbers(node, ("the mean", "the standard deviation"), scope)
     _require_above_zero(deviation, node.arguments[1].span, "the standard deviation")
     t = interval(-math.inf, math.inf, mean, deviation)
-    return ir.Normal(t, operators.to_float(mean), operators.to_float(deviation))
+    placed_deviation = placed(operators.to_float(deviation), node.arguments[1].span)
+    return ir.Normal(t, operators.to_float(mean), placed_deviation)
 
 
 def _exponential(node: ast.Call, scope: Scope) -> ir.Dist:
     (mean,) = numbers(node, ("the mean",), scope)
     _require_above_zero(mean, node.arguments[0].span, "the mean")
-    return ir.Exponential(interval(0.0, math.inf, mean), operators.to_float(mean))
+    own = interval(0.0, math.inf, mean)
+    return ir.Exponential(own, placed(operators.to_float(mean), node.arguments[0].span))
 
 
 def _require_above_zero(e: ir.Expr, span: Span, what: str) -> None:
@@ -116,7 +119,7 @@ def _uniform(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir
 
 
 def _poisson(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.Dist:
-    mean = check_as(node.arguments[0], scope, FLOAT, "the mean")
+    mean = placed(check_as(node.arguments[0], scope, FLOAT, "the mean"), node.arguments[0].span)
     low, high = operators.ends(mean.type)
     if high < 0 or low > _MOST_MEAN:
         raise mistake(
@@ -165,7 +168,7 @@ def _binomial(node: ast.Call, scope: Scope, target: Type | None, what: str) -> i
             node.arguments[0].span,
             f"clamp it: clamp(.., 0, {MOST_COUNT}), or give it a smaller type",
         )
-    dist = ir.Binomial(Int(0, trials.type.high), 0, None, trials, p)
+    dist = ir.Binomial(Int(0, trials.type.high), 0, None, trials, placed(p, node.arguments[1].span))
     if isinstance(target, Bool):
         raise refused(target, dist.type, node.span, what)
     return fitted(dist, target, node.span, what)

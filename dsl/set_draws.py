@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hypgen.dsl import ast, ir, operators
 from hypgen.dsl.fitting import fitted, require_range, uniform_over
+from hypgen.dsl.ir_nodes import placed
 from hypgen.dsl.mistakes import mistake
 from hypgen.dsl.quantifiers import bind_all, bind_types
 from hypgen.dsl.scope import Scope
@@ -76,7 +77,7 @@ def weighted(node: ast.Quantified, scope: Scope, target: Type | None, what: str)
     inner = bind_all(node.binders, binders, scope)
     condition = _condition(node, inner)
     inner = inner if condition is None else inner.given(condition)
-    weight = check_as(node.body, inner, FLOAT, "a weight")
+    weight = placed(check_as(node.body, inner, FLOAT, "a weight"), node.body.span)
     low, high = operators.ends(weight.type)
     if high < 0:
         raise mistake("E0707", "the weights lie below 0", node.body.span, "give weights from 0 up")

@@ -32,6 +32,11 @@ class Span:
     end_line: int
     end_column: int
 
+    def contains(self, other: Span) -> bool:
+        """Return whether ``other`` lies within this span."""
+        ends = (other.end_line, other.end_column) <= (self.end_line, self.end_column)
+        return self.file == other.file and (self.line, self.column) <= (other.line, other.column) and ends
+
     def to(self, other: Span) -> Span:
         """Return the span from the start of this one to the end of ``other``."""
         return Span(self.file, self.line, self.column, other.end_line, other.end_column)
