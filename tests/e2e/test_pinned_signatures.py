@@ -1,0 +1,63 @@
+"""One thread builds the same tree, bit for bit, as when the table was made.
+
+The table (``pinned_signatures.json``) was made before the tree's data became atomic. A change that does not
+mean to change arithmetic, the order of trials or what an example says must leave it as it is.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from hypgen.codegen.driver import generate
+from hypgen.dsl.driver import load
+from hypgen.runtime.build import build_solver
+from hypgen.runtime.errors import ToolchainError
+from hypgen.runtime.toolchain import find_tools
+
+ROOT = Path(__file__).parent.parent.parent
+EXAMPLES = sorted((ROOT / "examples").glob("*.pomdp"))
+PINS = json.loads((Path(__file__).parent / "pinned_signatures.json").read_text())
+SEARCH = (
+    "--mode",
+    "despot",
+    "--runs",
+    "2",
+    "--steps",
+    "3",
+    "--trials",
+    "60",
+    "--scenarios",
+    "50",
+    "--depth",
+    "20",
+)
+VARIANTS = {
+    "F 1": ("--in-flight", "1"),
+    "F 16": ("--in-flight", "16"),
+    "F 16, lambda 0.05": ("--in-flight", "16", "--pruning", "0.05"),
+}
+
+
+def test_every_example_is_pinned() -> None:
+    assert list(PINS) == [path.stem for path in EXAMPLES]
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
+def test_signatures_are_those_of_the_table(example: Path) -> None:
+    try:
+        find_tools()
+    except ToolchainError as error:
+        pytest.skip(f"needs a C++ compiler: {error}")
+    solver = build_solver(generate(load(example).model), f"signature/{example.stem}", lambda step: None)
+    assert {name: signature(solver, options) for name, options in VARIANTS.items()} == PINS[example.stem]
+
+
+def signature(solver: Path, options: tuple[str, ...]) -> str:
+    """Return the hash over all trees of a run."""
+    command = [str(solver), *SEARCH, *options, "--seed", "5", "--signature", "--quiet"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    return done.stdout.removeprefix("signature ").strip()
