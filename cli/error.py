@@ -39,6 +39,7 @@ def command(code: str | None) -> int:
         for name, text in example.named_files().items():
             click.echo(textwrap.indent(f"\n# {name}\n{text.rstrip()}", "    "))
 
-    show("Wrong:", chosen.wrong)
-    show("Right:", chosen.right)
+    show("Wrong:" if chosen.right else "For example:", chosen.wrong)
+    if chosen.right:
+        show("Right:", chosen.right)
     return Exit.OK

@@ -57,12 +57,12 @@ class Example:
 
 @dataclass(frozen=True)
 class Entry:
-    """What a code means; ``right`` is ``wrong`` with the mistake corrected."""
+    """What a code means; ``right`` is ``wrong`` with the mistake corrected, None if it is not the model's."""
 
     code: str
     meaning: str
     wrong: Example
-    right: Example
+    right: Example | None
 
 
 def entries() -> dict[str, Entry]:
@@ -70,7 +70,8 @@ def entries() -> dict[str, Entry]:
     found: dict[str, Entry] = {}
     for file in resources.files("hypgen.cli").joinpath("errors").iterdir():
         for code, table in tomllib.loads(file.read_text(encoding="utf-8")).items():
-            found[code] = Entry(code, table["means"], _example(table, ""), _example(table, "right_"))
+            right = _example(table, "right_") if "right" in table else None
+            found[code] = Entry(code, table["means"], _example(table, ""), right)
     return dict(sorted(found.items(), key=lambda item: ("EWC".index(item[0][0]), item[0])))
 
 
