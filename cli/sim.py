@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 HELP = """\
   ACTION     take it; words may be cut short and brackets left out: `ch 3` for check(3)
   policy     let the default policy choose     random     take any legal action
-  state      print the whole state             legal      print the legal actions
+  state      print the whole state             legal      print the legal actions: the first ones,
+                                               all with `legal all`, some with `legal check 3`
   belief     print what the agent believes and the policy remembers
   undo       take the last step back           quit       end (so does Ctrl-D)
 A `:` before a word makes sure that it is a command and no action."""
@@ -147,6 +148,10 @@ def _obey(line: str, episode: Episode, report: Report) -> bool:
     """Do what a line says; return False if it says to end."""
     word = line.removeprefix(":").strip()
     if not word:
+        return True
+    name, _, rest = word.partition(" ")
+    if name == "legal" and rest:
+        report.legal(rest.strip())
         return True
     if word in COMMANDS and (line.startswith(":") or not _is_action(word, episode)):
         return _command(word, episode, report)

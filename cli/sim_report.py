@@ -11,12 +11,13 @@ import click
 
 from hypgen.dsl import ir
 from hypgen.dsl.types import Bool, Float, Int, Type
-from hypgen.dsl.value_text import action_text, array_text, entry_names, factor_texts, value_text
+from hypgen.dsl.value_text import action_text, actions_with, array_text, entry_names, factor_texts, value_text
 
 if TYPE_CHECKING:
     from hypgen.dsl.interpreter_episode import Episode, Outcome, Values
 
 _WIDTH = 100
+_ACTIONS = 20  # as many as are listed unasked
 _LISTED = 4  # entries of an observation that have a line each; values of a belief
 
 
@@ -39,8 +40,8 @@ class Report(Protocol):
         """Tell the whole state."""
         ...
 
-    def legal(self) -> None:
-        """Tell the legal actions."""
+    def legal(self, which: str = "") -> None:
+        """Tell the legal actions: the first ones, "all", or those with some words in their names."""
         ...
 
     def belief(self) -> None:
@@ -109,11 +110,20 @@ class TextReport:
             line = f"{v.name} = {array_text(values[v.name], v.type, v.indices)}{_mark(v)}"
             click.echo(_wrapped(line))
 
-    def legal(self) -> None:
-        """Print the legal actions' names."""
-        model = self._model
-        names = [action_text(code, model.action) for code in self._episode.legal()]
-        click.echo(_wrapped(f"{len(names)} of {model.action.count} actions are legal: {', '.join(names)}"))
+    def legal(self, which: str = "") -> None:
+        """Print the legal actions' names, or some of them."""
+        legal, action = self._episode.legal(), self._model.action
+        head, tail = f"{len(legal)} of {action.count} actions are legal: ", ""
+        if which not in ("", "all"):
+            chosen = set(actions_with(which, action))
+            head = f"{len(chosen.intersection(legal))} of {len(legal)} legal actions have '{which}': "
+            legal = [code for code in legal if code in chosen]
+        elif not which and len(legal) > _ACTIONS:
+            tail = f" and {len(legal) - _ACTIONS} more; "
+            tail += "`legal all` prints all, `legal WORDS` those with the words"
+            legal = legal[:_ACTIONS]
+        names = ", ".join(action_text(code, action) for code in legal)
+        click.echo(_wrapped(f"{head}{names or 'none'}{tail}"))
 
     def belief(self) -> None:
         """Print the likeliest values of each exact factor, and the policy's memory."""
@@ -186,9 +196,11 @@ class JsonReport:
         """Print the state."""
         self._print("state", step=self._episode.now.time, state=self._state())
 
-    def legal(self) -> None:
-        """Print the legal actions' names."""
-        names = [action_text(code, self._model.action) for code in self._episode.legal()]
+    def legal(self, which: str = "") -> None:
+        """Print the legal actions' names, or some of them."""
+        chosen = None if which in ("", "all") else set(actions_with(which, self._model.action))
+        codes = [code for code in self._episode.legal() if chosen is None or code in chosen]
+        names = [action_text(code, self._model.action) for code in codes]
         self._print("legal", step=self._episode.now.time, actions=names)
 
     def belief(self) -> None:

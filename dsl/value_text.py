@@ -142,6 +142,16 @@ def find_action(text: str, action: ir.Action) -> list[int]:
     return found
 
 
+def actions_with(text: str, action: ir.Action) -> list[int]:
+    """Return the codes of the actions whose names have the words of ``text`` in order, cut short or not."""
+    found = []
+    for code in range(action.count):
+        name = iter(_words(action_text(code, action)))
+        if all(any(_abbreviates(word, other) for other in name) for word in _words(text)):
+            found.append(code)
+    return found
+
+
 def _words(text: str) -> list[str]:
     return re.findall(r"-?[\w.]+", text)
 

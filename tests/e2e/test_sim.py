@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,8 @@ import pytest
 from hypgen.cli import main
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
-TIGER, ROCKS, TAG = (str(EXAMPLES / f"{name}.pomdp") for name in ("tiger", "rock_sample", "tag"))
+NAMES = ("tiger", "rock_sample", "tag", "two_robot_rock_sample")
+TIGER, ROCKS, TAG, TWO_ROBOTS = (str(EXAMPLES / f"{name}.pomdp") for name in NAMES)
 
 
 @pytest.fixture
@@ -54,6 +56,20 @@ def test_an_episode_in_words(play: Any) -> None:
 def test_hidden_variables_can_be_hidden(play: Any) -> None:
     out, _ = play("listen\nstate\nlegal\nhelp\n", TIGER, "--hide-hidden")
     assert "room.tiger" not in out and "observed heard = " in out and "print the legal actions" in out
+
+
+def test_many_actions_are_not_all_listed(play: Any) -> None:
+    out, _ = play("legal n 1\nlegal foo\nlegal all\n", TWO_ROBOTS)
+    start, some, none, every = re.split(r"\n(?=  \d+ of)", out.split("(hidden)\n")[-1])
+    assert start.endswith(
+        "check(15)), (north, check(16)) and 509 more; `legal all` prints all, `legal WORDS` those with\n"
+        "    the words"
+    )
+    assert some == "  1 of 529 legal actions have 'n 1': (north, check(1))"
+    assert none == "  0 of 529 legal actions have 'foo': none"
+    assert " more; " not in every and every.count("north") == 46
+    out, _ = play("legal open\n", TIGER, "--json")
+    assert rows(out)[1] == {"type": "legal", "step": 0, "actions": ["open_left", "open_right"]}
 
 
 def test_an_episode_as_data(play: Any) -> None:
