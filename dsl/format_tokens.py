@@ -29,7 +29,8 @@ class Piece:
     ``gap``: spaces before it if it does not start a line. ``statement``: the first token of the innermost
     item, member, arm or the like that it belongs to. ``kind``: what it starts, or "". ``opener``: the
     innermost open bracket around it (a closing bracket's own), or -1. ``element``: whether it follows an
-    opening bracket or a comma directly.
+    opening bracket or a comma directly. ``nested``: how many conditions and ``then`` branches it stands in.
+    ``partner``: of an ``else`` its ``then``, of a ``then`` its ``if``, or -1.
     """
 
     text: str
@@ -40,6 +41,8 @@ class Piece:
     opener: int
     element: bool
     role: str
+    nested: int
+    partner: int
 
     @property
     def end(self) -> int:
@@ -52,6 +55,7 @@ def annotate(source: Source) -> list[Piece]:
     tree, tokens = parse_concrete(source)
     index = {token.start_pos: number for number, token in enumerate(tokens)}
     kinds, owners = _statements(tree, tokens, index)
+    nested, partners = _conditionals(tokens)
     pieces: list[Piece] = []
     open_brackets: list[int] = []
     unit = False
@@ -67,13 +71,48 @@ def annotate(source: Source) -> list[Piece]:
         element = before is not None and (before in OPENERS or before == ",") and opener >= 0
         assert token.start_pos is not None
         pieces.append(
-            Piece(str(token), token.start_pos, gap, owners[number], kind, opener, element, _role(token, kind))
+            Piece(
+                str(token),
+                token.start_pos,
+                gap,
+                owners[number],
+                kind,
+                opener,
+                element,
+                _role(token, kind),
+                nested[number],
+                partners.get(number, -1),
+            )
         )
         if token in OPENERS:
             open_brackets.append(number)
         elif token in CLOSERS:
             open_brackets.pop()
     return pieces
+
+
+def _conditionals(tokens: list[Token]) -> tuple[list[int], dict[int, int]]:
+    """Return how deeply each token is nested in conditionals, and the partners of ``then`` and ``else``.
+
+    What follows an ``else`` is nested no deeper than its ``if``, so that a chain of cases is one level.
+    """
+    depths: list[int] = []
+    partners: dict[int, int] = {}
+    waiting: list[list[int]] = [[]]  # for each open bracket, every `if` or `then` that still goes on
+    for number, token in enumerate(tokens):
+        if token in CLOSERS:
+            waiting.pop()
+        ifs = waiting[-1]
+        if token == "then":
+            partners[number], ifs[-1] = ifs[-1], number
+        elif token == "else" and ifs and tokens[ifs[-1]] == "then":
+            partners[number] = ifs.pop()
+        depths.append(sum(map(len, waiting)) - (token == "then"))
+        if token in OPENERS:
+            waiting.append([])
+        elif token == "if":
+            ifs.append(number)
+    return depths, partners
 
 
 def _statements(

@@ -181,6 +181,33 @@ def test_long_lines_are_broken() -> None:
     )
 
 
+NESTED = """\
+model M
+element e {
+  x' = if act == north and robot.battery > 0
+      then if y > 3 then clamp(cell + width * stride) else clamp(cell - other)
+      else if act == south and robot.battery > 0 then if z then clamp(cell - width) else 3
+      else cell
+  mode' = if (if act == north then robot.battery > threshold_for_return
+                              else robot.battery > threshold_for_charge)
+      then (if mode == idle then moving else if mode == charging then idle else mode) else mode
+  temp' ~ if act == heat
+      then if window.open then { clamp(temp + 1): 0.5, temp: 0.3, else clamp(temp - 1) }
+                          else { clamp(temp + 2): 0.6, clamp(temp + 1): 0.3, else temp }
+      else if window.open then clamp(temp - 1) else temp
+}
+reward r = (if robot.cell == goal and robot.cell' != goal then 100 else 0)
+    + (if robot.battery' == 0 then -50 else if robot.battery' < 3 then -10 else 0)
+    + (if act == wait then -1 else -2)
+"""
+
+
+def test_a_long_conditional_is_broken_at_its_outermost_branches() -> None:
+    unbroken = re.sub(r"\n {4,}", " ", NESTED)
+    assert max(map(len, unbroken.split("\n"))) > 180
+    assert formatted(unbroken) == NESTED
+
+
 def test_instances_and_libraries_are_files_too() -> None:
     assert formatted('instance a of "b.pomdp" {n=1 k=2}') == 'instance a of "b.pomdp" { n = 1  k = 2 }\n'
     assert formatted("library l const a:int=1") == "library l\nconst a: int = 1\n"
