@@ -186,7 +186,7 @@ model M
 element e {
   x' = if act == north and robot.battery > 0
       then if y > 3 then clamp(cell + width * stride) else clamp(cell - other)
-      else if act == south and robot.battery > 0 then if z then clamp(cell - width) else 3
+      else if act == south and robot.battery > 0 then if zz then clamp(cell - width) else 3
       else cell
   mode' = if (if act == north then robot.battery > threshold_for_return
                               else robot.battery > threshold_for_charge)
