@@ -108,10 +108,30 @@ def _connective(node: ast.Binary, scope: Scope) -> ir.Expr:
     what = f"an operand of '{node.op}'"
     left = check_as(node.left, scope, BOOL, what)
     known = scope.given(left, node.op == "and")
+    _refuse_alternative(node, scope)
     if (scope.evaluate or scope.unrolling) and isinstance(left, ir.Const) and left.value == (node.op == "or"):
         return left
     right = check_as(node.right, known, BOOL, what)
     return operators.both(left, right) if node.op == "and" else operators.either(left, right)
+
+
+def _refuse_alternative(node: ast.Binary, scope: Scope) -> None:
+    """Raise if this is ``x == a or b``, where ``x == b`` is meant."""
+    compared = node.left
+    while isinstance(compared, ast.Binary) and compared.op in ("and", "or"):
+        compared = compared.right
+    match compared, node.right:
+        case ast.Binary(_, "==" | "!=" as op, left), ast.Literal(_, int() | float() as value):
+            written = str(value)
+        case ast.Binary(_, "==" | "!=" as op, left), ast.Name(_, written):
+            value = references.is_bare_variant(node.right, scope)
+        case _:
+            return
+    if isinstance(value, bool) and not (value and isinstance(node.right, ast.Name)):
+        return
+    again = f"{left.name if isinstance(left, ast.Name) else '..'} {op} {written}"
+    message = f"'{node.op}' joins conditions, and '{written}' is a value"
+    raise mistake("E0301", message, node.right.span, f"write the comparison again: {node.op} {again}")
 
 
 def _pair(node: ast.Binary, scope: Scope) -> tuple[ir.Expr, ir.Expr]:

@@ -15,11 +15,13 @@ _TYPE_WORDS = ("BOOL", "INT_TYPE", "FLOAT_TYPE", "PROB")
 _OPERAND_STARTS = ("NAME", "INT", "FLOAT", "LPAR", "IF", "MATCH", "TRUE", "FALSE")
 
 
-def foreign_binder(s: Situation) -> Diagnostic | None:
+def _foreign_binder(s: Situation) -> Diagnostic | None:
     """Know `sum(T i: e)`, `sum(i: T: e)`, `sum(T: e)`, `sum(int i = 0 ..)` and `sum(i = 0 ..)`."""
     opened = s.open_bracket
     if opened is None:
         return None
+    if s.follows("ELEMENT", "NAME", "LSQB", "NAME") and s.token.type in ("NAME", "RSQB"):
+        return _family_without_name(s)
     quantifier, inside = _called(s, opened), _inside(s, opened)
     starts = opened.type == "LSQB" if quantifier is None else quantifier in _OVER_SETS
     if not starts or len(inside) > 1 or (inside and inside[0].type != "NAME"):
@@ -45,7 +47,15 @@ def foreign_binder(s: Situation) -> Diagnostic | None:
     return Diagnostic("E0145", f"what {what} runs over is written `name in Type`", at, f"write `{form}`")
 
 
-def misplaced_body(s: Situation) -> Diagnostic | None:
+def _family_without_name(s: Situation) -> Diagnostic:
+    type_, element = s.previous(), s.previous(3)
+    member = s.token if s.token.type == "NAME" else "i"
+    at = s.span(type_).to(s.span()) if s.token.type == "NAME" else s.span(type_)
+    remedy = f"write `element {element}[{member} in {type_}]`"
+    return Diagnostic("E0145", "what a family runs over is written `name in Type`", at, remedy)
+
+
+def _misplaced_body(s: Situation) -> Diagnostic | None:
     """Know `sum(i in T if c: e)`, `sum(i in T, e)` and `sum(i in T) e`."""
     closed = s.previous()
     if closed is not None and closed.type == "RPAR" and s.token.type in _OPERAND_STARTS and not s.on_new_line:
@@ -76,7 +86,7 @@ def misplaced_body(s: Situation) -> Diagnostic | None:
     return Diagnostic("E0145", message, s.span(first), remedy)
 
 
-def foreign_record(s: Situation) -> Diagnostic | None:
+def _foreign_record(s: Situation) -> Diagnostic | None:
     """Know `P {x: 1}`, `P(x = 1)` and `(1, 2)`."""
     name, opened = s.previous(), s.open_bracket
     if s.token.type == "LBRACE" and name is not None and not s.on_new_line:
@@ -153,3 +163,6 @@ def _names_of(s: Situation, name: str) -> str | None:
         own = re.search(r"[A-Za-z_]\w*(?:\s*,\s*[A-Za-z_]\w*)*\s*$", rest)
         names += re.findall(r"\w+", own[0]) if own else []
     return ", ".join(names)
+
+
+BRACKET_MISTAKES = (_foreign_binder, _misplaced_body, _foreign_record)

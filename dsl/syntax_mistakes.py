@@ -13,8 +13,9 @@ from lark import Token
 
 from hypgen.dsl.diagnostics import Diagnostic
 from hypgen.dsl.source import Span
-from hypgen.dsl.syntax_brackets import foreign_binder, foreign_record, misplaced_body
+from hypgen.dsl.syntax_brackets import BRACKET_MISTAKES
 from hypgen.dsl.syntax_errors import CLOSERS, END, SIGNS, UNKNOWN, Situation, shown
+from hypgen.dsl.syntax_foreign import FOREIGN_MISTAKES
 
 _COMPARISONS = ("EQ", "NE", "LE", "GE", "LT", "GT")
 _OPERATORS = (
@@ -457,9 +458,8 @@ MISTAKES: tuple[Mistake, ...] = (
     _unknown_character,
     _number_form,
     _unit_of_number,
-    foreign_binder,
-    misplaced_body,
-    foreign_record,
+    *FOREIGN_MISTAKES,
+    *BRACKET_MISTAKES,
     _misspelt_keyword,
     _reserved_word,
     _missing_when,
