@@ -186,11 +186,12 @@ void measure(const ModelDescriptor& model, const ModelInstance& instance, const 
   const Clock::time_point start = Clock::now();
   Clock::time_point counted = start;
   const auto restart = [&] {
+    evaluator->attach(0);
     if (evaluator->begin_search(root, setup).status != Status::kOk) fail("root");
     const LeafRequest request{0, kNoHandle, 0, 0, static_cast<std::uint32_t>(scenarios), 0, {}};
-    evaluator->submit({&request, 1});
+    evaluator->submit(0, {&request, 1});
     LeafResult result;
-    while (!evaluator->poll(result)) {
+    while (!evaluator->poll(0, result)) {
     }
     if (result.status != Status::kOk) fail("root");
     requests = largest_groups(result, scenarios);
@@ -202,11 +203,11 @@ void measure(const ModelDescriptor& model, const ModelInstance& instance, const 
   bool warmed = false;
   while (seconds_since(start) < choices.seconds) {
     while (submitted < in_flight) {
-      evaluator->submit({&requests[next++ % requests.size()], 1});
+      evaluator->submit(0, {&requests[next++ % requests.size()], 1});
       ++submitted;
     }
     LeafResult result;
-    if (!evaluator->poll(result)) continue;
+    if (!evaluator->poll(0, result)) continue;
     --submitted;
     if (result.status == Status::kMemoryFull) {
       restart();

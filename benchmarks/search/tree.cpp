@@ -43,13 +43,13 @@ class PreparedEvaluator final : public LeafEvaluator {
     return {Status::kOk, row, 0};
   }
 
-  std::size_t submit(Span<const LeafRequest> requests) override {
+  std::size_t submit(std::size_t, Span<const LeafRequest> requests) override {
     const std::size_t count = std::min(requests.size(), queue_.size() - size_);
     for (std::size_t i = 0; i < count; ++i) queue_[(head_ + size_++) % queue_.size()] = requests[i];
     return count;
   }
 
-  bool poll(LeafResult& result) override {
+  bool poll(std::size_t, LeafResult& result) override {
     if (size_ == 0) return false;
     const LeafRequest& request = queue_[head_];
     head_ = (head_ + 1) % queue_.size();

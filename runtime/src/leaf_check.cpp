@@ -55,7 +55,7 @@ std::string difference(const LeafResult& a, const LeafResult& b) {
 
 LeafResult wait(LeafEvaluator& evaluator) {
   LeafResult result;
-  while (!evaluator.poll(result)) std::this_thread::yield();
+  while (!evaluator.poll(0, result)) std::this_thread::yield();
   return result;
 }
 
@@ -96,7 +96,7 @@ class Growth {
   bool evaluate() {
     for (const Branch& branch : batch_) {
       const LeafRequest one = request(branch, branch.reference), two = request(branch, branch.other);
-      if (reference_.submit({&one, 1}) != 1 || other_.submit({&two, 1}) != 1) {
+      if (reference_.submit(0, {&one, 1}) != 1 || other_.submit(0, {&two, 1}) != 1) {
         found_.difference = "an evaluator takes no more leaves";
         return false;
       }
@@ -143,6 +143,8 @@ class Growth {
 
 LeafComparison compare_leaves(LeafEvaluator& reference, LeafEvaluator& other, const ScenarioBuffer& root,
                               const SearchSetup& setup, std::size_t leaves, std::uint64_t seed) {
+  reference.attach(0);
+  other.attach(0);
   const RootResult expected = reference.begin_search(root, setup), result = other.begin_search(root, setup);
   LeafComparison failed;
   if (expected.status != result.status) {

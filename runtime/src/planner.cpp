@@ -70,6 +70,7 @@ void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decisio
   const std::size_t count = probes ? std::min(options_.scenarios, kProbeScenarios) : options_.scenarios;
   belief.sample(key, 0, count, scenarios_);
   const Clock::time_point sampled = Clock::now();
+  evaluator_->attach(0);
   const RootResult root = evaluator_->begin_search(scenarios_, setup_);
   decision.status = root.status;
   sampled_ = count;
@@ -107,8 +108,8 @@ void Planner::plan_tree(Decision& decision, const RootResult& root) {
 }
 
 Status Planner::evaluate(const LeafRequest& request, LeafResult& result) {
-  if (evaluator_->submit({&request, 1}) != 1) return Status::kEvaluatorFailed;
-  while (!evaluator_->poll(result)) {
+  if (evaluator_->submit(0, {&request, 1}) != 1) return Status::kEvaluatorFailed;
+  while (!evaluator_->poll(0, result)) {
     if (Clock::now() < setup_.deadline) continue;
     evaluator_->release();
     return Status::kDeadline;

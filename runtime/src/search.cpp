@@ -119,7 +119,7 @@ Status Search::wait(LeafResult& leaf) {
   Clock::time_point now = start;
   Status status = Status::kOk;
   send();
-  while (!evaluator_->poll(leaf)) {
+  while (!evaluator_->poll(0, leaf)) {
     now = Clock::now();
     if (now >= setup_.deadline) status = Status::kDeadline;
     if (std::chrono::duration<double>(now - start).count() > options_.patience)
@@ -137,7 +137,7 @@ void Search::send() {
   for (std::size_t i = sent_; i < size_; ++i) {
     if (in_queue(i).waits) requests_.push_back(request(in_queue(i).node));
   }
-  std::size_t taken = requests_.empty() ? 0 : evaluator_->submit(requests_);
+  std::size_t taken = requests_.empty() ? 0 : evaluator_->submit(0, requests_);
   while (sent_ < size_ && (!in_queue(sent_).waits || taken > 0)) {
     if (in_queue(sent_).waits) --taken;
     ++sent_;

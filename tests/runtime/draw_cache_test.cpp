@@ -6,8 +6,7 @@ namespace hypgen {
 namespace {
 
 // More sites than have room, two searches, steps on both sides of a run.
-TEST(DrawCache, GivesTheWordsOfTheStream) {
-  DrawCache cache(4, 40);
+void expect_words_of_the_stream(DrawCache& cache) {
   for (std::uint64_t number = 0; number < 2; ++number) {
     const StreamKey key = derive(5, StreamKind::kPlan, number);
     cache.begin_search(key, 100);
@@ -23,6 +22,21 @@ TEST(DrawCache, GivesTheWordsOfTheStream) {
         }
       }
     }
+  }
+}
+
+TEST(DrawCache, GivesTheWordsOfTheStream) {
+  DrawCache cache(4, 41);
+  expect_words_of_the_stream(cache);
+}
+
+TEST(DrawCache, WithLittleMemoryCoversFewerSteps) {
+  const std::size_t steps = DrawCache::steps_within(DrawCache::bytes(4, 41) - 1, 4, 41);
+  EXPECT_EQ(steps, 32U);
+  EXPECT_EQ(DrawCache::steps_within(DrawCache::bytes(4, 41), 4, 41), 41U);
+  for (const std::size_t covered : {steps, std::size_t{0}}) {
+    DrawCache cache(4, covered);
+    expect_words_of_the_stream(cache);
   }
 }
 

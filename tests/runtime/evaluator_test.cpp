@@ -1,5 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <cfenv>
+#include <cstring>
+#include <thread>
+#include <vector>
+
 #include "hypgen/cpu_evaluator.hpp"
 #include "test_solvers.hpp"
 
@@ -16,9 +21,9 @@ class EvaluatorTest : public ::testing::Test {
 
   LeafResult expand(const LeafRequest& request) {
     LeafResult result{};
-    EXPECT_EQ(evaluator_->submit({&request, 1}), 1U);
-    EXPECT_TRUE(evaluator_->poll(result));
-    EXPECT_FALSE(evaluator_->poll(result));
+    EXPECT_EQ(evaluator_->submit(0, {&request, 1}), 1U);
+    EXPECT_TRUE(evaluator_->poll(0, result));
+    EXPECT_FALSE(evaluator_->poll(0, result));
     return result;
   }
 
@@ -85,6 +90,84 @@ TEST_F(EvaluatorTest, AnActionsBoundsAreTheSumsOfItsChildren) {
   }
 }
 
+TEST_F(EvaluatorTest, RowsStayUntilRelease) {
+  evaluator_->begin_search(scenarios_, setup_);
+  const LeafResult root = expand(root_request());
+  const std::vector<ActionRow> actions(root.actions.begin(), root.actions.end());
+  const std::vector<Gain> gains(root.gains.begin(), root.gains.end());
+  for (int i = 0; i < 20; ++i) expand({0, root.handle, SmallRockSample::kEast, 0, kScenarios, 1, {}});
+  expand(root_request());
+  EXPECT_EQ(std::memcmp(actions.data(), root.actions.begin(), actions.size() * sizeof(ActionRow)), 0);
+  EXPECT_EQ(std::memcmp(gains.data(), root.gains.begin(), gains.size() * sizeof(Gain)), 0);
+}
+
+// Each thread expands leaves below parents of all, and gives the rows that one thread gives.
+TEST_F(EvaluatorTest, ThreadsGiveTheSameRows) {
+  constexpr std::size_t kThreads = 4;
+  EvaluatorOptions options{kScenarios, std::size_t{1} << 22, 0.95, 20};
+  options.in_flight = options.threads = kThreads;
+  evaluator_ = solver_.instance->make_evaluator(options);
+  ASSERT_EQ(evaluator_->threads(), kThreads);
+  evaluator_->begin_search(scenarios_, setup_);
+  const LeafResult root = expand(root_request());
+  const ActionRow check = root.actions[root.actions.size() - 1];
+  const ChildRow group = root.children[check.first_child];
+  const LeafRequest request{0, root.handle, check.action, group.first, group.count, 1, {}};
+  std::vector<LeafResult> results(kThreads);
+  std::vector<std::thread> threads;
+  for (std::size_t t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&, t] {
+      evaluator_->attach(t);
+      for (int i = 0; i < 20; ++i) {
+        if (evaluator_->submit(t, {&request, 1}) == 1) evaluator_->poll(t, results[t]);
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  const LeafResult expected = expand(request);
+  for (const LeafResult& result : results) {
+    ASSERT_EQ(result.status, Status::kOk);
+    ASSERT_EQ(result.actions.size(), expected.actions.size());
+    ASSERT_EQ(result.children.size(), expected.children.size());
+    EXPECT_EQ(std::memcmp(result.actions.begin(), expected.actions.begin(),
+                          expected.actions.size() * sizeof(ActionRow)),
+              0);
+    EXPECT_EQ(std::memcmp(result.children.begin(), expected.children.begin(),
+                          expected.children.size() * sizeof(ChildRow)),
+              0);
+  }
+  EXPECT_EQ(evaluator_->stats().leaves, 20U * kThreads + 2U);
+}
+
+TEST_F(EvaluatorTest, ServesFewerThreadsWithLittleMemory) {
+  EvaluatorOptions options{kScenarios, 1, 0.95, 20};
+  options.threads = 16;
+  EXPECT_EQ(solver_.instance->make_evaluator(options)->threads(), 1U);
+}
+
+// Fewer outcomes at once and fewer draws that are kept: the same rows.
+TEST_F(EvaluatorTest, LittleScratchGivesTheSameRows) {
+  evaluator_->begin_search(scenarios_, setup_);
+  const LeafResult expected = expand(root_request());
+  const auto small = solver_.instance->make_evaluator({kScenarios, 1, 0.95, 20});
+  small->begin_search(scenarios_, setup_);
+  const LeafRequest request = root_request();
+  LeafResult result{};
+  small->submit(0, {&request, 1});
+  ASSERT_TRUE(small->poll(0, result));
+  ASSERT_EQ(result.children.size(), expected.children.size());
+  EXPECT_EQ(std::memcmp(result.children.begin(), expected.children.begin(),
+                        expected.children.size() * sizeof(ChildRow)),
+            0);
+}
+
+// A caller may have another floating-point mode.
+TEST_F(EvaluatorTest, AttachSetsTheDefaultMode) {
+  std::fesetround(FE_UPWARD);
+  evaluator_->attach(0);
+  EXPECT_EQ(std::fegetround(), FE_TONEAREST);
+}
+
 TEST_F(EvaluatorTest, CountsWhatItDid) {
   evaluator_->begin_search(scenarios_, setup_);
   const std::uint64_t bounding = evaluator_->stats().steps;
@@ -136,8 +219,10 @@ TEST_F(EvaluatorTest, SaysWhenItsMemoryIsFull) {
   evaluator_->begin_search(scenarios_, setup_);
   const LeafResult root = expand(root_request());
   ASSERT_EQ(root.status, Status::kOk);
-  EXPECT_EQ(expand({0, root.handle, SmallRockSample::kEast, 0, kScenarios, 1, {}}).status,
-            Status::kMemoryFull);
+  const LeafRequest child{0, root.handle, SmallRockSample::kEast, 0, kScenarios, 1, {}};
+  Status status = Status::kOk;
+  for (int i = 0; i < 50 && status == Status::kOk; ++i) status = expand(child).status;
+  EXPECT_EQ(status, Status::kMemoryFull);
 }
 
 // What the memo must not change: the same bounds as when every state is rolled out.

@@ -57,8 +57,8 @@ class HistoryTest : public ::testing::Test {
 
   LeafResult expand(const LeafRequest& request) {
     LeafResult result{};
-    evaluator_->submit({&request, 1});
-    EXPECT_TRUE(evaluator_->poll(result));
+    evaluator_->submit(0, {&request, 1});
+    EXPECT_TRUE(evaluator_->poll(0, result));
     EXPECT_EQ(result.status, Status::kOk);
     return result;
   }

@@ -1,6 +1,7 @@
 // An evaluator with the CPU's results that answers when it likes, or not at all.
 #pragma once
 
+#include <atomic>
 #include <deque>
 #include <memory>
 #include <random>
@@ -18,39 +19,46 @@ struct Mischief {
   bool falls_silent = false;  // after `leaves` there are no answers at all
 };
 
-// Works on queued leaves in any order and yields them in that of submission.
+// Works on a thread's queued leaves in any order and yields them in that of submission.
 class MockEvaluator final : public LeafEvaluator {
  public:
   MockEvaluator(std::unique_ptr<LeafEvaluator> inner, const Mischief& mischief)
-      : inner_(std::move(inner)), mischief_(mischief), random_(mischief.seed) {}
+      : inner_(std::move(inner)), mischief_(mischief), seats_(inner_->threads()) {
+    for (std::size_t i = 0; i < seats_.size(); ++i) {
+      seats_[i].random.seed(mischief.seed + static_cast<unsigned>(i));
+    }
+  }
+
+  std::size_t threads() const override { return inner_->threads(); }
+  void attach(std::size_t thread) override { inner_->attach(thread); }
 
   RootResult begin_search(const ScenarioBuffer& root, const SearchSetup& setup) override {
-    queue_.clear();
+    for (Seat& seat : seats_) seat.queue.clear();
     return inner_->begin_search(root, setup);
   }
 
-  std::size_t submit(Span<const LeafRequest> requests) override {
-    const std::size_t count = random_() % (requests.size() + 1);
-    for (std::size_t i = 0; i < count; ++i) queue_.push_back({requests[i], {}, {}, false});
+  std::size_t submit(std::size_t thread, Span<const LeafRequest> requests) override {
+    Seat& seat = seats_[thread];
+    const std::size_t count = seat.random() % (requests.size() + 1);
+    for (std::size_t i = 0; i < count; ++i) seat.queue.push_back({requests[i], {}, false});
     return count;
   }
 
-  bool poll(LeafResult& result) override {
-    if (queue_.empty()) return false;
-    work(queue_[random_() % queue_.size()]);
-    const bool is_late = random_() % 3 == 0;
-    if (!queue_.front().done || is_late) return false;
-    if (yielded_ >= mischief_.leaves && mischief_.falls_silent) return false;
-    shown_ = std::move(queue_.front());
-    queue_.pop_front();
-    result = shown_.result;
-    result.actions = shown_.actions;
-    if (yielded_++ >= mischief_.leaves) result.status = mischief_.status;
+  bool poll(std::size_t thread, LeafResult& result) override {
+    Seat& seat = seats_[thread];
+    if (seat.queue.empty()) return false;
+    work(thread, seat.queue[seat.random() % seat.queue.size()]);
+    const bool is_late = seat.random() % 3 == 0;
+    if (!seat.queue.front().done || is_late) return false;
+    if (yielded_.load() >= mischief_.leaves && mischief_.falls_silent) return false;
+    result = seat.queue.front().result;
+    seat.queue.pop_front();
+    if (yielded_.fetch_add(1) >= mischief_.leaves) result.status = mischief_.status;
     return true;
   }
 
   void release() override {
-    queue_.clear();
+    for (Seat& seat : seats_) seat.queue.clear();
     inner_->release();
   }
 
@@ -58,24 +66,24 @@ class MockEvaluator final : public LeafEvaluator {
   struct Pending {
     LeafRequest request;
     LeafResult result;
-    std::vector<ActionRow> actions;
     bool done;
   };
+  struct Seat {
+    std::mt19937 random;
+    std::deque<Pending> queue;
+  };
 
-  void work(Pending& leaf) {
+  void work(std::size_t thread, Pending& leaf) {
     if (leaf.done) return;
-    inner_->submit({&leaf.request, 1});
-    inner_->poll(leaf.result);
-    leaf.actions.assign(leaf.result.actions.begin(), leaf.result.actions.end());
+    inner_->submit(thread, {&leaf.request, 1});
+    inner_->poll(thread, leaf.result);
     leaf.done = true;
   }
 
   std::unique_ptr<LeafEvaluator> inner_;
   Mischief mischief_;
-  std::mt19937 random_;
-  std::deque<Pending> queue_;
-  Pending shown_{};
-  std::uint64_t yielded_ = 0;
+  std::vector<Seat> seats_;  // by thread
+  std::atomic<std::uint64_t> yielded_{0};
 };
 
 }  // namespace hypgen::testing

@@ -168,8 +168,8 @@ class BrokenEvaluator final : public LeafEvaluator {
   RootResult begin_search(const ScenarioBuffer& root, const SearchSetup&) override {
     return {Status::kOk, empty_row(0, static_cast<std::uint32_t>(root.size()), false), 0};
   }
-  std::size_t submit(Span<const LeafRequest>) override { return 1; }
-  bool poll(LeafResult&) override { return false; }
+  std::size_t submit(std::size_t, Span<const LeafRequest>) override { return 1; }
+  bool poll(std::size_t, LeafResult&) override { return false; }
   void release() override {}
 };
 

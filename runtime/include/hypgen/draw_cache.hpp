@@ -4,6 +4,7 @@
 // the node.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -13,11 +14,21 @@
 namespace hypgen {
 
 // Words by scenario and step. A site is computed for a run of steps at once, which compilers turn into vector
-// code. A few sites have room for each scenario; `find` gives null for the others.
+// code. A few sites have room for each scenario; `find` gives null for the others, and for later steps than
+// the cache is made for.
 class DrawCache {
  public:
-  DrawCache(std::size_t scenarios, int max_depth)
-      : runs_(static_cast<std::size_t>(max_depth) / kRun + 1), slots_(scenarios * runs_ * kWays) {}
+  DrawCache(std::size_t scenarios, std::size_t steps)
+      : runs_((steps + kRun - 1) / kRun), slots_(scenarios * runs_ * kWays) {}
+
+  static std::size_t bytes(std::size_t scenarios, std::size_t steps) {
+    return (steps + kRun - 1) / kRun * kWays * scenarios * sizeof(Slot);
+  }
+
+  // How many of `steps` a cache of so many bytes can be made for.
+  static std::size_t steps_within(std::size_t bytes, std::size_t scenarios, std::size_t steps) {
+    return std::min(steps, bytes / (kWays * scenarios * sizeof(Slot)) * kRun);
+  }
 
   // Forgets all words. Scenario i draws under the number `first + i`.
   void begin_search(StreamKey key, std::uint32_t first) {
@@ -30,6 +41,7 @@ class DrawCache {
 
   const std::uint32_t* find(std::uint32_t scenario, std::uint32_t step, std::uint32_t site,
                             std::uint32_t index) {
+    if (step / kRun >= runs_) return nullptr;
     Slot* const slots = &slots_[(scenario * runs_ + step / kRun) * kWays];
     const std::uint32_t way = (site ^ site >> 16) + index;
     for (std::uint32_t probe = 0; probe < 2; ++probe) {

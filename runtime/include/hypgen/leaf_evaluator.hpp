@@ -1,6 +1,7 @@
 // The seam between the search, which knows no model, and what simulates the model.
 #pragma once
 
+#include <cfenv>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -18,12 +19,13 @@ using Clock = std::chrono::steady_clock;
 // Fixed when an evaluator is made.
 struct EvaluatorOptions {
   std::size_t max_scenarios = 500;
-  std::size_t memory_bytes = std::size_t{256} << 20;  // for the states and child rows of expanded nodes
+  std::size_t memory_bytes = std::size_t{256} << 20;  // for the states and rows of expanded nodes
   double discount = 0.95;
   int max_depth = 90;
-  std::size_t in_flight = 1;            // leaves that the search keeps submitted
+  std::size_t in_flight = 1;            // leaves that the search keeps submitted, all threads together
   std::size_t device_memory_bytes = 0;  // of a GPU; 0: half of what is free, at most 8 GB
   int warps = 0;                        // of a GPU that share a step; 0: chosen for each batch
+  std::size_t threads = 1;              // of the search
 };
 
 // What holds for one search.
@@ -86,8 +88,7 @@ struct Gain {
   double square_sum;
 };
 
-// An expanded leaf, or why it is not (`status` other than kOk: no rows). Children are valid until `release`,
-// the rest until the next poll.
+// An expanded leaf, or why it is not (`status` other than kOk: no rows). Rows are valid until `release`.
 struct LeafResult {
   std::uint32_t ticket;
   Status status;
@@ -124,19 +125,28 @@ struct RootResult {
   int default_action;
 };
 
-// Allocates only when it is made.
+// Serves the threads of a search, which are numbered from 0. `begin_search`, `release` and `stats` are called
+// while none of them is in another call, the rest by each for itself, at any time: a thread has its own
+// leaves in flight, below parents that any thread has expanded. Allocates only when it is made.
 class LeafEvaluator {
  public:
   virtual ~LeafEvaluator() = default;
+
+  // How many threads it serves: those of its options, or fewer if memory does not suffice.
+  virtual std::size_t threads() const { return 1; }
+
+  // Prepares the calling thread, before its first other call in a search. Sets its floating-point mode to the
+  // default, as in another one (denormals flushed) results are other bits.
+  virtual void attach(std::size_t thread);
 
   // Forgets the previous search and takes the root's scenarios.
   virtual RootResult begin_search(const ScenarioBuffer& root, const SearchSetup& setup) = 0;
 
   // Queues leaves and returns how many it took; never blocks.
-  virtual std::size_t submit(Span<const LeafRequest> requests) = 0;
+  virtual std::size_t submit(std::size_t thread, Span<const LeafRequest> requests) = 0;
 
-  // Gives one finished leaf, in the order of submission; false if it is not there yet.
-  virtual bool poll(LeafResult& result) = 0;
+  // Gives the thread's next finished leaf, in the order of its submission; false if it is not there yet.
+  virtual bool poll(std::size_t thread, LeafResult& result) = 0;
 
   // Drops all leaves of the search, those in flight included.
   virtual void release() = 0;
@@ -146,5 +156,7 @@ class LeafEvaluator {
   // Why its device is lost; empty while it is not.
   virtual std::string problem() const { return {}; }
 };
+
+inline void LeafEvaluator::attach(std::size_t) { std::fesetenv(FE_DFL_ENV); }
 
 }  // namespace hypgen

@@ -38,15 +38,38 @@ struct LeafTask {
 // What the kernels find out about a leaf besides rows, written for the host by the last one.
 struct LeafOutcome {
   std::uint32_t action_count;
-  std::uint32_t first_child;  // in the arena of child rows
+  std::uint32_t first_line;  // of its rows, in the arena
   std::uint32_t child_count;
   std::uint32_t flags;
+};
+
+// The unit of the arena of rows, in pinned memory of the host: what a write across the bus should fill.
+struct alignas(128) RowLine {
+  unsigned char bytes[128];
+};
+
+// How a leaf's rows lie in its run of lines: actions at its start, then gains at the root, then children.
+// Each kind starts a line.
+struct RowLayout {
+  std::uint32_t gains;
+  std::uint32_t children;
+  std::uint32_t end;
+
+  __host__ __device__ RowLayout(std::uint32_t action_count, bool has_gains, std::uint32_t child_count)
+      : gains(lines_for(action_count * sizeof(ActionRow))),
+        children(gains + (has_gains ? lines_for(action_count * sizeof(Gain)) : 0)),
+        end(children + lines_for(child_count * sizeof(ChildRow))) {}
+
+ private:
+  __host__ __device__ static std::uint32_t lines_for(std::size_t bytes) {
+    return static_cast<std::uint32_t>((bytes + sizeof(RowLine) - 1) / sizeof(RowLine));
+  }
 };
 
 enum LeafFlag : std::uint32_t {
   kNanFlag = 1,      // a bound or reward of the model was NaN
   kMembersFlag = 2,  // the parent's members gave other numbers than the child row said
-  kFullFlag = 4,     // no room for the child rows
+  kFullFlag = 4,     // no room for the rows
 };
 
 // What stays the same for all batches of a search.
@@ -87,13 +110,11 @@ struct Batch {
   ChildRow* child_rows;    // of an action at its first item
   ActionRow* action_rows;  // [leaf][max_actions]
 
-  std::uint32_t* arena_used;  // child rows that searches so far have taken
+  std::uint32_t* arena_used;  // lines that this search has taken
   std::uint32_t arena_size;
 
   // Pinned memory of the host.
-  ActionRow* out_actions;  // [leaf][max_actions]
-  Gain* out_gains;         // [max_actions], of the leaf with a baseline
-  ChildRow* out_children;
+  RowLine* arena;  // rows stay there as long as the search
   LeafOutcome* outcomes;
   volatile unsigned long long* out_steps;
   volatile std::uint32_t* done;  // becomes `number` when all of the above is written

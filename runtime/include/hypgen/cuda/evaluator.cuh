@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "hypgen/arena.hpp"
+#include "hypgen/cuda/sizes.cuh"
 #include "hypgen/cuda/slot.cuh"
 #include "hypgen/leaf_evaluator.hpp"
 #include "hypgen/model.hpp"
@@ -37,9 +38,13 @@ class CudaEvaluator final : public LeafEvaluator {
 
   ~CudaEvaluator() override { cudaSetDevice(device_); }
 
+  void attach(std::size_t thread) override {
+    LeafEvaluator::attach(thread);
+    cudaSetDevice(device_);  // of the calling thread
+  }
+
   RootResult begin_search(const ScenarioBuffer& root, const SearchSetup& setup) override {
     release();
-    cudaSetDevice(device_);  // of this thread
     const RootResult failed{Status::kEvaluatorFailed, {}, -1};
     const std::size_t count = root.size();
     if (count == 0 || count > options_.max_scenarios || setup.depth_limit > options_.max_depth ||
@@ -61,13 +66,13 @@ class CudaEvaluator final : public LeafEvaluator {
     return bound_root(static_cast<std::uint32_t>(count));
   }
 
-  std::size_t submit(Span<const LeafRequest> requests) override {
+  std::size_t submit(std::size_t, Span<const LeafRequest> requests) override {
     std::size_t taken = 0;
     while (taken < requests.size() && queue_size() < queue_.size()) queue_push(requests[taken++]);
     return taken;
   }
 
-  bool poll(LeafResult& result) override {
+  bool poll(std::size_t, LeafResult& result) override {
     if (queue_size() == 0) return false;
     const Entry& entry = in_queue(next_);
     launch_what_waits();
@@ -101,13 +106,8 @@ class CudaEvaluator final : public LeafEvaluator {
   std::string problem() const override { return error_; }
 
  private:
-  static constexpr std::size_t kSlots = 3;
-  static constexpr std::size_t kItems = std::size_t{4} << 20;  // of a batch, where memory allows
-  static constexpr std::size_t kSharedTable = 100 << 10;       // bytes: two blocks fit a multiprocessor
   static constexpr double kBatchSeconds = 1e-3;
-  static constexpr std::size_t kMostNodes = std::size_t{1} << 22;
   static constexpr std::size_t kMostDeviceBytes = std::size_t{8} << 30;
-  static constexpr std::size_t kLeastNodeBytes = std::size_t{64} << 20;
 
   struct NodeRecord {
     std::uint32_t base;
@@ -135,97 +135,30 @@ class CudaEvaluator final : public LeafEvaluator {
   bool allocate(std::string& error) {
     std::size_t free = 0, total = 0;
     if (!worked(cudaSetDevice(device_), "GPU", error) ||
-        !worked(cudaMemGetInfo(&free, &total), "GPU memory", error) || !shape(error) ||
-        !origin_.make(error)) {
+        !worked(cudaMemGetInfo(&free, &total), "GPU memory", error) ||
+        !sizes_.shape(options_, device_, error) || !origin_.make(error)) {
       return false;
     }
     const std::size_t budget = options_.device_memory_bytes > 0 ? options_.device_memory_bytes
                                                                 : std::min(free / 2, kMostDeviceBytes);
-    if (!share_out(budget, error)) return false;
+    if (!sizes_.share_out(budget, options_, error)) return false;
     for (Slot<M>& slot : slots_) {
-      if (!slot.make(launch_, error)) return false;
+      if (!slot.make(sizes_.launch, error)) return false;
     }
-    child_capacity_ = std::min<std::size_t>(UINT32_MAX / 2, options_.memory_bytes / sizeof(ChildRow));
-    if (!children_.allocate(child_capacity_, error)) {
+    row_capacity_ = std::min<std::size_t>(UINT32_MAX / 2, options_.memory_bytes / sizeof(RowLine));
+    if (!rows_.allocate(row_capacity_, error)) {
       error += "; --memory lowers the need";
       return false;
     }
     const std::size_t scenarios = options_.max_scenarios;
     return device_params_.allocate(1, error) && fixed_.allocate(scenarios, error) &&
-           members_.allocate(member_capacity_ * kMemberWords<M>, error) &&
-           histories_.allocate(M::kHasHistory ? node_capacity_ : 1, error) &&
+           members_.allocate(sizes_.members * kMemberWords<M>, error) &&
+           histories_.allocate(M::kHasHistory ? sizes_.nodes : 1, error) &&
            discounts_.allocate(static_cast<std::size_t>(options_.max_depth) + 1, error) &&
            counters_.allocate(2, error) && out_steps_.allocate(1, error) &&
            staged_fixed_.allocate(scenarios, error) &&
            staged_members_.allocate(scenarios * kMemberWords<M>, error) &&
            staged_history_.allocate(1, error) && fill(error);
-  }
-
-  // Divides the budget: what the slots take whatever the number of items; the items; the histories; and the
-  // members with all that is left.
-  bool share_out(std::size_t budget, std::string& error) {
-    const std::size_t scenarios = options_.max_scenarios;
-    const std::size_t member = kMemberWords<M> * sizeof(std::uint32_t);
-    const std::size_t item = kSlots * Slot<M>::kBytesAnItem;
-    if (launch_.table_bytes == 0) {
-      const std::size_t tables = budget / 4 / kSlots / launch_.table_stride();
-      launch_.reduce_blocks = static_cast<int>(
-          std::clamp<std::size_t>(tables, 1, static_cast<std::size_t>(launch_.reduce_blocks)));
-    }
-    const std::size_t apart =
-        kSlots * Slot<M>::bytes_but_items(launch_) + scenarios * sizeof(typename M::Fixed);
-    const std::size_t largest_leaf = scenarios * Slot<M>::kMaxActions;
-    const std::size_t needed = apart + largest_leaf * item + kLeastNodeBytes + 4 * scenarios * member;
-    if (needed > budget) {
-      error = "a leaf of " + std::to_string(scenarios) + " scenarios needs " + std::to_string(needed >> 20) +
-              " MB of GPU memory, which has " + std::to_string(budget >> 20) +
-              " MB for this solver: lower --scenarios or raise --device-memory";
-      return false;
-    }
-    launch_.item_capacity = std::max(largest_leaf, std::min(kItems, (budget - apart) / 2 / item));
-    const std::size_t rest = budget - apart - launch_.item_capacity * item;
-    const std::size_t history = M::kHasHistory ? sizeof(typename M::History) : 0;
-    node_capacity_ = M::kHasHistory ? std::min(kMostNodes, rest / 4 / history) : kMostNodes;
-    member_capacity_ = std::min<std::size_t>(UINT32_MAX - 1, (rest - node_capacity_ * history) / member);
-    return true;
-  }
-
-  // Attributes belong to a kernel and a device: they must be the same for all evaluators of the model.
-  bool shape(std::string& error) {
-    cudaDeviceProp properties;
-    if (!worked(cudaGetDeviceProperties(&properties, device_), "GPU", error)) return false;
-    launch_.table_capacity = static_cast<std::uint32_t>(options_.max_scenarios);
-    const std::size_t table = launch_.table_stride();
-    const std::size_t most = std::min<std::size_t>(kSharedTable, properties.sharedMemPerBlockOptin / 2);
-    launch_.table_bytes = table <= most ? table : 0;
-    int simulating = 0, reducing = 0;
-    if (!worked(cudaFuncSetAttribute(reduce<M>, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                     static_cast<int>(most)),
-                "shared memory", error) ||
-        !worked(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&simulating, simulate<M>, kSimulateBlock, 0),
-                "GPU", error) ||
-        !worked(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&reducing, reduce<M>, kReduceBlock,
-                                                              launch_.table_bytes),
-                "GPU", error)) {
-      return false;
-    }
-    launch_.warps = options_.warps;
-    launch_.multiprocessors = properties.multiProcessorCount;
-    launch_.together_bytes = sizeof(SharedSteps<M>);
-    if constexpr (M::kMaxWarps > 1) {
-      // A state that is too large for shared memory is stepped by single lanes.
-      if (launch_.together_bytes + sizeof(LeafOffsets) + 1024 <= properties.sharedMemPerBlockOptin) {
-        launch_.most_warps = std::min<int>(M::kMaxWarps, kMostWarps);
-        if (!worked(cudaFuncSetAttribute(simulate_together<M>, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                         static_cast<int>(launch_.together_bytes)),
-                    "shared memory", error)) {
-          return false;
-        }
-      }
-    }
-    launch_.simulate_blocks = std::max(1, simulating) * properties.multiProcessorCount;
-    launch_.reduce_blocks = std::max(1, reducing) * properties.multiProcessorCount;
-    return true;
   }
 
   bool fill(std::string& error) {
@@ -291,9 +224,9 @@ class CudaEvaluator final : public LeafEvaluator {
       result.status = lost() ? Status::kDeviceLost : Status::kDeadline;
       return result;
     }
-    const LeafOutcome& outcome = slot.outcome(0);
-    result.status = status_of(outcome);
-    if (outcome.child_count == 1) result.row = children_[outcome.first_child];
+    LeafResult bounds{};
+    result.status = show(slot, 0, bounds);
+    if (bounds.children.size() == 1) result.row = bounds.children[0];
     return result;
   }
 
@@ -307,7 +240,7 @@ class CudaEvaluator final : public LeafEvaluator {
     if (!can_exist(request)) {
       entry.status = Status::kEvaluatorFailed;
     } else if (request.parent != kNoHandle) {
-      const bool room = nodes_.size() < node_capacity_ && members_used_ + request.count <= member_capacity_;
+      const bool room = nodes_.size() < sizes_.nodes && members_used_ + request.count <= sizes_.members;
       if (room) {
         entry.node = nodes_.allocate(1);
         nodes_[entry.node] = {static_cast<std::uint32_t>(members_used_), request.count};
@@ -385,7 +318,7 @@ class CudaEvaluator final : public LeafEvaluator {
     const double rate = static_cast<double>(slot.items()) / (ended - started);
     item_rate_ = item_rate_ > 0.0 ? 0.75 * item_rate_ + 0.25 * rate : rate;
     // Fewer items than the device runs at once would not be faster.
-    const std::size_t resident = static_cast<std::size_t>(launch_.simulate_blocks) * kSimulateBlock;
+    const std::size_t resident = static_cast<std::size_t>(sizes_.launch.simulate_blocks) * kSimulateBlock;
     item_limit_ = std::max(resident, static_cast<std::size_t>(item_rate_ * kBatchSeconds));
   }
 
@@ -415,26 +348,36 @@ class CudaEvaluator final : public LeafEvaluator {
     batch.members = members_.get();
     batch.histories = histories_.get();
     batch.arena_used = reinterpret_cast<std::uint32_t*>(counters_.get());
-    batch.arena_size = static_cast<std::uint32_t>(child_capacity_);
+    batch.arena_size = static_cast<std::uint32_t>(row_capacity_);
     batch.steps = counters_.get() + 1;
     batch.out_steps = out_steps_.get();
-    batch.out_children = children_.get();
+    batch.arena = rows_.get();
     ++stats_.batches;
     stats_.leaves += static_cast<std::uint64_t>(slot.leaves());
     return slot.launch(batch, error_);
   }
 
   void deliver(const Entry& entry, LeafResult& result) {
-    const Slot<M>& slot = slots_[static_cast<std::size_t>(entry.slot)];
-    const LeafOutcome& outcome = slot.outcome(entry.leaf);
-    const bool is_root = entry.request.parent == kNoHandle;
-    result = {entry.request.ticket, status_of(outcome), entry.node, nodes_[entry.node].count, {}, {}, {}};
-    if (result.status != Status::kOk) return;
-    result.actions = {slot.actions(entry.leaf), outcome.action_count};
-    result.children = {children_.get() + outcome.first_child, outcome.child_count};
-    if (is_root) result.gains = {slot.gains(), outcome.action_count};
-    stats_.bytes_read += outcome.action_count * sizeof(ActionRow) + outcome.child_count * sizeof(ChildRow) +
-                         sizeof(LeafOutcome);
+    result = {entry.request.ticket, Status::kOk, entry.node, nodes_[entry.node].count, {}, {}, {}};
+    result.status = show(slots_[static_cast<std::size_t>(entry.slot)], entry.leaf, result);
+    stats_.bytes_read += result.actions.size() * sizeof(ActionRow) +
+                         result.children.size() * sizeof(ChildRow) + sizeof(LeafOutcome);
+  }
+
+  // Points `result` to a finished leaf's rows, if it has any.
+  Status show(const Slot<M>& slot, int leaf, LeafResult& result) const {
+    const LeafOutcome& outcome = slot.outcome(leaf);
+    const Status status = status_of(outcome);
+    if (status != Status::kOk) return status;
+    const bool has_gains = slot.task(leaf).baseline >= 0;
+    const RowLayout layout(outcome.action_count, has_gains, outcome.child_count);
+    const RowLine* const run = rows_.get() + outcome.first_line;
+    result.actions = {reinterpret_cast<const ActionRow*>(run), outcome.action_count};
+    result.children = {reinterpret_cast<const ChildRow*>(run + layout.children), outcome.child_count};
+    if (has_gains) {
+      result.gains = {reinterpret_cast<const Gain*>(run + layout.gains), outcome.action_count};
+    }
+    return status;
   }
 
   static Status status_of(const LeafOutcome& outcome) {
@@ -456,7 +399,7 @@ class CudaEvaluator final : public LeafEvaluator {
   std::unique_ptr<typename M::Params> params_;
   EvaluatorOptions options_;
   int device_;
-  LaunchShape launch_;
+  DeviceSizes<M> sizes_;
   SearchConstants search_{};
   Clock::time_point deadline_{};
   int default_action_ = -1;
@@ -468,10 +411,8 @@ class CudaEvaluator final : public LeafEvaluator {
   EvaluatorStats stats_{};
 
   Arena<NodeRecord> nodes_;
-  std::size_t node_capacity_ = 0;
-  std::size_t member_capacity_ = 0;
   std::size_t members_used_ = 0;
-  std::size_t child_capacity_ = 0;
+  std::size_t row_capacity_ = 0;  // in lines
 
   // Entries next_ .. launched_ are being evaluated, launched_ .. end_ wait.
   std::vector<Entry> queue_;
@@ -482,8 +423,8 @@ class CudaEvaluator final : public LeafEvaluator {
   DeviceArray<std::uint32_t> members_;
   DeviceArray<typename M::History> histories_;
   DeviceArray<float> discounts_;
-  DeviceArray<unsigned long long> counters_;  // child rows taken, steps simulated
-  PinnedArray<ChildRow> children_;
+  DeviceArray<unsigned long long> counters_;  // lines of rows taken, steps simulated
+  PinnedArray<RowLine> rows_;                 // of all leaves of the search
   PinnedArray<unsigned long long> out_steps_;
   PinnedArray<typename M::Fixed> staged_fixed_;
   PinnedArray<std::uint32_t> staged_members_;

@@ -12,13 +12,12 @@ __device__ std::int64_t one_ply_return(const Batch<M>& batch, std::uint32_t item
          static_cast<std::int64_t>(batch.search.discount * static_cast<double>(batch.lowers[item]));
 }
 
-constexpr std::uint32_t kLineRows = 16;  // child rows that fill whole lines of 128 bytes
-
 // An action's gains over the baseline, in the order of the members: sums of doubles must not depend on
 // threads.
 template <class M>
 __device__ void write_gains(const Batch<M>& batch, const LeafTask& task, std::uint32_t actions,
-                            std::uint32_t first_item) {
+                            std::uint32_t first_item, RowLine* target) {
+  Gain* const gains = reinterpret_cast<Gain*>(target);
   const std::uint32_t baseline = first_item + actions * task.count;
   for (std::uint32_t a = threadIdx.x; a < actions; a += blockDim.x) {
     Gain gain{0, 0.0};
@@ -28,28 +27,35 @@ __device__ void write_gains(const Batch<M>& batch, const LeafTask& task, std::ui
       gain.sum += difference;
       gain.square_sum += from_fixed_sum(difference) * from_fixed_sum(difference);
     }
-    batch.out_gains[a] = gain;
+    gains[a] = gain;
   }
 }
 
-// Takes room for child rows; false if there is none.
+// Takes room for rows; false if there is none.
 template <class M>
-__device__ bool take_rows(const Batch<M>& batch, std::uint32_t count, std::uint32_t& first) {
+__device__ bool take_lines(const Batch<M>& batch, std::uint32_t count, std::uint32_t& first) {
   first = atomicAdd(batch.arena_used, count);
   if (first <= batch.arena_size && count <= batch.arena_size - first) return true;
   atomicSub(batch.arena_used, count);
   return false;
 }
 
-// Copies a leaf's child rows, which lie action by action, to one run of the host's memory. Threads take
-// consecutive words of the target: writes across the bus should fill whole lines.
+// Copies a leaf's action rows to the host's memory. Here as below threads take consecutive words of the
+// target: writes across the bus should fill whole lines.
+__device__ inline void copy_actions(const ActionRow* action_rows, std::uint32_t actions, RowLine* target) {
+  constexpr std::uint32_t kWords = sizeof(ActionRow) / sizeof(unsigned long long);
+  const auto* const from = reinterpret_cast<const unsigned long long*>(action_rows);
+  auto* const to = reinterpret_cast<unsigned long long*>(target);
+  for (std::uint32_t w = threadIdx.x; w < actions * kWords; w += blockDim.x) to[w] = from[w];
+}
+
+// Copies a leaf's child rows, which lie action by action, to one run.
 template <class M>
-__device__ void copy_children(const Batch<M>& batch, std::size_t rows, std::uint32_t first_item,
-                              std::uint32_t actions, std::uint32_t first_child, std::uint32_t children) {
+__device__ void copy_children(const Batch<M>& batch, const ActionRow* action_rows, std::uint32_t first_item,
+                              std::uint32_t actions, std::uint32_t children, RowLine* target) {
   constexpr std::uint32_t kWords = sizeof(ChildRow) / sizeof(unsigned long long);
-  const ActionRow* const action_rows = batch.action_rows + rows;
   const std::uint32_t count = batch.tasks[blockIdx.x].count;
-  auto* const target = reinterpret_cast<unsigned long long*>(batch.out_children + first_child);
+  auto* const to = reinterpret_cast<unsigned long long*>(target);
   for (std::uint32_t w = threadIdx.x; w < children * kWords; w += blockDim.x) {
     const std::uint32_t child = w / kWords;
     std::uint32_t low = 0, high = actions;  // the action: the last whose children start at or before this one
@@ -62,7 +68,7 @@ __device__ void copy_children(const Batch<M>& batch, std::size_t rows, std::uint
       }
     }
     const std::uint32_t row = first_item + low * count + child - action_rows[low].first_child;
-    target[w] = reinterpret_cast<const unsigned long long*>(batch.child_rows + row)[w % kWords];
+    to[w] = reinterpret_cast<const unsigned long long*>(batch.child_rows + row)[w % kWords];
   }
 }
 
@@ -70,34 +76,36 @@ template <class M>
 __global__ void __launch_bounds__(kBlock) ship(const __grid_constant__ Batch<M> batch) {
   __shared__ LeafOffsets items;
   __shared__ std::uint32_t warp_sums[kBlock / kWarp];
-  __shared__ std::uint32_t first_child;
+  __shared__ std::uint32_t first_line;
   __shared__ bool fits;
   items.fill(batch.leaves, [&](int leaf) { return items_of(batch, leaf); });
   const int leaf = static_cast<int>(blockIdx.x);
   const LeafTask& task = batch.tasks[leaf];
   const std::uint32_t actions = batch.legal_count[leaf], first_item = items.starts[leaf];
-  const std::size_t rows = std::size_t(leaf) * batch.max_actions;
+  ActionRow* const action_rows = batch.action_rows + std::size_t(leaf) * batch.max_actions;
 
   std::uint32_t children = 0;
   for (std::uint32_t start = 0; start < actions; start += blockDim.x) {
     const std::uint32_t a = start + threadIdx.x;
     std::uint32_t total = 0;
     const std::uint32_t before =
-        scan_in_block(a < actions ? batch.action_rows[rows + a].child_count : 0, warp_sums, total);
-    if (a < actions) batch.action_rows[rows + a].first_child = children + before;
+        scan_in_block(a < actions ? action_rows[a].child_count : 0, warp_sums, total);
+    if (a < actions) action_rows[a].first_child = children + before;
     children += total;
   }
-  if (threadIdx.x == 0)
-    fits = take_rows(batch, (children + kLineRows - 1) / kLineRows * kLineRows, first_child);
+  const bool has_gains = task.baseline >= 0;
+  const RowLayout layout(actions, has_gains, children);
+  if (threadIdx.x == 0) fits = take_lines(batch, layout.end, first_line);
   __syncthreads();
 
-  const auto* const from = reinterpret_cast<const ulonglong1*>(batch.action_rows + rows);
-  auto* const to = reinterpret_cast<ulonglong1*>(batch.out_actions + rows);
-  for (std::uint32_t w = threadIdx.x; w < actions * (sizeof(ActionRow) / 8); w += blockDim.x) to[w] = from[w];
-  if (fits) copy_children(batch, rows, first_item, actions, first_child, children);
-  if (task.baseline >= 0) write_gains(batch, task, actions, first_item);
+  if (fits) {
+    RowLine* const run = batch.arena + first_line;
+    copy_actions(action_rows, actions, run);
+    if (has_gains) write_gains(batch, task, actions, first_item, run + layout.gains);
+    copy_children(batch, action_rows, first_item, actions, children, run + layout.children);
+  }
   if (threadIdx.x == 0) {
-    batch.outcomes[leaf] = {actions, first_child, children, batch.flags[leaf] | (fits ? 0U : kFullFlag)};
+    batch.outcomes[leaf] = {actions, first_line, children, batch.flags[leaf] | (fits ? 0U : kFullFlag)};
   }
   __threadfence_system();
   __syncthreads();

@@ -79,8 +79,7 @@ class Slot {
            legal_.allocate(kRows, error) && leaf_words_.allocate(kLeafWords, error) &&
            (tables == 0 || tables_.allocate(tables, error)) && device_tasks_.allocate(kMaxLeaves, error) &&
            device_wanted_.allocate(kWantedCapacity, error) && tasks_.allocate(kMaxLeaves, error) &&
-           wanted_.allocate(kWantedCapacity, error) && out_actions_.allocate(kRows, error) &&
-           out_gains_.allocate(kMaxActions, error) && outcomes_.allocate(kMaxLeaves, error) &&
+           wanted_.allocate(kWantedCapacity, error) && outcomes_.allocate(kMaxLeaves, error) &&
            done_.allocate(1, error) && clear(error);
   }
 
@@ -134,8 +133,6 @@ class Slot {
     batch.terminals = terminals_.get();
     batch.child_rows = child_rows_.get();
     batch.action_rows = action_rows_.get();
-    batch.out_actions = out_actions_.get();
-    batch.out_gains = out_gains_.get();
     batch.outcomes = outcomes_.get();
     batch.done = done_.get();
     batch.number = ++number_;
@@ -188,10 +185,6 @@ class Slot {
 
   const LeafTask& task(int leaf) const { return tasks_[static_cast<std::size_t>(leaf)]; }
   const LeafOutcome& outcome(int leaf) const { return outcomes_[static_cast<std::size_t>(leaf)]; }
-  const ActionRow* actions(int leaf) const {
-    return out_actions_.get() + static_cast<std::size_t>(leaf) * kMaxActions;
-  }
-  const Gain* gains() const { return out_gains_.get(); }
   cudaStream_t stream() const { return stream_; }
 
  private:
@@ -251,8 +244,6 @@ class Slot {
   DeviceArray<LeafTask> device_tasks_;
   PinnedArray<LeafTask> tasks_;
   PinnedArray<std::int32_t> wanted_;
-  PinnedArray<ActionRow> out_actions_;
-  PinnedArray<Gain> out_gains_;
   PinnedArray<LeafOutcome> outcomes_;
   PinnedArray<std::uint32_t> done_;
 };
