@@ -351,11 +351,13 @@ def _member(node: ast.Member, scope: Scope) -> ir.Expr:
             return _plain_name(ast.Name(node.span, node.name), scope, enum)
     operand = scope.check(node.operand)
     if not isinstance(operand.type, Record):
+        is_variant = isinstance(operand.type, Enum) and operand.type.variant(node.name) is not None
+        left = node.operand.name if isinstance(node.operand, ast.Name) else ".."
         raise mistake(
             "E0205",
             f"this has no field '{node.name}': it is {described(operand.type)}",
             node.span,
-            "only elements, records and enums have members",
+            f"write {left} == {node.name}" if is_variant else "only elements, records and enums have members",
         )
     if operand.type.field_type(node.name) is None:
         names = [n for n, _ in operand.type.fields]

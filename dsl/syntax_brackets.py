@@ -89,7 +89,7 @@ def _misplaced_body(s: Situation) -> Diagnostic | None:
 def _foreign_record(s: Situation) -> Diagnostic | None:
     """Know `P {x: 1}`, `P(x = 1)` and `(1, 2)`."""
     name, opened = s.previous(), s.open_bracket
-    if s.token.type == "LBRACE" and name is not None and not s.on_new_line:
+    if s.token.type == "LBRACE" and name is not None and name.type == "NAME" and not s.on_new_line:
         fields = _names_of(s, str(name))
         if fields is None or s.follows("RECORD", "NAME"):
             return None

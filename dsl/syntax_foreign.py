@@ -13,6 +13,8 @@ _FN = "write `fn name(x: type): type = expression`"
 _FOREIGN_ITEMS = {
     **dict.fromkeys(("def", "func", "function", "fun"), _FN),
     **dict.fromkeys(("struct", "class"), "write `record Name { x: type }`, or an element for state"),
+    **dict.fromkeys(("actions", "action_space"), "write `enum Act { .. }` and `action act: Act`"),
+    "gamma": "write `discount 0.95`; gamma is its value in expressions",
     **dict.fromkeys(("var", "state"), "write `element name { visible x: type }`, with its `init` and update"),
     "using": 'write `type Name = 0 .. 9`, or `import "file.pomdp"`',
     "from": 'write `import "file.pomdp"`',
@@ -63,7 +65,7 @@ def _first_value(s: Situation) -> Diagnostic | None:
 
 
 def _foreign_word(s: Situation) -> Diagnostic | None:
-    """Know `def f(x)`, `return x`, `x.f(y)`, `act in [a, b]` and `x++`."""
+    """Know `def f(x)`, `return x`, `x.f(y)`, `act in [a, b]`, `switch (x) {`, `a if c else b` and `x++`."""
     last, dot = s.previous(), s.previous(2)
     if s.token.type == "NAME" and s.expects_item and s.open_bracket is None and s.token in _FOREIGN_ITEMS:
         return Diagnostic("E0149", f"nothing is declared by '{s.token}'", s.span(), _FOREIGN_ITEMS[s.token])
@@ -79,6 +81,16 @@ def _foreign_word(s: Situation) -> Diagnostic | None:
     if s.token.type == "IN" and (dot.type in starts or last.type in ("RSQB", "QUOTE")):
         remedy = "compare with each: `x == a or x == b`, or with the ends: `low <= x and x <= high`"
         return Diagnostic("E0149", "there is no 'in' for values", s.span(), remedy)
+    words = [t for t in s.before if t == "switch" and t.line == s.token.line]
+    if s.token.type == "LBRACE" and last.type == "RPAR" and words:
+        word = words[-1]
+        remedy = "write `match value { first => a  second => b  else => c }`"
+        return Diagnostic("E0149", "there is no 'switch'", s.span(word), remedy)
+    operand = last.type in ("NAME", "INT", "FLOAT", "RPAR", "RSQB", "QUOTE", "TRUE", "FALSE")
+    behind = s.token.type == "IF" and operand and not s.on_new_line and "WHERE" not in s.accepts
+    if behind and re.search(r"\belse\b", s.rest.split("\n")[0]):
+        remedy = "write `if condition then a else b`"
+        return Diagnostic("E0149", "a condition stands before both values", s.span(), remedy)
     if s.token.type == "PLUS" and last.type == "PLUS" and s.touches_previous and dot.type == "NAME":
         at = s.span(last).to(s.span())
         return Diagnostic("E0111", "'++' does not define anything", at, f"write `{dot} + 1`")
@@ -107,8 +119,12 @@ def _percentage(s: Situation) -> Diagnostic | None:
     return Diagnostic("E0122", "'%' is the remainder of a division", at, f"write `{float(number) / 100:g}`")
 
 
-def _typed_argument(s: Situation) -> Diagnostic | None:
-    """Know the pattern `move(Dir d) =>`."""
+def _foreign_pattern(s: Situation) -> Diagnostic | None:
+    """Know the patterns `move(Dir d) =>` and `Act.wait =>`."""
+    variant = re.match(r"\.\s*(\w+)", s.rest)
+    if s.follows("NAME") and variant is not None and {"_ARROW", "VBAR", "LPAR"} == s.accepts:
+        at = s.span(s.previous()).to(s.span())
+        return Diagnostic("E0125", "a pattern is a variant's name alone", at, f"write `{variant[1]}`")
     if s.accepts != {"RPAR"} or s.token.type != "NAME" or not s.follows("NAME", "LPAR", "NAME"):
         return None
     at = s.span(s.previous()).to(s.span())
@@ -122,5 +138,5 @@ FOREIGN_MISTAKES = (
     _foreign_word,
     _range_as_value,
     _percentage,
-    _typed_argument,
+    _foreign_pattern,
 )

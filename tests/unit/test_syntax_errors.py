@@ -172,6 +172,10 @@ CASES = {
     "range of values": (member("x' ~ uniform(1 .. 6)"), "E0150", 2, 16, 18, "`uniform(1, 6)`"),
     "percentage": (model("param p: prob = 80%\ndiscount 0.9"), "E0122", 2, 17, 20, "`0.8`"),
     "pattern with a type": (model("reward r = match a { x(T i) => 3 }"), "E0125", 2, 24, 27, "`x(i) =>"),
+    "switch of C": (model("reward r = switch (act) { a => 1 }"), "E0149", 2, 12, 18, "`match value"),
+    "conditional of Python": (model("reward r = f(x) if c else 0"), "E0149", 2, 17, 19, "if condition then"),
+    "pattern with its enum": (model("reward r = match a { A.x => 3 }"), "E0125", 2, 22, 24, "`x`"),
+    "discount by its symbol": (model("gamma = 0.9"), "E0149", 2, 1, 6, "discount 0.95"),
     "state in a library": ("library L\nelement e { }", "E0139", 2, 1, 14, "move it to the model"),
 }
 
