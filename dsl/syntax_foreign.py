@@ -9,6 +9,9 @@ from hypgen.dsl.syntax_errors import Situation
 
 _TYPE_WORDS = ("BOOL", "INT_TYPE", "FLOAT_TYPE", "PROB")
 _DECLARES = ("VISIBLE", "HIDDEN", "FIXED", "CONST", "PARAM", "MEMORY", "OBSERVE", "LPAR", "COMMA", "LBRACE")
+_BEFORE_VALUES = ("EQUAL", "TILDE", "THEN", "ELSE", "_ARROW", "COLON")
+_BEFORE_OPERANDS = ("IF", "AND", "OR", "NOT", "WHEN", "WHERE", "EQUAL", "DOT")
+_ENDS_OPERAND = ("NAME", "INT", "FLOAT", "RPAR", "RSQB", "QUOTE", "TRUE", "FALSE")
 _FN = "write `fn name(x: type): type = expression`"
 _FOREIGN_ITEMS = {
     **dict.fromkeys(("def", "func", "function", "fun"), _FN),
@@ -64,37 +67,64 @@ def _first_value(s: Situation) -> Diagnostic | None:
     )
 
 
-def _foreign_word(s: Situation) -> Diagnostic | None:
-    """Know `def f(x)`, `return x`, `x.f(y)`, `act in [a, b]`, `switch (x) {`, `a if c else b` and `x++`."""
-    last, dot = s.previous(), s.previous(2)
-    if s.token.type == "NAME" and s.expects_item and s.open_bracket is None and s.token in _FOREIGN_ITEMS:
-        return Diagnostic("E0149", f"nothing is declared by '{s.token}'", s.span(), _FOREIGN_ITEMS[s.token])
-    if last is None or dot is None:
+def _foreign_item(s: Situation) -> Diagnostic | None:
+    """Know `def f(x)` and `struct P`."""
+    if not s.expects_item or s.open_bracket is not None or s.token not in _FOREIGN_ITEMS:
         return None
-    if last == "return" and dot.type in ("EQUAL", "TILDE", "THEN", "ELSE", "_ARROW", "COLON"):
-        remedy = "leave it out: what stands behind `=` is the value"
-        return Diagnostic("E0149", "there is no 'return'", s.span(last), remedy)
-    if s.token.type == "LPAR" and last.type == "NAME" and dot.type == "DOT" and s.touches_previous:
-        remedy = f"write `{last}(..)`, with the value as an argument"
-        return Diagnostic("E0149", f"values have no methods such as '{last}'", s.span(last), remedy)
-    starts = ("IF", "AND", "OR", "NOT", "WHEN", "WHERE", "EQUAL", "DOT")
-    if s.token.type == "IN" and (dot.type in starts or last.type in ("RSQB", "QUOTE")):
-        remedy = "compare with each: `x == a or x == b`, or with the ends: `low <= x and x <= high`"
-        return Diagnostic("E0149", "there is no 'in' for values", s.span(), remedy)
+    return Diagnostic("E0149", f"nothing is declared by '{s.token}'", s.span(), _FOREIGN_ITEMS[s.token])
+
+
+def _return(s: Situation) -> Diagnostic | None:
+    word, before = s.previous(), s.previous(2)
+    if word != "return" or before is None or before.type not in _BEFORE_VALUES:
+        return None
+    remedy = "leave it out: what stands behind `=` is the value"
+    return Diagnostic("E0149", "there is no 'return'", s.span(word), remedy)
+
+
+def _method(s: Situation) -> Diagnostic | None:
+    name = s.previous()
+    if s.token.type != "LPAR" or name is None or not s.follows("DOT", "NAME") or not s.touches_previous:
+        return None
+    remedy = f"write `{name}(..)`, with the value as an argument"
+    return Diagnostic("E0149", f"values have no methods such as '{name}'", s.span(name), remedy)
+
+
+def _in_values(s: Situation) -> Diagnostic | None:
+    """Know `act in [a, b]`; a name right behind a bracket is that of a binder."""
+    value, before = s.previous(), s.previous(2)
+    if s.token.type != "IN" or value is None or before is None:
+        return None
+    if before.type not in _BEFORE_OPERANDS and value.type not in ("RSQB", "QUOTE"):
+        return None
+    remedy = "compare with each: `x == a or x == b`, or with the ends: `low <= x and x <= high`"
+    return Diagnostic("E0149", "there is no 'in' for values", s.span(), remedy)
+
+
+def _switch(s: Situation) -> Diagnostic | None:
     words = [t for t in s.before if t == "switch" and t.line == s.token.line]
-    if s.token.type == "LBRACE" and last.type == "RPAR" and words:
-        word = words[-1]
-        remedy = "write `match value { first => a  second => b  else => c }`"
-        return Diagnostic("E0149", "there is no 'switch'", s.span(word), remedy)
-    operand = last.type in ("NAME", "INT", "FLOAT", "RPAR", "RSQB", "QUOTE", "TRUE", "FALSE")
-    behind = s.token.type == "IF" and operand and not s.on_new_line and "WHERE" not in s.accepts
-    if behind and re.search(r"\belse\b", s.rest.split("\n")[0]):
-        remedy = "write `if condition then a else b`"
-        return Diagnostic("E0149", "a condition stands before both values", s.span(), remedy)
-    if s.token.type == "PLUS" and last.type == "PLUS" and s.touches_previous and dot.type == "NAME":
-        at = s.span(last).to(s.span())
-        return Diagnostic("E0111", "'++' does not define anything", at, f"write `{dot} + 1`")
-    return None
+    if s.token.type != "LBRACE" or not s.follows("RPAR") or not words:
+        return None
+    remedy = "write `match value { first => a  second => b  else => c }`"
+    return Diagnostic("E0149", "there is no 'switch'", s.span(words[-1]), remedy)
+
+
+def _condition_behind(s: Situation) -> Diagnostic | None:
+    """Know `a if c else b`."""
+    value = s.previous()
+    if s.token.type != "IF" or s.on_new_line or "WHERE" in s.accepts:
+        return None
+    if value is None or value.type not in _ENDS_OPERAND or not re.match(r"[^\n]*\belse\b", s.rest):
+        return None
+    remedy = "write `if condition then a else b`"
+    return Diagnostic("E0149", "a condition stands before both values", s.span(), remedy)
+
+
+def _increment(s: Situation) -> Diagnostic | None:
+    if s.token.type != "PLUS" or not s.follows("NAME", "PLUS") or not s.touches_previous:
+        return None
+    at = s.span(s.previous()).to(s.span())
+    return Diagnostic("E0111", "'++' does not define anything", at, f"write `{s.previous(2)} + 1`")
 
 
 def _range_as_value(s: Situation) -> Diagnostic | None:
@@ -122,7 +152,7 @@ def _percentage(s: Situation) -> Diagnostic | None:
 def _foreign_pattern(s: Situation) -> Diagnostic | None:
     """Know the patterns `move(Dir d) =>` and `Act.wait =>`."""
     variant = re.match(r"\.\s*(\w+)", s.rest)
-    if s.follows("NAME") and variant is not None and {"_ARROW", "VBAR", "LPAR"} == s.accepts:
+    if s.follows("NAME") and variant is not None and s.accepts == {"_ARROW", "VBAR", "LPAR"}:
         at = s.span(s.previous()).to(s.span())
         return Diagnostic("E0125", "a pattern is a variant's name alone", at, f"write `{variant[1]}`")
     if s.accepts != {"RPAR"} or s.token.type != "NAME" or not s.follows("NAME", "LPAR", "NAME"):
@@ -135,7 +165,13 @@ def _foreign_pattern(s: Situation) -> Diagnostic | None:
 FOREIGN_MISTAKES = (
     _type_before_name,
     _first_value,
-    _foreign_word,
+    _foreign_item,
+    _return,
+    _method,
+    _in_values,
+    _switch,
+    _condition_behind,
+    _increment,
     _range_as_value,
     _percentage,
     _foreign_pattern,
