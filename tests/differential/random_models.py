@@ -203,7 +203,30 @@ def model(seed: int, attempt: int = 0) -> Node:
         binder = "" if owner.member is None else f"[{owner.local} in {owner.member.text}]"
         inside = [part for item in build.items.pop(owner.name, []) for part in ("  ", item)]
         parts.append(Node("item", "", (f"element {owner.name}{binder} {{\n", *inside, "}\n")))
-    return Node("model", "", (*parts, *build.items[""]))
+    return Node("model", "", (*parts, *build.items[""], *_looked_at(f"{seed} {attempt}", types, joint)))
+
+
+def _looked_at(seed: str, types: Types, joint: bool) -> tuple[Node, ...]:
+    """Return, for some models, a family of bools of which the action chooses the one that is seen.
+
+    It has random numbers of its own: the rest of a seed's model does not depend on it.
+    """
+    rng = random.Random(f"looked at {seed}")
+    if rng.random() > 0.3:
+        return ()
+    act = f"act[{types.index.low}]" if joint else "act"
+    update = rng.choice(
+        ["= good", "~ noisy(good, 0.75)", f"= good and {act} != move(m)", f"= good != ({act} == move(m))"]
+    )
+    seen = rng.choice(
+        ["= {}", "= not {}", "~ noisy({}, 0.875)", "~ {{true: if {} then 0.75 else 0.125, else false}}"]
+    )
+    sign, value = seen[0], seen[2:].format("g[i].good'")
+    family = "element g[m in Small] {\n  hidden good: bool\n  init good ~ bernoulli(0.5)\n"
+    family += f"  good' {update}\n}}\n"
+    rest = rng.choice(["false", "true", "bernoulli(0.25)" if sign == "~" else "false"])
+    text = f"observe look_at: bool {sign} match {act} {{ move(i) => {value}  else => {rest} }}\n"
+    return Node("item", "", (family,)), Node("item", "", (text,))
 
 
 def _declare_constants(build: _Builder, joint: bool) -> None:
