@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from hypgen.dsl import ast, ir
+from hypgen.dsl import ast, ir, operators
 from hypgen.dsl.diagnostics import Diagnostic
 from hypgen.dsl.ir_walk import walk as walk_ir
 from hypgen.dsl.mistakes import mistake
@@ -26,7 +26,7 @@ _Name = tuple[str | None, str]
 
 def warnings(file: ast.ModelFile, model: ir.Model, program: Program) -> list[Diagnostic]:
     """Return the warnings for a model without mistakes, by position; ``file`` is as the author wrote it."""
-    found = [*_unused(file), *_float_equalities(program), *_reversible(model)]
+    found = [*_unused(file), *_float_equalities(program), *_reversible(model), *_idle(model)]
     return sorted(dict.fromkeys(found), key=lambda d: (d.span is not None and d.span, d.code))
 
 
@@ -97,6 +97,31 @@ def _mentions(
                 yield from ((None, enum) for enum in owners.get(name, ()))
             case ast.Member(_, ast.Name(_, owner) | ast.Index(_, ast.Name(_, owner)), name):
                 yield owner, name
+
+
+# Rewards -----------------------------------------------------------------------------------------
+
+
+def _idle(model: ir.Model) -> Iterator[Diagnostic]:
+    """Yield the rewards that every policy earns alike: the same in each step of episodes that do not end."""
+    if model.terminal != operators.FALSE:
+        return
+    functions = {f.name: f.body for f in model.functions}
+
+    def varies(e: ir.Expr | ir.Dist) -> bool:
+        parts = list(walk_ir(e))
+        if any(isinstance(part, ir.StateRead | ir.LetRead | ir.ActionRead) for part in parts):
+            return True
+        return any(varies(functions[part.function]) for part in parts if isinstance(part, ir.Call))
+
+    for reward in model.rewards:
+        if not varies(reward.value):
+            yield Diagnostic(
+                "W05",
+                f"'{reward.name}' is the same whatever is done, and nothing ends an episode early",
+                reward.span,
+                "let it depend on the state or the action, or end episodes with `terminal when`",
+            )
 
 
 # Floats ------------------------------------------------------------------------------------------

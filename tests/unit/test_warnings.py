@@ -81,7 +81,7 @@ record Pos { row: Row  side: Side }
 fn here(p: Pos): bool = p.row == 0
 """
     bottom = """reward r = (match pick(room.x) { left => 1 right => 0 })
-reward s = if here(Pos(0, far)) then 1 else 0
+reward s = if here(Pos(0, far)) and act == go then 1 else 0
 fn pick(c: Cell): Door = if c == 0 then Door.left else right
 reward q = if room.z then 1 else 0
 """
@@ -93,8 +93,22 @@ def test_a_librarys_names_may_be_unused(tmp_path: Path) -> None:
     assert warned(tmp_path, 'import "lib.pomdp"', lib="library L const n: int = 3") == []
 
 
+def test_rewards_that_change_no_choice(tmp_path: Path) -> None:
+    bottom = """fn worth(c: Cell): int = c * price
+param price: 0 .. 9 = 2
+reward step = -1
+reward dear = worth(3)
+reward here = worth(room.x)
+"""
+    assert warned(tmp_path, bottom=bottom) == [
+        "W05 'step' is the same whatever is done, and nothing ends an episode early",
+        "W05 'dear' is the same whatever is done, and nothing ends an episode early",
+    ]
+    assert warned(tmp_path, bottom=bottom + "terminal when room.x' == 3") == []
+
+
 def test_floats_tested_for_equality(tmp_path: Path) -> None:
-    bottom = "reward r = if p == 0.5 then 1 else 0"
+    bottom = "reward r = if act == go or p == 0.5 then 1 else 0"
     found = warned(tmp_path, "param p: float = 0.25", bottom=bottom)
     assert found == ["W02 floats are tested for equality, which rounding decides"]
     assert warned(tmp_path, "const p: float = 0.25", bottom=bottom) == []
