@@ -43,7 +43,7 @@ int main() {
   auto evaluator = cuda::CudaEvaluator<Model>::make(params, evaluating, 0, error);
   require(evaluator != nullptr, error.c_str());
   Planner planner(std::move(evaluator), model, options);
-  planner.set_fallback([&] { return instance->make_evaluator(evaluating); });
+  planner.set_fallback([&](const std::string&) { return instance->make_evaluator(evaluating); });
   const auto belief = instance->make_belief(0, 1000, BeliefKind::kAuto);
   const auto world = instance->make_world(0);
   std::vector<std::int32_t> visible(static_cast<std::size_t>(model.visible_count) + 1);

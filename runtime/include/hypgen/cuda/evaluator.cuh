@@ -9,17 +9,17 @@
 #include <string>
 #include <vector>
 
-#include "hypgen/arena.hpp"
+#include "hypgen/cuda/driver.cuh"
 #include "hypgen/cuda/sizes.cuh"
-#include "hypgen/cuda/slot.cuh"
 #include "hypgen/leaf_evaluator.hpp"
+#include "hypgen/leaf_ring.hpp"
 #include "hypgen/model.hpp"
 
 namespace hypgen::cuda {
 
-// Keeps, of each expanded leaf, its history and its scenarios' numbers and states in device memory. A batch
-// is launched when nothing runs and nothing is ready, or when half of what the search keeps in flight waits,
-// or a whole batch.
+// Keeps, of each expanded leaf, its history and its scenarios' numbers and states in device memory. Each
+// thread of the search has a ring of leaves; whoever finds its own not ready drives the device for all, if
+// nobody does.
 template <class M>
 class CudaEvaluator final : public LeafEvaluator {
  public:
@@ -43,90 +43,73 @@ class CudaEvaluator final : public LeafEvaluator {
     cudaSetDevice(device_);  // of the calling thread
   }
 
+  std::size_t threads() const override { return rings_.threads(); }
+
   RootResult begin_search(const ScenarioBuffer& root, const SearchSetup& setup) override {
     release();
-    const RootResult failed{Status::kEvaluatorFailed, {}, -1};
     const std::size_t count = root.size();
     if (count == 0 || count > options_.max_scenarios || setup.depth_limit > options_.max_depth ||
         !root.holds(sizeof(typename M::Fixed), sizeof(typename M::State), sizeof(typename M::History))) {
-      return failed;
+      return {Status::kEvaluatorFailed, {}, -1};
     }
-    for (Slot<M>& slot : slots_) {
-      if (!wait(slot, setup.deadline)) return {lost() ? Status::kDeviceLost : Status::kDeadline, {}, -1};
+    if (!driver_.settle(setup.deadline)) {
+      return {driver_.is_lost() ? Status::kDeviceLost : Status::kDeadline, {}, -1};
     }
-    for (Slot<M>& slot : slots_) {
-      note_times(slot);
-      slot.reset();
-    }
-    cudaEventRecord(origin_.get(), slots_[0].stream());
-    busy_until_ = 0.0;
-    deadline_ = setup.deadline;
-    search_ = {setup.key, root.first(), setup.depth_limit, setup.at_horizon, options_.discount};
     upload(root);
-    return bound_root(static_cast<std::uint32_t>(count));
+    PhiloxDraws first(setup.key, 0, 0);
+    RootResult result{Status::kOk, {}, -1};
+    result.default_action =
+        M::default_policy(*params_, staged_fixed_[0], root_states_[0], *staged_history_.get(), first);
+    driver_.begin_search(
+        batch({setup.key, root.first(), setup.depth_limit, setup.at_horizon, options_.discount}),
+        static_cast<std::uint32_t>(count), result.default_action);
+    LeafResult bounds{};
+    result.status = driver_.bound_root(setup.deadline, bounds);
+    if (bounds.children.size() == 1) result.row = bounds.children[0];
+    return result;
   }
 
-  std::size_t submit(std::size_t, Span<const LeafRequest> requests) override {
+  std::size_t submit(std::size_t thread, Span<const LeafRequest> requests) override {
     std::size_t taken = 0;
-    while (taken < requests.size() && queue_size() < queue_.size()) queue_push(requests[taken++]);
+    while (taken < requests.size() && rings_[thread].submit(requests[taken])) ++taken;
     return taken;
   }
 
-  bool poll(std::size_t, LeafResult& result) override {
-    if (queue_size() == 0) return false;
-    const Entry& entry = in_queue(next_);
-    launch_what_waits();
-    if (entry.status == Status::kOk && !lost()) {
-      if (entry.slot < 0 || !slots_[static_cast<std::size_t>(entry.slot)].finished(error_)) {
-        if (!lost()) return false;
-      } else {
-        deliver(entry, result);
-        ++next_;
-        return true;
-      }
+  // Also drives where the thread's own leaf is ready but half of its ring waits: otherwise the device would
+  // be idle while a thread reads a whole batch.
+  bool poll(std::size_t thread, LeafResult& result) override {
+    LeafRing& ring = rings_[thread];
+    const bool found = ring.read(result);
+    if (found && !ring.is_half_waiting()) return true;
+    if (rings_.start_driving()) {
+      driver_.drive();
+      rings_.stop_driving();
     }
-    result = {entry.request.ticket, lost() ? Status::kDeviceLost : entry.status, 0, 0, {}, {}, {}};
-    ++next_;
-    launched_ = std::max(launched_, next_);  // there was nothing to launch
-    return true;
+    return found || ring.read(result);
   }
 
   void release() override {
-    next_ = launched_ = end_ = 0;
-    nodes_.reset();
-    members_used_ = 0;
+    rings_.reset();
+    driver_.release();
   }
 
   EvaluatorStats stats() const override {
-    EvaluatorStats stats = stats_;
+    EvaluatorStats stats = driver_.stats();
     stats.steps = *static_cast<volatile unsigned long long*>(out_steps_.get());
     return stats;
   }
 
-  std::string problem() const override { return error_; }
+  std::string problem() const override { return driver_.problem(); }
 
  private:
-  static constexpr double kBatchSeconds = 1e-3;
   static constexpr std::size_t kMostDeviceBytes = std::size_t{8} << 30;
-
-  struct NodeRecord {
-    std::uint32_t base;
-    std::uint32_t count;
-  };
-  struct Entry {
-    LeafRequest request;
-    Status status;  // kOk, or why it is not evaluated
-    int slot;       // -1: waits
-    int leaf;       // in the slot
-    std::uint32_t node;
-  };
 
   CudaEvaluator(const typename M::Params& params, const EvaluatorOptions& options, int device)
       : params_(std::make_unique<typename M::Params>(params)),
         options_(options),
         device_(device),
-        nodes_(kMostNodes),
-        queue_(std::max<std::size_t>(1, options.in_flight)) {
+        rings_(std::max<std::size_t>(1, options.threads), options.in_flight),
+        driver_(rings_, options.in_flight) {
     root_states_.reserve(options.max_scenarios);
   }
 
@@ -136,15 +119,12 @@ class CudaEvaluator final : public LeafEvaluator {
     std::size_t free = 0, total = 0;
     if (!worked(cudaSetDevice(device_), "GPU", error) ||
         !worked(cudaMemGetInfo(&free, &total), "GPU memory", error) ||
-        !sizes_.shape(options_, device_, error) || !origin_.make(error)) {
+        !sizes_.shape(options_, device_, error)) {
       return false;
     }
     const std::size_t budget = options_.device_memory_bytes > 0 ? options_.device_memory_bytes
                                                                 : std::min(free / 2, kMostDeviceBytes);
-    if (!sizes_.share_out(budget, options_, error)) return false;
-    for (Slot<M>& slot : slots_) {
-      if (!slot.make(sizes_.launch, error)) return false;
-    }
+    if (!sizes_.share_out(budget, options_, error) || !driver_.make(sizes_, error)) return false;
     row_capacity_ = std::min<std::size_t>(UINT32_MAX / 2, options_.memory_bytes / sizeof(RowLine));
     if (!rows_.allocate(row_capacity_, error)) {
       error += "; --memory lowers the need";
@@ -195,7 +175,7 @@ class CudaEvaluator final : public LeafEvaluator {
                     sizeof(std::uint32_t));
       }
     }
-    const cudaStream_t stream = slots_[0].stream();
+    const cudaStream_t stream = driver_.stream();
     cudaMemcpyAsync(fixed_.get(), staged_fixed_.get(), count * sizeof(typename M::Fixed),
                     cudaMemcpyHostToDevice, stream);
     cudaMemcpyAsync(members_.get(), staged_members_.get(), count * kMemberWords<M> * sizeof(std::uint32_t),
@@ -205,143 +185,12 @@ class CudaEvaluator final : public LeafEvaluator {
                       cudaMemcpyHostToDevice, stream);
     }
     cudaMemsetAsync(counters_.get(), 0, sizeof(std::uint32_t), stream);
-    nodes_.allocate(1);
-    nodes_[0] = {0, static_cast<std::uint32_t>(count)};
-    members_used_ = count;
   }
 
-  RootResult bound_root(std::uint32_t count) {
-    PhiloxDraws first(search_.key, 0, 0);
-    RootResult result{Status::kOk, {}, -1};
-    default_action_ =
-        M::default_policy(*params_, staged_fixed_[0], root_states_[0], *staged_history_.get(), first);
-    result.default_action = default_action_;
-    const int no_step = kNoStep;
-    Slot<M>& slot = slots_[0];
-    slot.reset();
-    slot.add({0, kNoParent, 0, count, 0, 0, 0, kNoStep, 0, -1, 0, 0}, {&no_step, 1});
-    if (!launch(slot) || !wait(slot, deadline_)) {
-      result.status = lost() ? Status::kDeviceLost : Status::kDeadline;
-      return result;
-    }
-    LeafResult bounds{};
-    result.status = show(slot, 0, bounds);
-    if (bounds.children.size() == 1) result.row = bounds.children[0];
-    return result;
-  }
-
-  // Batches -------------------------------------------------------------------------------------------
-
-  std::size_t queue_size() const { return end_ - next_; }
-  Entry& in_queue(std::size_t i) { return queue_[i % queue_.size()]; }
-
-  void queue_push(const LeafRequest& request) {
-    Entry entry{request, Status::kOk, -1, 0, 0};
-    if (!can_exist(request)) {
-      entry.status = Status::kEvaluatorFailed;
-    } else if (request.parent != kNoHandle) {
-      const bool room = nodes_.size() < sizes_.nodes && members_used_ + request.count <= sizes_.members;
-      if (room) {
-        entry.node = nodes_.allocate(1);
-        nodes_[entry.node] = {static_cast<std::uint32_t>(members_used_), request.count};
-        members_used_ += request.count;
-      } else {
-        entry.status = Status::kMemoryFull;
-      }
-    }
-    in_queue(end_++) = entry;
-  }
-
-  // Whether there may be such a leaf: kernels take its numbers as they are.
-  bool can_exist(const LeafRequest& request) const {
-    const bool is_root = request.parent == kNoHandle;
-    const std::uint64_t parent = is_root ? 0 : request.parent;
-    if (parent >= nodes_.size() || request.count == 0) return false;
-    const std::uint32_t most = nodes_[parent].count;
-    return is_root ? request.count == most : std::uint64_t{request.first} + request.count <= most;
-  }
-
-  // Starts a batch if that is worth its while.
-  void launch_what_waits() {
-    const std::size_t waiting = end_ - launched_;
-    if (waiting == 0 || lost()) return;
-    bool device_works = false;
-    for (Slot<M>& slot : slots_) device_works |= slot.running() && !slot.finished(error_);
-    const bool host_works = launched_ > next_ && !device_works;  // results are there to be taken
-    const bool enough = 2 * waiting >= std::min<std::size_t>(queue_.size(), 2 * kMaxLeaves);
-    if (!enough && (device_works || host_works)) return;
-    for (std::size_t s = 0; s < kSlots; ++s) {
-      if (!is_free(s)) continue;
-      fill_and_launch(s);
-      return;
-    }
-  }
-
-  // A slot is free when its batch has run and all its rows have been taken.
-  bool is_free(std::size_t s) {
-    if (slots_[s].running() && !slots_[s].finished(error_)) return false;
-    for (std::size_t i = next_; i < launched_; ++i) {
-      if (in_queue(i).slot == static_cast<int>(s)) return false;
-    }
-    return true;
-  }
-
-  void fill_and_launch(std::size_t s) {
-    Slot<M>& slot = slots_[s];
-    note_times(slot);
-    slot.reset();
-    while (launched_ < end_) {
-      Entry& entry = in_queue(launched_);
-      if (entry.status == Status::kOk) {
-        const LeafRequest& request = entry.request;
-        const bool is_root = request.parent == kNoHandle;
-        const std::size_t count = is_root ? nodes_[0].count : request.count;
-        const std::size_t actions = request.actions.empty() ? M::kActionCount : request.actions.size();
-        if (!slot.fits(count, actions + (is_root ? 1 : 0), !request.actions.empty(), item_limit_)) break;
-        entry.slot = static_cast<int>(s);
-        entry.leaf = slot.leaves();
-        slot.add(task_of(entry), request.actions);
-      }
-      ++launched_;
-    }
-    if (!slot.empty()) launch(slot);
-  }
-
-  // Takes in how long the slot's last batch took: the next ones should take kBatchSeconds, so that a search
-  // that has to stop does not leave much behind.
-  void note_times(Slot<M>& slot) {
-    double started = 0.0, ended = 0.0;
-    if (slot.empty() || !slot.times(origin_.get(), started, ended) || !(ended > started)) return;
-    stats_.kernel_seconds += ended - started;
-    stats_.busy_seconds += std::max(0.0, ended - std::max(started, busy_until_));
-    busy_until_ = std::max(busy_until_, ended);
-    const double rate = static_cast<double>(slot.items()) / (ended - started);
-    item_rate_ = item_rate_ > 0.0 ? 0.75 * item_rate_ + 0.25 * rate : rate;
-    // Fewer items than the device runs at once would not be faster.
-    const std::size_t resident = static_cast<std::size_t>(sizes_.launch.simulate_blocks) * kSimulateBlock;
-    item_limit_ = std::max(resident, static_cast<std::size_t>(item_rate_ * kBatchSeconds));
-  }
-
-  LeafTask task_of(const Entry& entry) const {
-    const LeafRequest& request = entry.request;
-    const NodeRecord& own = nodes_[entry.node];
-    LeafTask task{entry.node, kNoParent,      own.base,      own.count, 0, 0,
-                  0,          request.action, request.depth, -1,        0, 0};
-    if (request.parent == kNoHandle) {
-      task.baseline = default_action_;
-    } else {
-      const NodeRecord& parent = nodes_[request.parent];
-      task.parent = static_cast<std::uint32_t>(request.parent);
-      task.parent_base = parent.base;
-      task.parent_count = parent.count;
-      task.first = request.first;
-    }
-    return task;
-  }
-
-  bool launch(Slot<M>& slot) {
+  // What all batches of a search share.
+  Batch<M> batch(const SearchConstants& search) const {
     Batch<M> batch{};
-    batch.search = search_;
+    batch.search = search;
     batch.params = device_params_.get();
     batch.discounts = discounts_.get();
     batch.fixed = fixed_.get();
@@ -352,71 +201,14 @@ class CudaEvaluator final : public LeafEvaluator {
     batch.steps = counters_.get() + 1;
     batch.out_steps = out_steps_.get();
     batch.arena = rows_.get();
-    ++stats_.batches;
-    stats_.leaves += static_cast<std::uint64_t>(slot.leaves());
-    return slot.launch(batch, error_);
+    return batch;
   }
-
-  void deliver(const Entry& entry, LeafResult& result) {
-    result = {entry.request.ticket, Status::kOk, entry.node, nodes_[entry.node].count, {}, {}, {}};
-    result.status = show(slots_[static_cast<std::size_t>(entry.slot)], entry.leaf, result);
-    stats_.bytes_read += result.actions.size() * sizeof(ActionRow) +
-                         result.children.size() * sizeof(ChildRow) + sizeof(LeafOutcome);
-  }
-
-  // Points `result` to a finished leaf's rows, if it has any.
-  Status show(const Slot<M>& slot, int leaf, LeafResult& result) const {
-    const LeafOutcome& outcome = slot.outcome(leaf);
-    const Status status = status_of(outcome);
-    if (status != Status::kOk) return status;
-    const bool has_gains = slot.task(leaf).baseline >= 0;
-    const RowLayout layout(outcome.action_count, has_gains, outcome.child_count);
-    const RowLine* const run = rows_.get() + outcome.first_line;
-    result.actions = {reinterpret_cast<const ActionRow*>(run), outcome.action_count};
-    result.children = {reinterpret_cast<const ChildRow*>(run + layout.children), outcome.child_count};
-    if (has_gains) {
-      result.gains = {reinterpret_cast<const Gain*>(run + layout.gains), outcome.action_count};
-    }
-    return status;
-  }
-
-  static Status status_of(const LeafOutcome& outcome) {
-    if (outcome.flags & kMembersFlag) return Status::kEvaluatorFailed;
-    if (outcome.flags & kFullFlag) return Status::kMemoryFull;
-    return outcome.flags & kNanFlag ? Status::kModelNan : Status::kOk;
-  }
-
-  // Waits for a slot's batch; false if the deadline or the device prevents it.
-  bool wait(Slot<M>& slot, Clock::time_point deadline) {
-    while (!slot.finished(error_)) {
-      if (lost() || (deadline != Clock::time_point::max() && Clock::now() >= deadline)) return false;
-    }
-    return !lost();
-  }
-
-  bool lost() const { return !error_.empty(); }
 
   std::unique_ptr<typename M::Params> params_;
   EvaluatorOptions options_;
   int device_;
   DeviceSizes<M> sizes_;
-  SearchConstants search_{};
-  Clock::time_point deadline_{};
-  int default_action_ = -1;
-  Event origin_;             // of the times of a search's batches
-  double busy_until_ = 0.0;  // after that
-  double item_rate_ = 0.0;   // a second, of batches lately
-  std::size_t item_limit_ = std::size_t{1} << 18;
-  std::string error_;  // not empty: the device is lost
-  EvaluatorStats stats_{};
-
-  Arena<NodeRecord> nodes_;
-  std::size_t members_used_ = 0;
   std::size_t row_capacity_ = 0;  // in lines
-
-  // Entries next_ .. launched_ are being evaluated, launched_ .. end_ wait.
-  std::vector<Entry> queue_;
-  std::size_t next_ = 0, launched_ = 0, end_ = 0;
 
   DeviceArray<typename M::Params> device_params_;
   DeviceArray<typename M::Fixed> fixed_;
@@ -430,7 +222,8 @@ class CudaEvaluator final : public LeafEvaluator {
   PinnedArray<std::uint32_t> staged_members_;
   PinnedArray<typename M::History> staged_history_;
   std::vector<typename M::State> root_states_;
-  Slot<M> slots_[kSlots];  // last: they wait for their batches before memory goes
+  LeafRings rings_;
+  BatchDriver<M> driver_;  // last: it waits for its batches before memory goes
 };
 
 }  // namespace hypgen::cuda

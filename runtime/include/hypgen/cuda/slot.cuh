@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -157,8 +156,7 @@ class Slot {
   // Whether the rows are there. Looks at the stream's health now and then.
   bool finished(std::string& error) {
     if (!running_) return true;
-    if (*static_cast<volatile std::uint32_t*>(done_.get()) == number_) {
-      std::atomic_thread_fence(std::memory_order_acquire);
+    if (__atomic_load_n(done_.get(), __ATOMIC_ACQUIRE) == number_) {  // std::atomic_ref is C++20
       running_ = false;
       return true;
     }
