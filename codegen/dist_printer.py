@@ -7,7 +7,8 @@ from contextlib import ExitStack
 
 from hypgen.codegen import picks
 from hypgen.codegen.cpp import code_of, integer, scalar, shifted
-from hypgen.codegen.expr_printer import ADD, TERNARY, Append, ExprPrinter, Sink, needs_statements
+from hypgen.codegen.expr_printer import ADD, TERNARY, Append, ExprPrinter, Sink
+from hypgen.codegen.expr_shapes import needs_statements
 from hypgen.codegen.law_printer import bin_density_text, bin_text, count_text, draw_text
 from hypgen.dsl import ir
 from hypgen.dsl.ir_walk import negated

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 
-from hypgen.codegen.expr_printer import Sink, branches
+from hypgen.codegen.expr_printer import Sink
+from hypgen.codegen.expr_shapes import branches
 from hypgen.codegen.function_builder import Builder
 from hypgen.codegen.functions import arguments, density_needs
 from hypgen.codegen.guards import Guards

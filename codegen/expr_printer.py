@@ -6,20 +6,20 @@ branch that guards it, so that nothing is evaluated that the model's author has 
 
 from __future__ import annotations
 
-import math
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 
 from hypgen.codegen.cpp import Code, code_of, float32, integer, literal, loop, scalar, stored
+from hypgen.codegen.expr_shapes import branches, needs_statements, plain_loop, plain_variant
 from hypgen.codegen.histories import BeliefCall, HistoryRead
 from hypgen.codegen.naming import Names
 from hypgen.codegen.needs import PARTS, Needs, NeedsAnalysis
 from hypgen.codegen.state_tables import ArrayBits
 from hypgen.dsl import ir
-from hypgen.dsl.ir_walk import free_locals, negated, shape, walk
-from hypgen.dsl.types import Bool, Enum, Float, Int, Type, low_of, size_of
+from hypgen.dsl.ir_walk import free_locals, negated, shape
+from hypgen.dsl.types import INT32_MAX, INT32_MIN, Bool, Float, Int, Type, low_of, size_of
 
 PRIMARY, UNARY, MULTIPLY, ADD, COMPARE, EQUAL, AND, OR, TERNARY = 100, 90, 80, 70, 60, 55, 40, 30, 20
 
@@ -38,9 +38,6 @@ _OPERATORS = {
     "or": ("||", OR),
 }
 _ROUNDINGS = {"floor": "floor_to_int", "ceil": "ceil_to_int", "round": "round_to_int"}
-
-# Up to this many values, a loop without a way out is faster than one with it: it unrolls and vectorises.
-_PLAIN_LOOP = 64
 
 Append = Callable[[], None]
 
@@ -79,24 +76,6 @@ class Context:
     needs: NeedsAnalysis
     index_types: dict[str, tuple[Type, ...]]  # of params, derived tables and constant arrays, by IR name
     beliefs: Mapping[int, ir.BeliefRead] = field(default_factory=dict)  # those that take a function
-
-
-def needs_statements(*nodes: ir.Expr) -> bool:
-    """Return whether C++ has no expression for one of the nodes."""
-    return any(isinstance(inner, ir.Quantified | ir.LetIn) for node in nodes for inner in walk(node))
-
-
-def branches(expr: ir.Expr) -> bool:
-    """Return whether ``expr`` is a choice that reads better as statements than as an expression."""
-    if not isinstance(expr, ir.If):
-        return False
-    nested = isinstance(expr.then, ir.If) or isinstance(expr.otherwise, ir.If)
-    return nested or needs_statements(expr.then, expr.otherwise)
-
-
-def _plain_variant(enum: Enum, variant: str) -> bool:
-    found = enum.variant(variant)
-    return found is not None and found.argument is None
 
 
 class ExprPrinter:
@@ -312,7 +291,7 @@ class ExprPrinter:
         match expr.op, operand:
             case "not", ir.Binary(op="eq" | "ne" as op, left=left, right=right):
                 return self._binary(ir.Binary(expr.type, "ne" if op == "eq" else "eq", left, right))
-            case "not", ir.IsVariant(enum=enum, variant=variant) if _plain_variant(enum, variant):
+            case "not", ir.IsVariant(enum=enum, variant=variant) if plain_variant(enum, variant):
                 return self._print(operand)[0].replace(" == ", " != "), EQUAL
             case "not", _:
                 return f"!{self.text(operand, UNARY)}", UNARY
@@ -408,7 +387,7 @@ class ExprPrinter:
         types, members = self.names.types, self.names.members
         match expr:
             case ir.IsVariant(enum=enum, variant=variant, operand=operand):
-                if not _plain_variant(enum, variant):
+                if not plain_variant(enum, variant):
                     test = members[enum.name][f"is {variant}"]
                     return f"{types[enum.name]}::{test}({self.text(operand)})", PRIMARY
                 constant = f"{types[enum.name]}::{members[enum.name][variant]}"
@@ -443,7 +422,7 @@ class ExprPrinter:
     def _accumulate(self, expr: ir.Quantified, base: str, declaration: str, update: str) -> str:
         name = self.scope.unique(base)
         self.code.add(declaration.format(name))
-        leaves = expr.kind in ("any", "all") and not self._plain(expr)
+        leaves = expr.kind in ("any", "all") and not plain_loop(expr)
         with self.loops(expr.binders):
             with ExitStack() as stack:
                 if expr.condition is not None:
@@ -457,15 +436,13 @@ class ExprPrinter:
                 self.code.add(f"if ({name}) break;" if expr.kind == "any" else f"if (!{name}) break;")
         return name
 
-    @staticmethod
-    def _plain(expr: ir.Quantified) -> bool:
-        parts = [p for p in (expr.condition, expr.body) if p is not None]
-        short = math.prod(size_of(b.type) for b in expr.binders) <= _PLAIN_LOOP
-        return short and not needs_statements(*parts)
-
     def _best(self, expr: ir.Quantified) -> str:
         """Print ``min max argmin argmax``: the first of equal values stays."""
         assert expr.body is not None
+        if isinstance(expr.body.type, Int) and expr.kind in ("min", "max"):
+            reached = {"min": expr.body.type.high < INT32_MAX, "max": expr.body.type.low > INT32_MIN}
+            if reached[expr.kind]:
+                return self._extremum(expr, expr.body)
         best, found = self.scope.unique("best"), self.scope.unique("found")
         picks = expr.kind.startswith("arg")
         value_type = scalar(expr.body.type)
@@ -485,14 +462,34 @@ class ExprPrinter:
                 self.code.add(f"{best} = {value};")
                 if picks:
                     self.code.add(f"{picked} = {self.locals[expr.binders[0].name]};")
-        if expr.otherwise is not None or expr.condition is not None:
-            with self.block(f"if (!{found})"):
-                for binder in expr.binders:
-                    self.bind(binder.name, self.first(binder))
-                first = ir.Local(expr.type, expr.binders[0].name) if picks else expr.body
-                self.emit(first if expr.otherwise is None else expr.otherwise, Sink(f"{picked} = "))
-            self.code.join()
+        first = ir.Local(expr.type, expr.binders[0].name) if picks else expr.body
+        self._unless_found(expr, f"!{found}", first, picked)
         return picked
+
+    def _extremum(self, expr: ir.Quantified, body: ir.Expr) -> str:
+        """Print ``min max`` of integers without a branch: what none of them reaches stands for no value."""
+        best = self.scope.unique("best")
+        least = expr.kind == "min"
+        none = f"std::numeric_limits<std::int32_t>::{'max' if least else 'min'}()"
+        self.code.add(f"std::int32_t {best} = {none};")
+        with self.loops(expr.binders), ExitStack() as stack:
+            if expr.condition is not None:
+                stack.enter_context(self.block(f"if ({self.text(expr.condition)})"))
+            value = self.scope.unique("candidate")
+            self.code.add(f"const std::int32_t {value} = {self.text(body)};")
+            self.code.add(f"{best} = {value} {'<' if least else '>'} {best} ? {value} : {best};")
+        self._unless_found(expr, f"{best} == {none}", body, best)
+        return best
+
+    def _unless_found(self, expr: ir.Quantified, missing: str, first: ir.Expr, target: str) -> None:
+        """Append what the best of no values is."""
+        if expr.otherwise is None and expr.condition is None:
+            return
+        with self.block(f"if ({missing})"):
+            for binder in expr.binders:
+                self.bind(binder.name, self.first(binder))
+            self.emit(first if expr.otherwise is None else expr.otherwise, Sink(f"{target} = "))
+        self.code.join()
 
     def first(self, binder: ir.Binder) -> str:
         """Return the first value of a binder."""

@@ -159,18 +159,14 @@ struct RockSample : NoHistory {
         total += params.tour_table[reach(params, state, q, nearest, pace)];
       }
     }
-    bool found = false;
-    std::int32_t best{};
+    std::int32_t best = std::numeric_limits<std::int32_t>::max();
     for (std::int32_t q = 0; q <= 10; ++q) {
       if (state.rock_good(q)) {
         const std::int32_t candidate = 10 - params.rock_x[q];
-        if (!found || candidate < best) {
-          found = true;
-          best = candidate;
-        }
+        best = candidate < best ? candidate : best;
       }
     }
-    if (!found) best = 0;
+    if (best == std::numeric_limits<std::int32_t>::max()) best = 0;
     return total + params.tour_table_2[math::max(way_out(state), reach(params, state, r, nearest, pace) + 1
         + best)];
   }
@@ -562,46 +558,38 @@ struct RockSample : NoHistory {
     state.set_rover_x(rover_x);
     state.set_rover_y(rover_y);
     state.set_rock_good_bits(rock_good);
-    bool found = false;
-    std::int32_t best{};
+    std::int32_t best = std::numeric_limits<std::int32_t>::max();
     for (std::int32_t r = 0; r <= 10; ++r) {
       if (state.rock_good(r)) {
         const std::int32_t candidate = walk_to(params, state, r);
-        if (!found || candidate < best) {
-          found = true;
-          best = candidate;
-        }
+        best = candidate < best ? candidate : best;
       }
     }
-    if (!found) best = 0;
+    if (best == std::numeric_limits<std::int32_t>::max()) best = 0;
     const std::int32_t nearest = best;
-    bool found_2 = false;
-    std::int32_t best_2{};
+    std::int32_t best_2 = std::numeric_limits<std::int32_t>::max();
     for (std::int32_t q = 0; q <= 10; ++q) {
       for (std::int32_t r = 0; r <= 10; ++r) {
         if (state.rock_good(q) && state.rock_good(r) && q != r) {
           const std::int32_t candidate = apart(params, q, r);
-          if (!found_2 || candidate < best_2) {
-            found_2 = true;
-            best_2 = candidate;
-          }
+          best_2 = candidate < best_2 ? candidate : best_2;
         }
       }
     }
-    if (!found_2) best_2 = 0;
+    if (best_2 == std::numeric_limits<std::int32_t>::max()) best_2 = 0;
     const std::int32_t pace = 1 + best_2;
-    bool found_3 = false;
+    bool found = false;
     float best_3{};
     for (std::int32_t r = 0; r <= 10; ++r) {
       if (state.rock_good(r)) {
         const float candidate = tour(params, state, r, nearest, pace);
-        if (!found_3 || candidate > best_3) {
-          found_3 = true;
+        if (!found || candidate > best_3) {
+          found = true;
           best_3 = candidate;
         }
       }
     }
-    if (!found_3) best_3 = 0.0f;
+    if (!found) best_3 = 0.0f;
     return math::max(params.upper_table[state.rover_x()], best_3);
   }
 

@@ -735,18 +735,14 @@ struct TwoRobotRockSample {
     float total_2 = 0.0f;
     for (std::int32_t r = 0; r <= 19; ++r) {
       if (state.rock_good(r)) {
-        bool found = false;
-        std::int32_t best{};
+        std::int32_t best = std::numeric_limits<std::int32_t>::max();
         for (std::int32_t b = 0; b <= 1; ++b) {
           if (!gone(state, b)) {
             const std::int32_t candidate = walk_to(params, state, b, r);
-            if (!found || candidate < best) {
-              found = true;
-              best = candidate;
-            }
+            best = candidate < best ? candidate : best;
           }
         }
-        if (!found) best = 0;
+        if (best == std::numeric_limits<std::int32_t>::max()) best = 0;
         total_2 += params.upper_table_2[best];
       }
     }
