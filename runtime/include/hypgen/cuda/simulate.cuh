@@ -10,7 +10,7 @@
 namespace hypgen::cuda {
 
 constexpr int kSimulateBlock = kBlock;
-constexpr unsigned kRefill = 8;  // idle lanes of a warp that are worth starting new items for
+constexpr int kRefill = 8;  // idle lanes of a warp that are worth starting new items for
 
 enum class Phase { kIdle, kFirstStep, kRollout };
 
@@ -67,16 +67,20 @@ struct Lane {
     if constexpr (M::kHasHistory) item.history = batch.histories[task.node];
   }
 
-  // Chooses the rollout's next action, or ends the rollout.
-  __device__ void choose(PhiloxDraws& draws) {
+  // Whether the rollout is at its last state: then the item is finished.
+  __device__ bool at_limit() {
     const SearchConstants& search = batch.search;
-    if (item.depth >= search.depth_limit) {
-      finish(search.at_horizon ? item.total
-                               : item.total + *item.discount * M::tail(*batch.params, fixed(), item.state));
-      return;
-    }
-    item.action = M::default_policy(*batch.params, fixed(), item.state, item.history, draws);
-    if (item.action < 0) finish(item.total);
+    if (item.depth < search.depth_limit) return false;
+    finish(search.at_horizon ? item.total
+                             : item.total + *item.discount * M::tail(*batch.params, fixed(), item.state));
+    return true;
+  }
+
+  // The default policy's action. Below 0 there is none, and the item is finished.
+  __device__ int choose(PhiloxDraws& draws) {
+    const int action = M::default_policy(*batch.params, fixed(), item.state, item.history, draws);
+    if (action < 0) finish(item.total);
+    return action;
   }
 
   // Bounds the state that the item's first step led to.
@@ -115,60 +119,119 @@ struct Lane {
     bound(step, key);
   }
 
-  __device__ void after_rollout(const StepResult& step, PhiloxDraws& draws, const typename M::State& next) {
-    if (!take_in<M>(step, *batch.params, fixed(), item.action, draws, next, *item.discount, item.state,
+  __device__ void after_rollout(const StepResult& step, PhiloxDraws& draws, int action,
+                                const typename M::State& next) {
+    if (!take_in<M>(step, *batch.params, fixed(), action, draws, next, *item.discount, item.state,
                     item.history, item.total, item.nan)) {
       return finish(item.total);
     }
     ++item.depth;
     ++item.discount;
   }
+
+  // The first step of the item, and what its state is worth. Returns whether there was a step.
+  __device__ bool first_step() {
+    PhiloxDraws draws = this->draws();
+    typename M::State next;
+    StepResult step{};
+    const bool stepped = item.action != kNoStep;
+    if (stepped) step = M::step(*batch.params, fixed(), item.state, item.action, draws, next);
+    after_first(step, draws, next);
+    return stepped;
+  }
+
+  // The next step of the item's rollout, or its end. Returns whether there was a step.
+  __device__ bool roll() {
+    if (at_limit() || M::kHasLower) return false;  // with a bound, no rollout begins before the limit
+    PhiloxDraws draws = this->draws();
+    // A constant of many policies, if the compiler can see it: hence neither kept in `item`, nor merged with
+    // what there is where the rollout ends.
+    const int action = choose(draws);
+    if (action < 0) return false;
+    typename M::State next;
+    const StepResult step = M::step(*batch.params, fixed(), item.state, action, draws, next);
+    after_rollout(step, draws, action, next);
+    return true;
+  }
 };
 
-// Runs a warp's lanes until no item is left. Lanes that finish wait until a few of the warp have, then take
-// the next items together: starting costs as much as some rollout steps, and so would be paid by all lanes
-// for the sake of one. `steps` takes the step of all lanes of the warp at once.
-template <class M, class Steps>
-__device__ void run_items(Lane<M>& lane, std::uint32_t count, const Steps& steps) {
-  const Batch<M>& batch = lane.batch;
-  const unsigned rank = threadIdx.x % kWarp;
+// A warp's way through a batch's items.
+template <class M>
+struct WarpItems {
+  Lane<M>& lane;
+  std::uint32_t count;  // of the batch's items
   bool exhausted = false;
-  std::uint32_t taken = 0;
-  while (true) {
-    const unsigned idle = __ballot_sync(kAll, lane.idle());
-    if (!exhausted && (idle == kAll || __popc(idle) >= kRefill)) {
-      std::uint32_t first = 0;
-      if (rank == 0) first = atomicAdd(batch.next_item, __popc(idle));
-      first = __shfl_sync(kAll, first, 0);
-      exhausted = first + __popc(idle) >= count;
-      const std::uint32_t number = first + __popc(idle & ((1U << rank) - 1));
-      if (lane.idle() && number < count) lane.start(number);
-    } else if (idle == kAll) {
-      break;
-    }
-    PhiloxDraws draws = lane.draws();
-    if (lane.item.phase == Phase::kRollout) lane.choose(draws);
-    typename M::State next;
-    const bool active = !lane.idle() && lane.item.action != kNoStep;
-    const StepResult step = steps(
-        StepInput<M>{*batch.params, lane.fixed(), lane.item.state, lane.item.action, active}, draws, next);
-    taken += active;
-    if (lane.item.phase == Phase::kFirstStep) {
-      lane.after_first(step, draws, next);
-    } else if (lane.item.phase == Phase::kRollout) {
-      lane.after_rollout(step, draws, next);
-    }
+  std::uint32_t taken = 0;  // steps, by this lane
+
+  // How many idle lanes are worth starting items for: starting one costs as much as some rollout steps, and
+  // all lanes of the warp would pay for the sake of one.
+  __device__ int enough() const { return exhausted ? static_cast<int>(kWarp) : kRefill; }
+
+  // Starts the next items on the lanes that `idle` names.
+  __device__ void start(unsigned idle) {
+    if (exhausted) return;
+    const unsigned rank = threadIdx.x % kWarp;
+    std::uint32_t first = 0;
+    if (rank == 0) first = atomicAdd(lane.batch.next_item, __popc(idle));
+    first = __shfl_sync(kAll, first, 0);
+    exhausted = first + __popc(idle) >= count;
+    const std::uint32_t number = first + __popc(idle & ((1U << rank) - 1));
+    if (lane.idle() && number < count) lane.start(number);
   }
-  for (unsigned offset = kWarp / 2; offset > 0; offset /= 2) taken += __shfl_xor_sync(kAll, taken, offset);
-  if (rank == 0) atomicAdd(batch.steps, static_cast<unsigned long long>(taken));
-}
+
+  __device__ void count_steps() {
+    for (unsigned offset = kWarp / 2; offset > 0; offset /= 2) {
+      taken += __shfl_xor_sync(kAll, taken, offset);
+    }
+    if (threadIdx.x % kWarp == 0) atomicAdd(lane.batch.steps, static_cast<unsigned long long>(taken));
+  }
+
+  // Each lane takes its own steps. The compiler sees a step of any action and one of the default policy's,
+  // which may be simple.
+  __device__ void run() {
+    unsigned idle = kAll;
+    while (true) {
+      start(idle);
+      if (lane.item.phase == Phase::kFirstStep) taken += lane.first_step();
+      while (true) {
+        idle = __ballot_sync(kAll, lane.idle());
+        if (__popc(idle) >= enough()) break;
+        if (!lane.idle()) taken += lane.roll();
+      }
+      if (exhausted && idle == kAll) break;
+    }
+    count_steps();
+  }
+
+  // Other warps help with each step, which all lanes take at the same place of the code.
+  __device__ void run(const TogetherSteps<M>& steps) {
+    while (true) {
+      const unsigned idle = __ballot_sync(kAll, lane.idle());
+      if (exhausted && idle == kAll) break;
+      if (__popc(idle) >= enough()) start(idle);
+      PhiloxDraws draws = lane.draws();
+      if (lane.item.phase == Phase::kRollout && !lane.at_limit()) lane.item.action = lane.choose(draws);
+      typename M::State next;
+      const bool active = !lane.idle() && lane.item.action != kNoStep;
+      const StepResult step =
+          steps({*lane.batch.params, lane.fixed(), lane.item.state, lane.item.action, active}, draws, next);
+      taken += active;
+      if (lane.item.phase == Phase::kFirstStep) {
+        lane.after_first(step, draws, next);
+      } else if (lane.item.phase == Phase::kRollout) {
+        lane.after_rollout(step, draws, lane.item.action, next);
+      }
+    }
+    count_steps();
+  }
+};
 
 template <class M>
 __global__ void __launch_bounds__(kSimulateBlock) simulate(const __grid_constant__ Batch<M> batch) {
   __shared__ LeafOffsets offsets;
   offsets.fill(batch.leaves, [&](int leaf) { return items_of(batch, leaf); });
   Lane<M> lane{batch, offsets};
-  run_items(lane, offsets.starts[batch.leaves], OwnSteps{});
+  WarpItems<M>{lane, offsets.starts[batch.leaves]}.run();
 }
 
 // The same with blocks of several warps for 32 lanes: they share the elements of each step.
@@ -183,7 +246,7 @@ __global__ void __launch_bounds__(kMostWarps* kWarp)
   if (threadIdx.x >= kWarp) return serve(shared, *batch.params, batch.search.key);
   Lane<M> lane{batch, offsets};
   const TogetherSteps<M> steps{shared, batch.search.key, lane.item.scenario, lane.item.depth};
-  run_items(lane, offsets.starts[batch.leaves], steps);
+  WarpItems<M>{lane, offsets.starts[batch.leaves]}.run(steps);
   steps.end();
 }
 

@@ -1,4 +1,4 @@
-// Who takes a step: each lane its own, or the warps of a block together.
+// Steps that the warps of a block take together.
 #pragma once
 
 #include "hypgen/cuda/batch.cuh"
@@ -22,16 +22,6 @@ __device__ inline void meet() {
   __syncwarp();
   asm volatile("barrier.sync 1, %0;" ::"r"(blockDim.x) : "memory");
 }
-
-// Every lane for itself.
-struct OwnSteps {
-  template <class M>
-  __device__ StepResult operator()(const StepInput<M>& input, PhiloxDraws& draws,
-                                   typename M::State& next) const {
-    if (!input.active) return {};
-    return M::step(input.params, input.fixed, input.state, input.action, draws, next);
-  }
-};
 
 // A struct of words with an odd number of them, so that lanes that read the same word of their structs find
 // them in different banks.
