@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from random_sorts import BOOL, FLOAT, Sort, Types, Variable
 from random_tree import Node
@@ -178,23 +179,26 @@ class Maker:
 
     def leaf(self, sort: Sort) -> Node:
         """Return a read or a constant of exactly this type."""
-        found = [self.node(sort, name) for name, local in self.locals if local == sort]
+        # Only the one that is picked is built: an index of a read may hold further reads.
+        found: list[Callable[[], Node]] = [
+            partial(self.node, sort, name) for name, local in self.locals if local == sort
+        ]
         for variables, prime in ((self.reach.before, ""), (self.reach.after, "'"), (self.reach.lets, "")):
-            found += [self.read(v, prime) for v in variables if v.sort == sort]
-        found += [self.read(v) for v in self.reach.memory if v.sort == sort]
-        found += [self._last(self.read(v)) for v in self.reach.observed if v.sort == sort]
+            found += [partial(self.read, v, prime) for v in variables if v.sort == sort]
+        found += [partial(self.read, v) for v in self.reach.memory if v.sort == sort]
+        found += [partial(self._last_seen, v) for v in self.reach.observed if v.sort == sort]
         if sort == self.types.act and self.reach.remembers:
-            found.append(self._last(self.action()))
+            found.append(lambda: self._last(self.action()))
         if sort == self.types.act and self.reach.action:
-            found.append(self.action())
+            found.append(self.action)
         if sort == self.types.small:
-            found.append(self.node(sort, "offset[", self.of(self.types.index, 0), "]"))
+            found.append(lambda: self.node(sort, "offset[", self.of(self.types.index, 0), "]"))
         if sort == FLOAT:
-            found.append(self.node(sort, "scale"))
+            found.append(lambda: self.node(sort, "scale"))
         if sort == BOOL:
-            found.append(self.node(sort, "(scale > 1.0)"))
+            found.append(lambda: self.node(sort, "(scale > 1.0)"))
         if found and self.chance(0.9):
-            return self.rng.choice(found)
+            return self.rng.choice(found)()
         return self.constant(sort)
 
     def constant(self, sort: Sort) -> Node:
@@ -249,6 +253,9 @@ class Maker:
         if self.action_member is not None:
             index = ["[", self.index_of(self.action_member), "]"]
         return self.node(self.types.act, "act", *index)
+
+    def _last_seen(self, variable: Variable) -> Node:
+        return self._last(self.read(variable))
 
     def _last(self, seen: Node) -> Node:
         sort = self.types.act if seen.sort == self.types.act.text else None
