@@ -139,6 +139,12 @@ class _Resolver:
         remedy = (
             "keep what was seen in the policy's memory: memory m: T = first   m' = .. last(reading, first) .."
         )
+        drawn = (
+            None if factor is None else next((x for x in self.model.lets if f"'{x.name}'" in message), None)
+        )
+        if drawn is not None and drawn.draws:
+            notes = [(drawn.span, f"'{drawn.name}' is drawn here")]
+            remedy = f"draw in the update itself, x' ~ .., in place of the let; or {remedy}"
         raise mistake("E0506", message, span, remedy, notes)
 
     def _is_stored(self, read: ir.BeliefRead) -> bool:

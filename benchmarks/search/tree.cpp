@@ -17,7 +17,7 @@ using namespace hypgen;
 
 struct Setting {
   std::size_t actions = 100, children = 4, levels = 5, in_flight = 1, megabytes = 1024, blocks = 64;
-  double seconds = 1.0, xi = 0.5, pruning = 0.0;
+  double seconds = 1.0, trials = 1e18, xi = 0.5, pruning = 0.0;
   int searches = 3;
 };
 
@@ -111,6 +111,7 @@ void measure(const Setting& setting) {
   options.target_ratio = setting.xi;
   options.pruning = setting.pruning;
   options.gap = 0.0;
+  options.trial_limit = static_cast<std::uint64_t>(setting.trials);
   Search search(options, {setting.megabytes << 20, options.depth, 0.95, options.pruning});
   PreparedEvaluator evaluator(setting);
   std::vector<std::uint64_t> leaf_sizes(1 << 24);
@@ -146,8 +147,9 @@ int main(int argc, char** argv) {
     const bool known = read(text, "actions", setting.actions) || read(text, "children", setting.children) ||
                        read(text, "levels", setting.levels) || read(text, "in_flight", setting.in_flight) ||
                        read(text, "memory", setting.megabytes) || read(text, "blocks", setting.blocks) ||
-                       read(text, "seconds", setting.seconds) || read(text, "xi", setting.xi) ||
-                       read(text, "pruning", setting.pruning) || read(text, "searches", setting.searches);
+                       read(text, "seconds", setting.seconds) || read(text, "trials", setting.trials) ||
+                       read(text, "xi", setting.xi) || read(text, "pruning", setting.pruning) ||
+                       read(text, "searches", setting.searches);
     if (!known) {
       std::fprintf(stderr, "tree: unknown setting %s\n", text);
       return 2;

@@ -6,6 +6,8 @@ namespace hypgen {
 
 namespace {
 
+constexpr std::size_t kThread = 0;
+
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
@@ -37,11 +39,11 @@ void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchS
   Status status = tree_.reset(root.row) ? Status::kOk : Status::kMemoryFull;
   const bool crossed_at_root = tree_.crossed() > 0;
   if (status == Status::kOk) {
-    tree_.enter(0);
-    push({0, true});
-    std::uint32_t node;
+    tree_.enter(tree_.root());
+    push({&tree_.root(), true});
+    Node* node;
     status = expand_oldest(node);
-    tree_.backup(0);
+    tree_.backup(tree_.root());
   }
   while (status == Status::kOk) status = advance();
   abandon();
@@ -49,15 +51,15 @@ void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchS
   if (crossed_at_root && !is_failure(status) && status != Status::kDeviceLost)
     status = Status::kCrossedBounds;
   decision.status = status;
-  decision.lower = tree_.bounds(0).lower;
-  decision.upper = tree_.bounds(0).upper;
-  decision.nodes = tree_.size();
+  decision.lower = tree_.root().child->lower.load();
+  decision.upper = tree_.root().child->upper.load();
+  decision.nodes = tree_.nodes();
   decision.crossed = tree_.crossed();
   decision.tree_seconds = seconds_since(start) - decision.waiting_seconds;
 }
 
 Status Search::advance() {
-  if (tree_.bounds(0).gap() <= options_.gap) return Status::kConverged;
+  if (tree_.root().child->gap() <= options_.gap) return Status::kConverged;
   const bool has_started_all = decision_->trials >= options_.trial_limit;
   if (has_started_all && size_ == 0) return Status::kTrialLimit;
   return has_started_all || size_ == queue_.size() ? apply_oldest() : start_trial();
@@ -67,8 +69,8 @@ Status Search::start_trial() {
   if (setup_.deadline != Clock::time_point::max() && Clock::now() >= setup_.deadline)
     return Status::kDeadline;
   ++decision_->trials;
-  tree_.enter(0);
-  switch (walk(0, false)) {
+  tree_.enter(tree_.root());
+  switch (walk(&tree_.root(), false)) {
     case Progress::kFull:
       return Status::kMemoryFull;
     case Progress::kRequested:
@@ -81,7 +83,7 @@ Status Search::start_trial() {
     case Progress::kBackedOut:
       break;
   }
-  push({0, false});
+  push({nullptr, false});
   return Status::kOk;
 }
 
@@ -90,25 +92,25 @@ Status Search::apply_oldest() {
     pop();
     return Status::kOk;
   }
-  std::uint32_t node;
+  Node* node;
   const Status status = expand_oldest(node);
   if (status != Status::kOk) {
-    tree_.backup(node);
+    tree_.backup(*node);
     return status;
   }
   return walk(node, true) == Progress::kFull ? Status::kMemoryFull : Status::kOk;
 }
 
 // Takes the oldest trial, which waits, from the queue and expands its node.
-Status Search::expand_oldest(std::uint32_t& node) {
+Status Search::expand_oldest(Node*& node) {
   LeafResult leaf{};
   const Status status = wait(leaf);
   node = pop().node;
   if (status != Status::kOk) return status;
   if (leaf.status != Status::kOk) return leaf.status;
-  if (leaf.ticket != node) return Status::kEvaluatorFailed;
-  if (!tree_.expand(node, leaf)) return Status::kMemoryFull;
-  count_expansion(leaf, tree_.node(node).depth, *decision_, *leaf_sizes_);
+  if (leaf.ticket != node->number) return Status::kEvaluatorFailed;
+  if (!tree_.expand(kThread, *node, leaf)) return Status::kMemoryFull;
+  count_expansion(leaf, node->depth, *decision_, *leaf_sizes_);
   return Status::kOk;
 }
 
@@ -135,7 +137,7 @@ Status Search::wait(LeafResult& leaf) {
 void Search::send() {
   requests_.clear();
   for (std::size_t i = sent_; i < size_; ++i) {
-    if (in_queue(i).waits) requests_.push_back(request(in_queue(i).node));
+    if (in_queue(i).waits) requests_.push_back(request(*in_queue(i).node));
   }
   std::size_t taken = requests_.empty() ? 0 : evaluator_->submit(0, requests_);
   while (sent_ < size_ && (!in_queue(sent_).waits || taken > 0)) {
@@ -145,74 +147,83 @@ void Search::send() {
 }
 
 // One trial (Algorithm 2, EXPLORE), from an expanded node down: to a leaf, or to where the excess uncertainty
-// is gone.
-Search::Progress Search::walk(std::uint32_t node, bool has_expanded) {
+// is gone. Where everything below a node is in expansion it goes on from the parent.
+Search::Progress Search::walk(Node* node, bool has_expanded) {
+  const ChildRule rule = tree_.child_rule(options_.target_ratio, options_.observation_loss);
   while (true) {
-    const Branch branch = choose(node);
+    const Branch branch = choose(*node, rule);
     if (branch.kind == Branch::kClosed) {
-      if (back_out(node) == Progress::kBackedOut) return Progress::kBackedOut;
+      tree_.leave(*node);
+      node = node->parent;
+      if (node == nullptr) return Progress::kBackedOut;
       continue;
     }
     if (branch.kind == Branch::kStop) {
-      tree_.backup(node);
+      tree_.backup(*node);
       return has_expanded ? Progress::kEnded : Progress::kWithoutEffect;
     }
-    const std::uint32_t next =
-        branch.kind == Branch::kFull ? kNoIndex : tree_.visit(node, branch.entry, branch.child);
-    if (next == kNoIndex) {
-      tree_.backup(node);
+    Node* const next = branch.kind == Branch::kFull
+                           ? nullptr
+                           : tree_.visit(kThread, *node, branch.action, *branch.table, *branch.child);
+    if (next == nullptr) {
+      tree_.backup(*node);
       return Progress::kFull;
     }
-    tree_.enter(next);
-    const bool is_deepest = tree_.node(next).depth >= setup_.depth_limit;
-    if (is_deepest || (options_.pruning > 0.0 && tree_.is_blocked(next))) {
-      tree_.make_default(next);
-      tree_.backup(next);
+    tree_.enter(*next);
+    const bool is_deepest = next->depth >= setup_.depth_limit;
+    if (is_deepest || (options_.pruning > 0.0 && tree_.is_blocked(*next))) {
+      tree_.make_default(*next);
+      tree_.backup(*next);
       return Progress::kEnded;
     }
-    if (!tree_.node(next).expanded()) {
-      tree_.close(next);
-      push({next, true});
-      return Progress::kRequested;
+    if (next->expanded() == nullptr) {
+      if (!tree_.close(*next)) {
+        tree_.leave(*next);  // another thread has it
+        continue;
+      }
+      if (next->expanded() == nullptr) {
+        push({next, true});
+        return Progress::kRequested;
+      }
+      tree_.open(*next);
     }
     node = next;
   }
 }
 
-// Everything below `node` that a trial could take is in expansion: it goes on from the parent, if there is
-// one.
-Search::Progress Search::back_out(std::uint32_t& node) {
+// Where to go on from a node; one with nothing left to take is closed.
+Search::Branch Search::choose(Node& node, const ChildRule& rule) {
+  if (tree_.is_closed(node)) return {Branch::kClosed, kNoIndex, nullptr, nullptr};
+  Branch branch = look(node, rule);
+  if (branch.kind != Branch::kClosed) return branch;
   tree_.close(node);
-  tree_.leave(node);
-  if (tree_.node(node).parent == kNoIndex) return Progress::kBackedOut;
-  node = tree_.node(node).parent;
-  return Progress::kRequested;
+  branch = look(node, rule);
+  if (branch.kind != Branch::kClosed) tree_.open(node);
+  return branch;
 }
 
 // The best action's best child; the next action's where that is in expansion.
-Search::Branch Search::choose(std::uint32_t node) {
-  if (tree_.is_closed(node)) return {Branch::kClosed, kNoIndex, kNoIndex};
-  const ChildRule rule{options_.target_ratio, options_.observation_loss};
+Search::Branch Search::look(const Node& node, const ChildRule& rule) {
   bool met_closed = false;
-  std::uint32_t entry = tree_.node(node).best;
-  while (entry != kNoIndex) {
-    if (!tree_.open(node, entry)) return {Branch::kFull, kNoIndex, kNoIndex};
-    const ChildChoice choice = tree_.best_child(entry, rule);
-    if (choice.child != kNoIndex) return {Branch::kTaken, entry, choice.child};
+  ActionChoice action = tree_.best_action(node);
+  while (action.place != kNoIndex) {
+    ActionTable* const table = tree_.open_action(kThread, node, action.place);
+    if (table == nullptr) return {Branch::kFull, kNoIndex, nullptr, nullptr};
+    const ChildChoice choice = tree_.best_child(*table, rule);
+    if (choice.child != nullptr) return {Branch::kTaken, action.place, table, choice.child};
     met_closed |= choice.met_closed;
     if (!met_closed) break;
-    entry = tree_.next_action(node, entry);
+    action = tree_.next_action(node, action);
   }
-  return {met_closed ? Branch::kClosed : Branch::kStop, kNoIndex, kNoIndex};
+  return {met_closed ? Branch::kClosed : Branch::kStop, kNoIndex, nullptr, nullptr};
 }
 
-LeafRequest Search::request(std::uint32_t node_index) const {
-  const Node& node = tree_.node(node_index);
-  const Child& child = tree_.child(node.child);
-  LeafRequest request{node_index, kNoHandle, 0, child.first, child.count, node.depth, {}};
-  if (node.parent != kNoIndex) {
-    request.parent = tree_.node(node.parent).handle;
-    request.action = tree_.action(node.parent_entry).action;
+LeafRequest Search::request(const Node& node) const {
+  LeafRequest request{node.number, kNoHandle, 0, node.child->first, node.child->count, node.depth, {}};
+  if (node.parent != nullptr) {
+    const Expansion& above = *node.parent->expanded();
+    request.parent = above.handle;
+    request.action = above.rows[node.action].action;
   }
   return request;
 }
@@ -236,21 +247,22 @@ void Search::abandon() {
   if (waiting_ == 0) return;
   while (size_ > 0) {
     const Trial trial = pop();
-    if (trial.waits) tree_.backup(trial.node);
+    if (trial.waits) tree_.backup(*trial.node);
   }
   evaluator_->release();
 }
 
 int Search::best_action(int default_action) const {
-  const Node& root = tree_.node(0);
-  double best = tree_.default_value(0);
+  const Node& root = tree_.root();
+  double best = root.child->default_value;
   int action = default_action;
-  for (std::uint32_t i = 0; i < root.action_count; ++i) {
-    const ActionEntry& entry = tree_.action(root.first_action + i);
-    const bool is_better = entry.lower > best;
-    if (is_better || (entry.lower == best && entry.action == default_action)) {
-      best = entry.lower;
-      action = entry.action;
+  const Expansion* const expansion = root.expanded();
+  for (std::uint32_t i = 0; expansion != nullptr && i < expansion->action_count; ++i) {
+    const int candidate = expansion->rows[i].action;
+    const double lower = tree_.action_lower(root, i);
+    if (lower > best || (lower == best && candidate == default_action)) {
+      best = lower;
+      action = candidate;
     }
   }
   return action;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "hypgen/tree_check.hpp"
 #include "mock_evaluator.hpp"
 #include "test_solvers.hpp"
 
@@ -21,7 +22,7 @@ Decision plan(const PlannerOptions& options, const Mischief& mischief) {
   auto inner = solver.instance->make_evaluator(evaluator_options(options, solver.model.discount));
   Planner planner(std::make_unique<MockEvaluator>(std::move(inner), mischief), solver.model, options);
   planner.prepare(*solver.belief);
-  return planner.plan(*solver.belief, 0, 0);
+  return checked_plan(planner, *solver.belief, 0);
 }
 
 TEST(Search, LatencyDoesNotChangeTheTree) {
@@ -118,29 +119,6 @@ TEST(Search, TakesNoLeafAfterTheDeadline) {
   EXPECT_EQ(decision.expansions, 0U);
 }
 
-// What holds of every node once all trials are backed up.
-void check_node(const Tree& tree, std::uint32_t index) {
-  const Node& node = tree.node(index);
-  const Child& child = tree.child(node.child);
-  EXPECT_EQ(child.in_flight, 0U);
-  EXPECT_FALSE(child.closed);
-  EXPECT_LE(child.bounds.lower, child.bounds.upper);
-  for (std::uint32_t i = node.first_action; node.expanded() && i < node.first_action + node.action_count;
-       ++i) {
-    const Bounds bounds = tree.action_bounds(i);
-    EXPECT_LE(bounds.upper, tree.action_bounds(node.best).upper);
-    EXPECT_LE(bounds.lower, child.bounds.lower + 1e-9);
-    const ActionEntry& entry = tree.action(i);
-    if (entry.opened == 0) continue;
-    double upper = bounds.upper, lower = bounds.lower;
-    for (std::uint32_t c = entry.first; c < entry.first + entry.child_count; ++c) {
-      upper -= tree.child(c).bounds.upper;
-      lower -= tree.child(c).bounds.lower;
-    }
-    EXPECT_NEAR(upper, lower, 1e-9);  // the reward
-  }
-}
-
 TEST(Search, BoundsAreSumsOfThoseBelow) {
   for (const std::size_t in_flight : {1, 7, 64}) {
     for (const double pruning : {0.0, 0.1}) {
@@ -158,7 +136,7 @@ TEST(Search, BoundsAreSumsOfThoseBelow) {
       std::vector<std::uint64_t> leaf_sizes(options.scenarios + 1);
       search.run(*evaluator, evaluator->begin_search(scenarios, setup), setup, decision, leaf_sizes);
       EXPECT_EQ(decision.status, Status::kTrialLimit);
-      for (std::uint32_t i = 0; i < search.tree().size(); ++i) check_node(search.tree(), i);
+      EXPECT_EQ(tree_fault(search.tree(), false), "");
     }
   }
 }

@@ -1,12 +1,15 @@
 // Descriptors and planners of the test models.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <memory>
 #include <string>
 #include <utility>
 
 #include "hypgen/instance.hpp"
 #include "hypgen/planner.hpp"
+#include "hypgen/tree_check.hpp"
 #include "test_models.hpp"
 
 namespace hypgen::testing {
@@ -47,6 +50,14 @@ inline ModelDescriptor mishaps_descriptor(double upper, int illegal_from) {
   return model;
 }
 
+// Plans, and checks the tree that the search leaves.
+inline Decision checked_plan(Planner& planner, const Belief& belief, int step) {
+  const Decision decision = planner.plan(belief, 0, step);
+  // Only a search that has done all its trials leaves nothing in expansion.
+  EXPECT_EQ(tree_fault(planner.tree(), decision.status != Status::kTrialLimit), "");
+  return decision;
+}
+
 // A model's parts, ready to plan for episode 0.
 struct Solver {
   Solver(const ModelDescriptor& descriptor, const PlannerOptions& options, std::size_t particles = 1000,
@@ -63,7 +74,7 @@ struct Solver {
     planner.prepare(*belief);
   }
 
-  Decision plan(int step = 0) { return planner.plan(*belief, 0, step); }
+  Decision plan(int step = 0) { return checked_plan(planner, *belief, step); }
 
   // Tells the belief what was done and seen.
   Status see(int action, std::uint64_t key) { return belief->update(action, words_of(key)); }

@@ -39,6 +39,9 @@ class Planner {
   // How many scenarios the leaves expanded so far had: entry n counts leaves with n.
   const std::vector<std::uint64_t>& leaf_sizes() const { return leaf_sizes_; }
 
+  // As the last plan's search has left it.
+  const Tree& tree() const { return search_.tree(); }
+
   // What its evaluators have done so far.
   EvaluatorStats evaluator_stats() const;
 

@@ -1,41 +1,40 @@
-// Scans of contiguous numbers, written so that compilers turn them into vector instructions.
+// Scans of contiguous numbers that other threads may change meanwhile.
 #pragma once
 
-#include <cstddef>
+#include <atomic>
+#include <cstdint>
 
 namespace hypgen {
 
+struct Largest {
+  double value;
+  std::uint32_t place;  // of the first of equals
+};
+
 // The largest of `count` numbers, at least one and none of them NaN.
-inline double largest(const double* numbers, std::size_t count) {
-  constexpr std::size_t kLanes = 16;
-  double result = numbers[0];
-  std::size_t i = 0;
-  if (count >= kLanes) {
+inline Largest largest(const std::atomic<double>* numbers, std::uint32_t count) {
+  constexpr std::uint32_t kLanes = 4;  // as one comparison need not wait for the one before
+  while (true) {
     double lanes[kLanes];
-    for (std::size_t j = 0; j < kLanes; ++j) lanes[j] = numbers[j];
-    for (i = kLanes; i + kLanes <= count; i += kLanes) {
-      for (std::size_t j = 0; j < kLanes; ++j) {
-        lanes[j] = lanes[j] < numbers[i + j] ? numbers[i + j] : lanes[j];
+    for (double& lane : lanes) lane = numbers[0].load();
+    std::uint32_t i = 0;
+    for (; i + kLanes <= count; i += kLanes) {
+      for (std::uint32_t j = 0; j < kLanes; ++j) {
+        const double number = numbers[i + j].load();
+        lanes[j] = lanes[j] < number ? number : lanes[j];
       }
     }
-    for (const double lane : lanes) result = result < lane ? lane : result;
+    double value = lanes[0];
+    for (const double lane : lanes) value = value < lane ? lane : value;
+    for (; i < count; ++i) {
+      const double number = numbers[i].load();
+      value = value < number ? number : value;
+    }
+    for (std::uint32_t place = 0; place < count; ++place) {
+      if (numbers[place].load() == value) return {value, place};
+    }
+    // It has fallen since.
   }
-  for (; i < count; ++i) result = result < numbers[i] ? numbers[i] : result;
-  return result;
-}
-
-// Where the largest of them stands, the first of equals.
-inline std::size_t first_largest(const double* numbers, std::size_t count) {
-  constexpr std::size_t kBlock = 16;
-  const double wanted = largest(numbers, count);
-  std::size_t i = 0;
-  for (; i + kBlock <= count; i += kBlock) {
-    bool found = false;
-    for (std::size_t j = 0; j < kBlock; ++j) found |= numbers[i + j] == wanted;
-    if (found) break;
-  }
-  while (numbers[i] != wanted) ++i;
-  return i;
 }
 
 }  // namespace hypgen

@@ -32,8 +32,8 @@ class Search {
  private:
   // A trial in flight.
   struct Trial {
-    std::uint32_t node;  // where it is
-    bool waits;          // for that node's expansion; otherwise it has ended
+    Node* node;  // where it is
+    bool waits;  // for that node's expansion; otherwise it has ended
   };
   // How far a trial came.
   enum class Progress {
@@ -46,19 +46,21 @@ class Search {
   // Where a trial goes on from a node.
   struct Branch {
     enum { kTaken, kStop, kClosed, kFull } kind;
-    std::uint32_t entry, child;
+    std::uint32_t action;
+    ActionTable* table;
+    Child* child;
   };
 
   Status advance();
   Status start_trial();
   Status apply_oldest();
-  Status expand_oldest(std::uint32_t& node);
+  Status expand_oldest(Node*& node);
   Status wait(LeafResult& leaf);
   void send();
-  Progress walk(std::uint32_t node, bool has_expanded);
-  Progress back_out(std::uint32_t& node);
-  Branch choose(std::uint32_t node);
-  LeafRequest request(std::uint32_t node) const;
+  Progress walk(Node* node, bool has_expanded);
+  Branch choose(Node& node, const ChildRule& rule);
+  Branch look(const Node& node, const ChildRule& rule);
+  LeafRequest request(const Node& node) const;
   void push(Trial trial);
   Trial pop();
   Trial& in_queue(std::size_t i) { return queue_[(head_ + i) % queue_.size()]; }

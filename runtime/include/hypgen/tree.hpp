@@ -4,169 +4,164 @@
 // gamma^depth times its mean, so that children add up. Equation and algorithm numbers are those of Ye,
 // Somani, Hsu and Lee, "DESPOT: Online POMDP Planning with Regularization", JAIR 58 (2017).
 //
-// Upper bounds only fall and lower bounds only rise, exactly (but where the model's cross): what changes
-// below is added to the sums above as a difference of one sign. So a node's best action is sought only where
-// that action's bound fell, and its lower bound is a maximum of two numbers.
+// Several threads search one tree without a lock (docs/design/0004-many-threads.md):
+// - Every change is owned. Upper bounds only fall and lower bounds only rise (but where the model's cross),
+// each by a
+//   compare-exchange whose winner adds the difference to the sum above. Nobody reads siblings for a sum.
+// - The maximum over a node's actions is sought by who lowered the best one, and that scan is made again if
+// what
+//   it found has fallen or another bound has risen meanwhile.
+// - A leaf is expanded by who closes it first. Who closes a node looks again at what is below it, and who
+// opens one
+//   goes up to open what is closed above it.
+// With one thread the same steps are DESPOT's, in the same order.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "hypgen/arena.hpp"
+#include "hypgen/chunk_pool.hpp"
 #include "hypgen/leaf_evaluator.hpp"
+#include "hypgen/tree_data.hpp"
 
 namespace hypgen {
-
-constexpr std::uint32_t kNoIndex = UINT32_MAX;
-
-// Bounds of a belief: `upper` and `lower` on the regularised value (mu and l), `plain_upper` without (U).
-struct Bounds {
-  double upper;
-  double lower;
-  double plain_upper;
-
-  double gap() const { return upper - lower; }
-};
-
-// A group of scenarios below an action. Made when a trial first looks at the action; the bounds change in
-// backups, the rest as trials pass.
-struct Child {
-  Bounds bounds;
-  double default_value;     // l0, weighted: what the default policy earns
-  std::uint32_t first;      // the first of its scenarios: a position among the parent's
-  std::uint32_t count;      // scenarios
-  std::uint32_t node;       // kNoIndex until a trial first visits it
-  std::uint16_t in_flight;  // trials that have gone down to it or below, and are not backed up
-  bool closed;              // in expansion, or everything that a trial could take below it is
-};
-
-// An action of an expanded node. Its upper bounds stand in arrays of their own.
-struct ActionEntry {
-  double lower;
-  int action;
-  std::uint32_t first;  // its first group: among the node's rows, or of its children once they are made
-  std::uint32_t child_count : 31;
-  std::uint32_t opened : 1;  // its children are made
-};
-
-// A visited belief. Its bounds live in its child entry.
-struct Node {
-  std::uint64_t handle;        // the evaluator's, kNoHandle until expanded
-  const ChildRow* rows;        // of its actions' groups, the evaluator's
-  std::uint32_t parent;        // kNoIndex at the root
-  std::uint32_t parent_entry;  // the action entry it is below
-  std::uint32_t child;         // its own child entry
-  std::uint32_t first_action;
-  std::uint32_t action_count;
-  std::uint32_t best;  // the entry with the largest upper bound, the first of equals; kNoIndex: none
-  std::uint32_t visits;
-  int depth;
-
-  bool expanded() const { return handle != kNoHandle; }
-};
 
 struct TreeOptions {
   std::size_t memory_bytes = std::size_t{768} << 20;
   int max_depth = 90;
   double discount = 0.95;
   double pruning = 0.0;  // lambda, the regularisation constant
+  std::size_t threads = 1;
 };
 
-// How a trial chooses among an action's children.
+// How a trial chooses among an action's children: as the root's gap was when it began to walk.
 struct ChildRule {
-  double target_ratio;  // xi
-  double
-      observation_loss;  // c_o: what a trial in flight takes from the excess uncertainty, of the root's gap
+  double target;  // the gap that is left alone, of a scenario: xi eps(b0) / K
+  double loss;    // what a trial in flight takes from the excess uncertainty: c_o eps(b0)
+};
+
+struct ActionChoice {
+  std::uint32_t place;  // kNoIndex: none
+  double upper;         // its upper bound when it was chosen
 };
 
 struct ChildChoice {
-  std::uint32_t child;  // kNoIndex: none with excess uncertainty is open
-  bool met_closed;      // one with excess uncertainty is closed
+  Child* child;     // null: none with excess uncertainty is open
+  bool met_closed;  // one with excess uncertainty is closed
 };
 
+// Members that are not const are called by many threads at once, each with its own number, but for `reset`.
 // Allocates only when it is made.
 class Tree {
  public:
   explicit Tree(const TreeOptions& options);
 
-  // Starts a tree of one node; false if there is no room.
+  // Starts a tree of one node; false if there is no room. Only while no thread is in the tree.
   bool reset(const ChildRow& root);
 
-  // Adds an evaluated leaf's actions and opens the leaf for trials; false if they do not fit. The leaf's
-  // child rows have to stay.
-  bool expand(std::uint32_t node, const LeafResult& leaf);
+  bool is_empty() const { return root_ == nullptr; }
+  Node& root() { return *root_; }
+  const Node& root() const { return *root_; }
 
-  // The action that comes after `entry` in falling order of upper bounds, if it can be better than what the
-  // node has; otherwise kNoIndex.
-  std::uint32_t next_action(std::uint32_t node, std::uint32_t entry) const;
+  // Adds an evaluated leaf's actions and opens the leaf for trials; false if they do not fit. Only by who has
+  // claimed it. The leaf's rows have to stay.
+  bool expand(std::size_t thread, Node& leaf, const LeafResult& result);
 
-  // Makes the children of an action if they are not there yet; false if there is no room.
-  bool open(std::uint32_t node, std::uint32_t entry);
+  // An expanded node's action with the largest upper bound, and the one that comes after another in falling
+  // order if it can be better than what the node has.
+  ActionChoice best_action(const Node& node) const;
+  ActionChoice next_action(const Node& node, const ActionChoice& last) const;
 
-  // Of an opened action's children with excess uncertainty (Equation 9) the one where it is largest, less
-  // what trials in flight take; the first of equals.
-  ChildChoice best_child(std::uint32_t entry, const ChildRule& rule) const;
-  double excess_uncertainty(std::uint32_t child, double target_ratio) const;
+  // An action's children, made if they are not there yet; null if there is no room.
+  ActionTable* open_action(std::size_t thread, const Node& node, std::uint32_t action);
 
-  // The child's node, made if it is not there yet; kNoIndex if there is no room.
-  std::uint32_t visit(std::uint32_t node, std::uint32_t entry, std::uint32_t child);
+  // Of an action's children with excess uncertainty (Equation 9) the one where it is largest, less what
+  // trials in flight take; the first of equals.
+  ChildChoice best_child(ActionTable& table, const ChildRule& rule) const;
+  ChildRule child_rule(double target_ratio, double observation_loss) const;
+
+  // The child's node, made if it is not there yet; null if there is no room.
+  Node* visit(std::size_t thread, Node& parent, std::uint32_t action, ActionTable& table, Child& child);
 
   // A trial goes down to a node; it ends with `backup`, or with `leave` as if it had not come.
-  void enter(std::uint32_t node);
-  void leave(std::uint32_t node);
+  void enter(Node& node) { node.child->traffic.fetch_add(Child::kVisit + 1, std::memory_order_relaxed); }
+  void leave(Node& node) { node.child->traffic.fetch_sub(Child::kVisit + 1, std::memory_order_relaxed); }
 
-  // No trial enters the node until it, or a node below it, is expanded.
-  void close(std::uint32_t node) { children_[nodes_[node].child].closed = true; }
-  bool is_closed(std::uint32_t node) const { return children_[nodes_[node].child].closed; }
+  // Keeps trials from a node until it, or one below it, is expanded; false if it was closed before. Who
+  // closes a leaf that has not been expanded meanwhile expands it. Who closes an expanded node has to look
+  // once more whether all below is closed, and to open it if not.
+  bool close(Node& node) { return !node.child->closed.exchange(true); }
+  void open(Node& node);
+  bool is_closed(const Node& node) const { return node.child->closed.load(); }
 
   // Whether an ancestor's default policy is as good as anything the node could add (Equation 12).
-  bool is_blocked(std::uint32_t node) const;
+  bool is_blocked(const Node& node) const;
 
   // Makes what the node has its whole future (Algorithm 3, MAKE-DEFAULT): the default policy, if it is not
   // expanded.
-  void make_default(std::uint32_t node);
+  void make_default(Node& node);
 
   // Ends a trial at `node`: updates bounds from there up to the root (Equations 14 to 16).
-  void backup(std::uint32_t node);
+  void backup(Node& node);
 
-  const Node& node(std::uint32_t i) const { return nodes_[i]; }
-  const ActionEntry& action(std::uint32_t i) const { return actions_[i]; }
-  const Child& child(std::uint32_t i) const { return children_[i]; }
-  const Bounds& bounds(std::uint32_t node) const { return children_[nodes_[node].child].bounds; }
-  double default_value(std::uint32_t node) const { return children_[nodes_[node].child].default_value; }
-  Bounds action_bounds(std::uint32_t entry) const;
-  std::uint32_t size() const { return nodes_.size(); }
+  // Of an expanded node's action: what its children's lower bounds come to with the reward.
+  double action_lower(const Node& node, std::uint32_t action) const;
+  // Its children, if a trial has looked at it; otherwise null.
+  const ActionTable* table(const Expansion& expansion, std::uint32_t action) const;
+  bool is_regularised() const { return pruning_ > 0.0; }
+  double pruning() const { return pruning_; }
+  // What one scenario at that depth counts of the root's value: gamma^depth / K.
+  double weight(int depth) const;
 
+  // What all threads have made. Only while no thread is in the tree, but for `nodes(thread)`'s own thread.
+  std::uint64_t nodes() const;
   // Groups, of those that trials looked at, whose upper bound began below what the default policy earns.
-  std::uint64_t crossed() const { return crossed_; }
+  std::uint64_t crossed() const;
+  // Calls `visitor` with each node, in the order in which each thread made its own.
+  template <class Visitor>
+  void for_each_node(Visitor&& visitor) const {
+    for (const Maker& maker : makers_) {
+      for (const Node* node = maker.first; node != nullptr; node = node->next_made) visitor(*node);
+    }
+  }
 
   // The hash of the whole tree: for each node in creation order its parent, action, child index, scenarios,
   // visits and bounds.
   std::uint64_t signature(std::uint64_t seed) const;
 
  private:
-  bool fits(const LeafResult& leaf) const;
-  Child make_child(const ChildRow& row, int depth);
-  double weight(int depth) const;
-  bool is_regularised() const { return pruning_ > 0.0; }
-  void make_children(const Node& node, ActionEntry& entry);
-  double add_actions(const Node& node, Span<const ActionRow> rows);
-  double add_regularised(const Node& node, Span<const ActionRow> rows);
-  void seek_best(Node& node) const;
-  void refresh(std::uint32_t node, double lower);
-  void set_bounds(std::uint32_t node, const Bounds& bounds);
-  void reopen(std::uint32_t node);
+  // A thread's own: where it takes memory, and what it has made. On lines of its own.
+  struct alignas(kCacheLine) Maker {
+    explicit Maker(ChunkPool& pool) : memory(pool) {}
 
-  Arena<Node> nodes_;
-  Arena<ActionEntry> actions_;
-  Arena<double> uppers_;        // of actions_, at the same places
-  Arena<double> plain_uppers_;  // likewise; only with regularisation
-  Arena<Child> children_;
+    PoolCursor memory;
+    Node* first = nullptr;
+    Node* last = nullptr;
+    std::uint32_t nodes = 0;
+    std::uint64_t crossed = 0;
+  };
+
+  template <class T>
+  T* get(Ref<T> ref) const {
+    return ref ? &pool_[ref] : nullptr;
+  }
+  std::uint64_t make_child(Child* place, const ChildRow& row, int depth) const;
+  Expansion* make_expansion(Maker& maker, const LeafResult& result) const;
+  double set_uppers(Expansion& expansion, int depth) const;
+  bool set_regularised_uppers(std::size_t thread, Node& node, Expansion& expansion, double& lower);
+  double row_lower(const ActionRow& row, int depth) const;
+  ActionTable* make_table(std::size_t thread, Expansion& expansion, int depth, std::uint32_t action);
+  void find_best(Expansion& expansion) const;
+  void refresh(Node& node, double lower);
+  void pass_on(const Node& node, double lower_change, double upper_change, double plain_change);
+
+  ChunkPool pool_;
+  std::vector<Maker> makers_;  // by thread
+  Node* root_ = nullptr;
   std::vector<double> discounts_;
   double pruning_;
   double scenario_share_ = 0.0;  // 1 / K
-  std::uint64_t crossed_ = 0;
 };
 
 }  // namespace hypgen
