@@ -1,5 +1,6 @@
 // How fast the search tree grows where leaves cost nothing: an evaluator that answers with rows made
 // beforehand.
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -10,13 +11,15 @@
 
 #include "hypgen/math.hpp"
 #include "hypgen/search.hpp"
+#include "hypgen/tree_check.hpp"
 
 namespace {
 
 using namespace hypgen;
 
 struct Setting {
-  std::size_t actions = 100, children = 4, levels = 5, in_flight = 1, megabytes = 1024, blocks = 64;
+  std::size_t actions = 100, children = 4, levels = 5, threads = 1, in_flight = 1, megabytes = 1024,
+              blocks = 64;
   double seconds = 1.0, trials = 1e18, xi = 0.5, pruning = 0.0;
   int searches = 3;
 };
@@ -26,7 +29,8 @@ struct Setting {
 // cache.
 class PreparedEvaluator final : public LeafEvaluator {
  public:
-  explicit PreparedEvaluator(const Setting& setting) : setting_(setting), queue_(setting.in_flight) {
+  explicit PreparedEvaluator(const Setting& setting) : setting_(setting), seats_(setting.threads) {
+    for (Seat& seat : seats_) seat.queue.resize(setting.in_flight);
     std::mt19937 random(1);
     std::size_t count = 1;
     for (std::size_t level = 0; level <= setting.levels; ++level, count *= setting.children) {
@@ -43,31 +47,46 @@ class PreparedEvaluator final : public LeafEvaluator {
     return {Status::kOk, row, 0};
   }
 
-  std::size_t submit(std::size_t, Span<const LeafRequest> requests) override {
-    const std::size_t count = std::min(requests.size(), queue_.size() - size_);
-    for (std::size_t i = 0; i < count; ++i) queue_[(head_ + size_++) % queue_.size()] = requests[i];
+  std::size_t threads() const override { return seats_.size(); }
+
+  std::size_t submit(std::size_t thread, Span<const LeafRequest> requests) override {
+    Seat& seat = seats_[thread];
+    const std::size_t count = std::min(requests.size(), seat.queue.size() - seat.size);
+    for (std::size_t i = 0; i < count; ++i) {
+      seat.queue[(seat.head + seat.size++) % seat.queue.size()] = requests[i];
+    }
     return count;
   }
 
-  bool poll(std::size_t, LeafResult& result) override {
-    if (size_ == 0) return false;
-    const LeafRequest& request = queue_[head_];
-    head_ = (head_ + 1) % queue_.size();
-    --size_;
+  bool poll(std::size_t thread, LeafResult& result) override {
+    Seat& seat = seats_[thread];
+    if (seat.size == 0) return false;
+    const LeafRequest& request = seat.queue[seat.head];
+    seat.head = (seat.head + 1) % seat.queue.size();
+    --seat.size;
     std::size_t level = 0;
     while (counts_[level] < request.count) ++level;
-    const std::size_t choice = answered_++ * 7 % setting_.blocks;
+    const std::size_t choice = (seat.answered++ * 7 + thread) % setting_.blocks;
     const Block& block = blocks_[level * setting_.blocks + choice];
-    result = {request.ticket, Status::kOk, answered_, request.count, block.actions, block.children, {}};
+    result = {request.ticket, Status::kOk, seat.answered, request.count, block.actions, block.children, {}};
     return true;
   }
 
-  void release() override { size_ = head_ = answered_ = 0; }
+  void release() override {
+    for (Seat& seat : seats_) seat.size = seat.head = seat.answered = 0;
+  }
+
+  std::size_t scenarios() const { return counts_.back(); }
 
  private:
   struct Block {
     std::vector<ActionRow> actions;
     std::vector<ChildRow> children;
+  };
+
+  struct alignas(kCacheLine) Seat {
+    std::vector<LeafRequest> queue;  // a ring
+    std::size_t head = 0, size = 0, answered = 0;
   };
 
   static std::int64_t fixed(double value) { return math::to_fixed(static_cast<float>(value)); }
@@ -101,20 +120,20 @@ class PreparedEvaluator final : public LeafEvaluator {
   Setting setting_;
   std::vector<std::size_t> counts_;
   std::vector<Block> blocks_;
-  std::vector<LeafRequest> queue_;  // a ring
-  std::size_t head_ = 0, size_ = 0, answered_ = 0;
+  std::vector<Seat> seats_;  // by thread
 };
 
 void measure(const Setting& setting) {
+  PreparedEvaluator evaluator(setting);
   PlannerOptions options;
-  options.in_flight = setting.in_flight;
+  options.in_flight = std::max(setting.in_flight, setting.threads);
+  options.threads = setting.threads;
+  options.scenarios = evaluator.scenarios();
   options.target_ratio = setting.xi;
   options.pruning = setting.pruning;
   options.gap = 0.0;
   options.trial_limit = static_cast<std::uint64_t>(setting.trials);
-  Search search(options, {setting.megabytes << 20, options.depth, 0.95, options.pruning});
-  PreparedEvaluator evaluator(setting);
-  std::vector<std::uint64_t> leaf_sizes(1 << 24);
+  Search search(options, {setting.megabytes << 20, options.depth, 0.95, options.pruning, setting.threads});
   for (int i = 0; i < setting.searches; ++i) {
     const Clock::time_point start = Clock::now();
     const auto limit =
@@ -122,13 +141,16 @@ void measure(const Setting& setting) {
     const SearchSetup setup{{}, options.depth, false, start + limit};
     Decision decision;
     const RootResult root = evaluator.begin_search({}, setup);
-    search.run(evaluator, root, setup, decision, leaf_sizes);
+    search.run(evaluator, root, setup, decision);
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
     std::printf("%s: %.0f expansions/s, %.0f trials/s, %llu expansions in %.3f s, depth %d, gap %.4f\n",
                 status_name(decision.status), static_cast<double>(decision.expansions) / seconds,
                 static_cast<double>(decision.trials) / seconds,
                 static_cast<unsigned long long>(decision.expansions), seconds, decision.max_depth,
                 decision.upper - decision.lower);
+    search.park(Clock::time_point::max());
+    const std::string fault = tree_fault(search.tree(), decision.status != Status::kTrialLimit);
+    if (!fault.empty()) std::printf("the tree is wrong: %s\n", fault.c_str());
   }
 }
 
@@ -146,10 +168,10 @@ int main(int argc, char** argv) {
     const char* text = argv[i];
     const bool known = read(text, "actions", setting.actions) || read(text, "children", setting.children) ||
                        read(text, "levels", setting.levels) || read(text, "in_flight", setting.in_flight) ||
-                       read(text, "memory", setting.megabytes) || read(text, "blocks", setting.blocks) ||
-                       read(text, "seconds", setting.seconds) || read(text, "trials", setting.trials) ||
-                       read(text, "xi", setting.xi) || read(text, "pruning", setting.pruning) ||
-                       read(text, "searches", setting.searches);
+                       read(text, "threads", setting.threads) || read(text, "memory", setting.megabytes) ||
+                       read(text, "blocks", setting.blocks) || read(text, "seconds", setting.seconds) ||
+                       read(text, "trials", setting.trials) || read(text, "xi", setting.xi) ||
+                       read(text, "pruning", setting.pruning) || read(text, "searches", setting.searches);
     if (!known) {
       std::fprintf(stderr, "tree: unknown setting %s\n", text);
       return 2;

@@ -38,7 +38,7 @@ void JsonLines::write_line(const std::string& text) {
   complete_ = std::fflush(out_) == 0 && written && complete_;
 }
 
-void JsonLines::write_run(const SolverOptions& options, const std::string& device) {
+void JsonLines::write_run(const SolverOptions& options, const std::string& device, std::size_t threads) {
   if (out_ == nullptr) return;
   const PlannerOptions& planner = options.planner;
   Json json = {{"type", "run"},
@@ -51,6 +51,7 @@ void JsonLines::write_run(const SolverOptions& options, const std::string& devic
                {"runs", options.runs},
                {"steps", options.steps},
                {"device", device},
+               {"threads", threads},
                {"in_flight", planner.in_flight},
                {"observation_loss", planner.observation_loss},
                {"scenarios", planner.scenarios},
@@ -92,6 +93,7 @@ void JsonLines::write(const StepRecord& step) {
                {"search_seconds", decision.search_seconds},
                {"waiting_seconds", decision.waiting_seconds},
                {"tree_seconds", decision.tree_seconds},
+               {"late_threads", decision.late_threads},
                {"belief", status_name(step.belief_status)},
                {"effective_sample_size", step.effective_sample_size},
                {"signature", nullptr}};

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <functional>
 #include <sstream>
+#include <thread>
 #include <vector>
 
 namespace hypgen {
@@ -17,6 +18,7 @@ namespace {
 constexpr double kDefaultTime = 0.1;
 constexpr std::uint64_t kMillion = 1000000;
 constexpr std::size_t kGpuInFlight = 64;
+constexpr std::size_t kMostThreads = 1024;
 
 // An option: what its value must be, and where it goes. Without a metavar it is a switch.
 struct Option {
@@ -47,7 +49,7 @@ bool read_integer(const std::string& text, std::uint64_t low, std::uint64_t high
 }
 
 bool read_mode(const std::string& text, Mode& mode) {
-  for (const Mode candidate : {Mode::kDespot, Mode::kGpu, Mode::kRollout, Mode::kDefault}) {
+  for (const Mode candidate : {Mode::kDespot, Mode::kParallel, Mode::kGpu, Mode::kRollout, Mode::kDefault}) {
     if (text == mode_name(candidate)) {
       mode = candidate;
       return true;
@@ -131,7 +133,32 @@ std::size_t default_memory(Mode mode) {
   return std::clamp(machine / 8, kGibibyte, 8 * kGibibyte);
 }
 
-std::size_t default_in_flight(Mode mode) { return mode == Mode::kGpu ? kGpuInFlight : 1; }
+std::size_t default_in_flight(const PlannerOptions& planner) {
+  return planner.mode == Mode::kGpu ? kGpuInFlight : planner.threads;
+}
+
+std::size_t default_threads(Mode mode) {
+  if (mode != Mode::kParallel) return 1;
+  return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMostThreads);
+}
+
+// Fills in what the mode decides where the command line did not; false and `error` if the two contradict each
+// other.
+bool complete(SolverOptions& options, std::string& error) {
+  PlannerOptions& planner = options.planner;
+  if (planner.memory_bytes == 0) planner.memory_bytes = default_memory(planner.mode);
+  if (planner.threads == 0 || options.selftest.wanted) planner.threads = default_threads(planner.mode);
+  if (planner.threads > 1 && planner.mode != Mode::kParallel) {
+    error = std::string("--threads: mode ") + mode_name(planner.mode) +
+            " searches with one; mode parallel with several";
+    return false;
+  }
+  if (planner.in_flight == 0) planner.in_flight = default_in_flight(planner);
+  planner.in_flight = std::max(planner.in_flight, planner.threads);  // a thread without a trial does nothing
+  const bool unlimited = std::isinf(planner.time_limit);
+  if (unlimited && planner.trial_limit == UINT64_MAX) planner.time_limit = kDefaultTime;
+  return true;
+}
 
 std::vector<Option> option_table(SolverOptions& options) {
   PlannerOptions& planner = options.planner;
@@ -139,9 +166,10 @@ std::vector<Option> option_table(SolverOptions& options) {
   SelftestOptions& selftest = options.selftest;
   return {
       {"--mode", "MODE",
-       "despot (regularised DESPOT), gpu (the same on a GPU, with many trials in flight), rollout (one-ply "
-       "rollouts) or default (the default policy) (despot)",
-       "despot, gpu, rollout or default",
+       "despot (regularised DESPOT), parallel (the same by several threads: two runs differ), gpu (on a GPU, "
+       "with many "
+       "trials in flight), rollout (one-ply rollouts) or default (the default policy) (despot)",
+       "despot, parallel, gpu, rollout or default",
        [&](const std::string& text) { return read_mode(text, planner.mode); }},
       integer("--runs", "N", "episodes to run (10)", 1, kMillion, options.runs),
       integer("--steps", "N", "most steps of an episode (90)", 1, kMillion, options.steps),
@@ -149,7 +177,14 @@ std::vector<Option> option_table(SolverOptions& options) {
              planner.time_limit),
       integer("--trials", "N", "most trials a step; without --time, results repeat exactly (no limit)", 1,
               UINT64_MAX, planner.trial_limit),
-      integer("--in-flight", "F", "trials at a time (64 in mode gpu, otherwise 1)", 1, 4096,
+      {"--threads", "N", "threads of mode parallel and of a self-test (one for each core)",
+       "an integer from 1 to 1024",
+       [&](const std::string& text) {
+         return read_integer(text, 1, kMostThreads, planner.threads) &&
+                read_integer(text, 1, kMostThreads, selftest.threads);
+       }},
+      integer("--in-flight", "F",
+              "trials at a time, at least one a thread (64 in mode gpu, otherwise one a thread)", 1, 4096,
               planner.in_flight),
       number("--observation-loss", "C", "how far trials in flight keep apart, of the root's gap (1)", 0.0,
              1e3, planner.observation_loss),
@@ -193,7 +228,6 @@ std::vector<Option> option_table(SolverOptions& options) {
               selftest.lanes),
       integer("--warps", "W", "warps that share a step of a self-test (several numbers)", 1, 16,
               selftest.warps),
-      integer("--threads", "N", "threads of a self-test (one for each core)", 1, 1024, selftest.threads),
       toggle("--help", "print this and exit", options.help),
       toggle("--version", "print the model and its hash and exit", options.version),
   };
@@ -205,6 +239,8 @@ const char* mode_name(Mode mode) {
   switch (mode) {
     case Mode::kDespot:
       return "despot";
+    case Mode::kParallel:
+      return "parallel";
     case Mode::kGpu:
       return "gpu";
     case Mode::kRollout:
@@ -229,7 +265,7 @@ const char* belief_name(BeliefKind kind) {
 
 bool parse_options(int argc, const char* const* argv, SolverOptions& options, std::string& error) {
   const std::vector<Option> table = option_table(options);
-  options.planner.in_flight = options.planner.memory_bytes = 0;
+  options.planner.in_flight = options.planner.threads = options.planner.memory_bytes = 0;
   for (int i = 1; i < argc; ++i) {
     std::string name = argv[i];
     const std::size_t equals = name.find('=');
@@ -258,10 +294,7 @@ bool parse_options(int argc, const char* const* argv, SolverOptions& options, st
       return false;
     }
   }
-  if (options.planner.memory_bytes == 0) options.planner.memory_bytes = default_memory(options.planner.mode);
-  if (options.planner.in_flight == 0) options.planner.in_flight = default_in_flight(options.planner.mode);
-  const bool unlimited = std::isinf(options.planner.time_limit);
-  if (unlimited && options.planner.trial_limit == UINT64_MAX) options.planner.time_limit = kDefaultTime;
+  if (!complete(options, error)) return false;
   options.trace.seed = options.selftest.seed = options.planner.seed;
   options.selftest.steps = static_cast<std::uint32_t>(options.steps);
   options.selftest.json_file = options.json_file;

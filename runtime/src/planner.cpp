@@ -24,8 +24,8 @@ Clock::time_point deadline_after(double seconds) {
 }  // namespace
 
 EvaluatorOptions evaluator_options(const PlannerOptions& options, double discount) {
-  return {options.scenarios, evaluator_bytes(options), discount,
-          options.depth,     options.in_flight,        options.device_memory_bytes};
+  return {options.scenarios, evaluator_bytes(options),    discount, options.depth,
+          options.in_flight, options.device_memory_bytes, 0,        options.threads};
 }
 
 Planner::Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor& model,
@@ -34,7 +34,7 @@ Planner::Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor
       options_(options),
       horizon_(model.horizon),
       search_(options, {options.memory_bytes - evaluator_bytes(options), options.depth, model.discount,
-                        options.pruning}),
+                        options.pruning, std::min(options.threads, evaluator_->threads())}),
       leaf_sizes_(options.scenarios + 1) {
   candidates_.reserve(static_cast<std::size_t>(model.action_count));
   actions_.reserve(static_cast<std::size_t>(model.action_count));
@@ -61,6 +61,11 @@ Decision Planner::plan(const Belief& belief, std::uint64_t run, int step) {
 }
 
 void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decision) {
+  decision.late_threads = search_.park(setup_.deadline);
+  if (decision.late_threads > 0) {
+    decision.status = Status::kDeadline;
+    return;
+  }
   if (is_device_lost_) replace_evaluator();
   if (!evaluator_) {
     decision.status = Status::kDeviceLost;
@@ -95,6 +100,12 @@ void Planner::replace_evaluator() {
   if (fallback_) evaluator_ = fallback_(problem);
 }
 
+std::vector<std::uint64_t> Planner::leaf_sizes() {
+  std::vector<std::uint64_t> sum = leaf_sizes_;
+  search_.add_leaf_sizes(sum);
+  return sum;
+}
+
 EvaluatorStats Planner::evaluator_stats() const {
   EvaluatorStats stats = past_stats_;
   if (evaluator_) stats.add(evaluator_->stats());
@@ -102,8 +113,8 @@ EvaluatorStats Planner::evaluator_stats() const {
 }
 
 void Planner::plan_tree(Decision& decision, const RootResult& root) {
-  search_.run(*evaluator_, root, setup_, decision, leaf_sizes_);
-  if (options_.signature) decision.signature = search_.tree().signature(0);
+  search_.run(*evaluator_, root, setup_, decision);
+  if (options_.signature && decision.late_threads == 0) decision.signature = search_.tree().signature(0);
   if (!is_failure(decision.status)) decision.action = search_.best_action(root.default_action);
 }
 

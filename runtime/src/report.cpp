@@ -43,6 +43,14 @@ std::string device_rows(const RunTotals& totals) {
                     share(totals.waiting_seconds), share(totals.tree_seconds)));
 }
 
+std::string thread_row(const RunTotals& totals) {
+  const std::string late = totals.late_searches == 0
+                               ? ""
+                               : format("; in %llu searches some were late",
+                                        static_cast<unsigned long long>(totals.late_searches));
+  return row("threads", format("%zu, %zu trials in flight", totals.threads, totals.in_flight) + late);
+}
+
 }  // namespace
 
 void RunTotals::add(const StepRecord& step) {
@@ -56,6 +64,7 @@ void RunTotals::add(const StepRecord& step) {
   nodes += decision.nodes;
   simulations += decision.simulations;
   leaf_scenarios += decision.leaf_scenarios;
+  late_searches += decision.late_threads > 0;
   ++plan_statuses[decision.status];
   ++belief_statuses[step.belief_status];
   if (decision.signature != 0) {
@@ -89,6 +98,7 @@ std::string table(const RunTotals& totals, bool has_success, const std::vector<s
   if (totals.belief_statuses.size() > 1) text += row("beliefs", counted(totals.belief_statuses));
   if (totals.expansions > 0) {
     text += row("searches", counted(totals.plan_statuses));
+    if (totals.threads > 1) text += thread_row(totals);
     text += row("trials a step", format("%.1f", totals.a_step(totals.trials)));
     text += row("expansions a second", format("%.0f", totals.a_second(totals.expansions)));
     text += row("nodes a second", format("%.0f", totals.a_second(totals.nodes)));

@@ -87,7 +87,9 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
   RunTotals totals;
   {
     Progress progress(options.runs, steps, !options.quiet);
-    lines.write_run(options, chosen.device);
+    lines.write_run(options, chosen.device, planner.threads());
+    totals.threads = planner.threads();
+    totals.in_flight = planning.in_flight;
     const auto report = [&](const StepRecord& step) {
       totals.add(step);
       lines.write(step);

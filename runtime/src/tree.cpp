@@ -224,18 +224,6 @@ Node* Tree::visit(std::size_t thread, Node& parent, std::uint32_t action, Action
   return node;
 }
 
-std::uint64_t Tree::nodes() const {
-  std::uint64_t sum = 0;
-  for (const Maker& maker : makers_) sum += maker.nodes;
-  return sum;
-}
-
-std::uint64_t Tree::crossed() const {
-  std::uint64_t sum = 0;
-  for (const Maker& maker : makers_) sum += maker.crossed;
-  return sum;
-}
-
 std::uint64_t Tree::signature(std::uint64_t seed) const {
   Signature hash(seed);
   for_each_node([&](const Node& node) {

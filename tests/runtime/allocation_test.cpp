@@ -25,10 +25,11 @@ namespace hypgen::testing {
 namespace {
 
 TEST(Allocation, NoneInASearch) {
-  for (const Mode mode : {Mode::kDespot, Mode::kGpu, Mode::kRollout, Mode::kDefault}) {
+  for (const Mode mode : {Mode::kDespot, Mode::kParallel, Mode::kGpu, Mode::kRollout, Mode::kDefault}) {
     PlannerOptions options = trials(50);
     options.mode = mode;
-    options.in_flight = mode == Mode::kGpu ? 16 : 1;
+    options.threads = mode == Mode::kParallel ? 3 : 1;
+    options.in_flight = mode == Mode::kGpu ? 16 : options.threads;
     Solver solver(rock_sample_descriptor<4, 3>(), options);
     const long before = allocations;
     const Decision decision = solver.plan();

@@ -62,6 +62,23 @@ TEST(Options, GpuModeKeepsMoreInFlight) {
   EXPECT_NE(error_of({"--in-flight", "0"}), "");
 }
 
+TEST(Options, ThreadsHaveATrialEach) {
+  std::string error;
+  SolverOptions options;
+  ASSERT_TRUE(parse({"--mode", "parallel"}, options, error));
+  EXPECT_EQ(options.planner.in_flight, options.planner.threads);
+  ASSERT_TRUE(parse({"--mode", "parallel", "--threads", "6", "--in-flight", "2"}, options, error));
+  EXPECT_EQ(options.planner.threads, 6U);
+  EXPECT_EQ(options.planner.in_flight, 6U);
+  ASSERT_TRUE(parse({"--mode", "despot"}, options, error));
+  EXPECT_EQ(options.planner.threads, 1U);
+  EXPECT_EQ(error_of({"--mode", "gpu", "--threads", "2"}),
+            "--threads: mode gpu searches with one; mode parallel with several");
+  EXPECT_NE(error_of({"--mode", "parallel", "--threads", "0"}), "");
+  ASSERT_TRUE(parse({"--selftest", "--threads", "3"}, options, error));
+  EXPECT_EQ(options.selftest.threads, 3);
+}
+
 TEST(Options, NamesWhatIsWrong) {
   EXPECT_EQ(error_of({"--rusn", "3"}), "unknown option --rusn; --help lists the options");
   EXPECT_EQ(error_of({"--runs", "many"}),
@@ -70,7 +87,7 @@ TEST(Options, NamesWhatIsWrong) {
   EXPECT_EQ(error_of({"--seed", "-1"}), "--seed: bad value \"-1\"; expected an integer from 0 (64 bits)");
   EXPECT_EQ(error_of({"--time", "0"}), "--time: bad value \"0\"; expected a number from 0.0001 to 1e+06");
   EXPECT_EQ(error_of({"--mode", "fast"}),
-            "--mode: bad value \"fast\"; expected despot, gpu, rollout or default");
+            "--mode: bad value \"fast\"; expected despot, parallel, gpu, rollout or default");
   EXPECT_EQ(error_of({"--quiet=1"}), "--quiet takes no value");
   for (const char* bad : {"-1", "1x", "", "nan", "1e9"}) EXPECT_NE(error_of({"--time", bad}), "");
   EXPECT_NE(error_of({"--xi", "1.5"}), "");

@@ -1,6 +1,7 @@
 """Builds the C++ tests of the runtime with CMake and runs each as a case of its own."""
 
 import os
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -28,7 +29,9 @@ def configure(build: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_runtime(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> None:
+@pytest.fixture(scope="module")
+def build(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Path:
+    """Return the folder of a configured build."""
     # Kept between runs, where pytest keeps its own cache: a change then recompiles only what it touches.
     build = (
         Path(str(request.config.cache.mkdir("runtime-tests")))
@@ -36,10 +39,44 @@ def test_runtime(tmp_path_factory: pytest.TempPathFactory, request: pytest.Fixtu
         else tmp_path_factory.mktemp("b")
     )
     configure(build)
-    cmake = str(toolchain.find_cmake().path)
-    done = subprocess.run([cmake, "--build", str(build)], capture_output=True, text=True)
+    return build
+
+
+def compile_target(build: Path, target: str) -> None:
+    command = [str(toolchain.find_cmake().path), "--build", str(build), "--target", target]
+    done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-20000:] + done.stderr[-5000:]
-    ctest = [str(Path(cmake).with_name("ctest")), "--test-dir", str(build), "--output-on-failure"]
+
+
+def test_runtime(build: Path) -> None:
+    compile_target(build, "all")
+    ctest = [
+        str(toolchain.find_cmake().path.with_name("ctest")),
+        "--test-dir",
+        str(build),
+        "--output-on-failure",
+    ]
     done = subprocess.run([*ctest, "-j", str(os.cpu_count() or 1)], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-20000:]
     assert "No tests were found" not in done.stdout + done.stderr
+
+
+def test_tree_and_search_take_no_lock(build: Path) -> None:
+    names = shutil.which("nm")
+    if names is None:
+        pytest.skip("needs nm")
+    compile_target(build, "hypgen_runtime")
+    objects = [next(build.rglob(f"{name}.cpp.o")) for name in ("tree", "tree_bounds", "search_thread")]
+    done = subprocess.run([names, "-u", *map(str, objects)], capture_output=True, text=True, check=True)
+    assert "pthread_mutex" not in done.stdout
+    assert "pthread_cond" not in done.stdout
+
+
+def test_threads_do_not_race(build: Path) -> None:
+    compile_target(build, "race_tests")
+    seconds = os.environ.get("HYPGEN_TEST_SECONDS", "8")  # for each of the searches in a loop
+    settings = {"TSAN_OPTIONS": "halt_on_error=1", "HYPGEN_TEST_SECONDS": seconds}
+    # Deadlines are not kept where everything takes ten times as long.
+    command = [str(build / "race_tests"), "--gtest_brief=1", "--gtest_filter=-*Deadline*"]
+    done = subprocess.run(command, env=os.environ | settings, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout[-10000:] + done.stderr[-10000:]

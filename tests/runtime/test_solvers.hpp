@@ -54,7 +54,9 @@ inline ModelDescriptor mishaps_descriptor(double upper, int illegal_from) {
 inline Decision checked_plan(Planner& planner, const Belief& belief, int step) {
   const Decision decision = planner.plan(belief, 0, step);
   // Only a search that has done all its trials leaves nothing in expansion.
-  EXPECT_EQ(tree_fault(planner.tree(), decision.status != Status::kTrialLimit), "");
+  if (decision.late_threads == 0) {
+    EXPECT_EQ(tree_fault(planner.tree(), decision.status != Status::kTrialLimit), "");
+  }
   return decision;
 }
 

@@ -107,9 +107,9 @@ TEST_F(TreeTest, RaisesCrossedUpperBounds) {
   Tree tree(small_tree());
   tree.reset(root_);
   expand(tree, tree.root());
-  EXPECT_EQ(tree.crossed(), 0U);
+  EXPECT_EQ(tree.crossed(0), 0U);
   const ActionTable& table = *tree.open_action(0, tree.root(), 0);
-  EXPECT_EQ(tree.crossed(), 1U);
+  EXPECT_EQ(tree.crossed(0), 1U);
   EXPECT_DOUBLE_EQ(table.children()[0].upper, table.children()[0].lower);
 }
 
@@ -132,7 +132,7 @@ TEST_F(TreeTest, DefaultPolicyReplacesABlockedNode) {
   ActionTable& table = *tree.open_action(0, root, 0);
   Node& node = *tree.visit(0, root, 0, table, table.children()[0]);
   EXPECT_EQ(tree.visit(0, root, 0, table, table.children()[0]), &node);
-  EXPECT_EQ(tree.nodes(), 2U);
+  EXPECT_EQ(tree.nodes(0), 2U);
   EXPECT_TRUE(tree.is_blocked(node));  // 5.5 - 0 <= 6
   tree.make_default(node);
   EXPECT_DOUBLE_EQ(node.child->plain_upper, node.child->default_value);

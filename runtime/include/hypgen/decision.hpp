@@ -10,10 +10,11 @@
 namespace hypgen {
 
 enum class Mode {
-  kDespot,   // regularised DESPOT
-  kGpu,      // the same with many trials in flight, on a GPU
-  kRollout,  // one-ply rollouts of the default policy, sequential halving over the actions
-  kDefault,  // the default policy alone
+  kDespot,    // regularised DESPOT
+  kParallel,  // the same by several threads
+  kGpu,       // by one, with many trials in flight, on a GPU
+  kRollout,   // one-ply rollouts of the default policy, sequential halving over the actions
+  kDefault,   // the default policy alone
 };
 
 struct PlannerOptions {
@@ -27,6 +28,7 @@ struct PlannerOptions {
   double pruning = 0.0;                                                   // lambda
   double observation_loss = 1.0;                                          // c_o
   std::size_t in_flight = 1;                                              // F, trials at a time; 1 is DESPOT
+  std::size_t threads = 1;                                                // N, of the search
   double gap = 1e-3;  // the search ends when the root's bounds are this close
   double gain_errors =
       1.0;                 // kRollout: standard errors of a gain that make another action than the default's
@@ -51,8 +53,10 @@ struct Decision {
   std::uint64_t crossed = 0;         // groups whose bounds crossed
   int max_depth = 0;
   double search_seconds = 0.0;
-  double waiting_seconds = 0.0;  // of these, for leaves; an evaluator on the CPU works in this time
-  double tree_seconds = 0.0;     // of these, the rest of a tree search
+  double waiting_seconds =
+      0.0;                    // of these, for leaves, a thread on average; an evaluator on the CPU works then
+  double tree_seconds = 0.0;  // of these, the rest of a tree search
+  std::size_t late_threads = 0;  // that had not ended by the deadline; what they did is not counted
   std::uint64_t signature = 0;   // of the tree, if asked for
 };
 

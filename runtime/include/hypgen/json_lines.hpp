@@ -1,6 +1,7 @@
 // The run as JSON lines, version 1: a header, a line a step, a line an episode, a summary.
 #pragma once
 
+#include <cstddef>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -26,7 +27,7 @@ class JsonLines {
   // Whether all lines so far could be written: a full disk loses some.
   bool complete() const { return complete_; }
 
-  void write_run(const SolverOptions& options, const std::string& device);
+  void write_run(const SolverOptions& options, const std::string& device, std::size_t threads);
   void write(const StepRecord& step);
   void write(const EpisodeRecord& episode);
   void write_summary(const RunTotals& totals, const std::vector<std::uint64_t>& leaf_sizes);

@@ -37,7 +37,10 @@ class Planner {
   Decision plan(const Belief& belief, std::uint64_t run, int step);
 
   // How many scenarios the leaves expanded so far had: entry n counts leaves with n.
-  const std::vector<std::uint64_t>& leaf_sizes() const { return leaf_sizes_; }
+  std::vector<std::uint64_t> leaf_sizes();
+
+  // How many threads search.
+  std::size_t threads() const { return search_.threads(); }
 
   // As the last plan's search has left it.
   const Tree& tree() const { return search_.tree(); }
@@ -76,11 +79,11 @@ class Planner {
   Search search_;
   ScenarioBuffer scenarios_;
   SearchSetup setup_{};
-  std::vector<std::uint64_t> leaf_sizes_;
-  std::vector<Candidate> candidates_;  // by ascending action
-  std::vector<int> actions_;           // theirs
-  std::uint64_t sampled_ = 0;          // scenarios that rollout mode has used
-  double rollout_seconds_ = 0.0;       // what one took lately
+  std::vector<std::uint64_t> leaf_sizes_;  // of rollout mode
+  std::vector<Candidate> candidates_;      // by ascending action
+  std::vector<int> actions_;               // theirs
+  std::uint64_t sampled_ = 0;              // scenarios that rollout mode has used
+  double rollout_seconds_ = 0.0;           // what one took lately
 };
 
 // Options for the evaluator of a planner.

@@ -52,6 +52,7 @@ struct ChildChoice {
 };
 
 // Members that are not const are called by many threads at once, each with its own number, but for `reset`.
+// `for_each_node` and `signature` too need a tree that no thread is in.
 // Allocates only when it is made.
 class Tree {
  public:
@@ -114,10 +115,11 @@ class Tree {
   // What one scenario at that depth counts of the root's value: gamma^depth / K.
   double weight(int depth) const;
 
-  // What all threads have made. Only while no thread is in the tree, but for `nodes(thread)`'s own thread.
-  std::uint64_t nodes() const;
-  // Groups, of those that trials looked at, whose upper bound began below what the default policy earns.
-  std::uint64_t crossed() const;
+  // How many nodes a thread has made, and of the groups that it was the first to look at, how many had an
+  // upper bound below what the default policy earns. To be read by others once the thread is no more in the
+  // tree.
+  std::uint64_t nodes(std::size_t thread) const { return makers_[thread].nodes; }
+  std::uint64_t crossed(std::size_t thread) const { return makers_[thread].crossed; }
   // Calls `visitor` with each node, in the order in which each thread made its own.
   template <class Visitor>
   void for_each_node(Visitor&& visitor) const {

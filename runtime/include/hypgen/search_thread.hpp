@@ -1,0 +1,140 @@
+// One of the threads that search a tree.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "hypgen/decision.hpp"
+#include "hypgen/leaf_evaluator.hpp"
+#include "hypgen/tree.hpp"
+
+namespace hypgen {
+
+class SearchThread;
+
+// What the threads of a search share besides the tree. Plain fields are written while all are parked.
+struct SharedSearch {
+  SharedSearch(const PlannerOptions& planner, const TreeOptions& tree_options)
+      : options(planner), tree(tree_options) {}
+
+  // Starts a search, up to the root's expansion. While all threads are parked.
+  void begin(LeafEvaluator& leaf_evaluator, const RootResult& root, const SearchSetup& search_setup);
+
+  // Asks all threads to end. The first reason stays, but for one that the planner has to act on.
+  void stop(Status reason);
+  bool is_stopped() const { return status.load() != Status::kOk; }
+
+  // Hands out the number of one more trial; false if there are no more.
+  bool take_trial();
+  void give_trial_back();
+
+  // The whole part of a thread in a search; nothing if the evaluator does not serve that many.
+  void run_thread(std::size_t number);
+
+  const PlannerOptions options;
+  Tree tree;
+  LeafEvaluator* evaluator = nullptr;
+  SearchSetup setup{};
+  std::vector<std::unique_ptr<SearchThread>> threads;
+  // Written once or twice a search, read all the time.
+  alignas(kCacheLine) std::atomic<Status> status{Status::kOk};  // kOk: go on
+  // Handed out so far; used only if there is a limit. Relaxed: a count.
+  alignas(kCacheLine) std::atomic<std::uint64_t> trials{0};
+};
+
+// Keeps up to F trials in flight, in a queue: the oldest is waited for and applied before another starts in
+// its place, so that the tree of a single thread depends on F and never on when the evaluator answers. A
+// trial whose leaf is expanded goes on down and to the end of the queue; one that ends without a leaf keeps
+// its place in it. One thread with F = 1 is DESPOT. Allocates only when it is made.
+class alignas(kCacheLine) SearchThread {
+ public:
+  SearchThread(SharedSearch& shared, std::size_t number, std::size_t in_flight);
+
+  // Forgets the previous search. Only while it is parked, as is all below but for `run`.
+  void reset();
+
+  // Expands the root: by one thread, before any runs.
+  void expand_root();
+
+  // Searches until the search stops or all trials are done.
+  void run();
+
+  // Whether it has run and ended in this search. If so, what follows can be read.
+  bool has_ended() const { return has_ended_.load(std::memory_order_acquire); }
+
+  // What it has done in this search.
+  const Decision& counts() const { return counts_; }
+  // Its expansions since it was made: entry n counts leaves with n scenarios.
+  const std::vector<std::uint64_t>& leaf_sizes() const { return leaf_sizes_; }
+
+ private:
+  // A trial in flight.
+  struct Trial {
+    Node* node;  // where it is
+    bool waits;  // for that node's expansion; otherwise it has ended
+  };
+  // How far a trial came.
+  enum class Progress {
+    kRequested,  // to a leaf that has to be expanded
+    kEnded,
+    kWithoutEffect,  // it ended where it began
+    kBackedOut,      // all that it could take is in expansion
+    kFull,
+  };
+  // Where a trial goes on from a node.
+  struct Branch {
+    enum { kTaken, kStop, kClosed, kFull } kind;
+    std::uint32_t action;
+    ActionTable* table;
+    Child* child;
+  };
+
+  Status advance();
+  Status start_trial();
+  Status apply_oldest();
+  Status expand_oldest(Node*& node);
+  Status wait(LeafResult& leaf);
+  void send();
+  Progress walk(Node* node, bool has_expanded);
+  bool claim(Node& leaf);
+  Branch choose(Node& node, const ChildRule& rule);
+  Branch look(const Node& node, const ChildRule& rule);
+  LeafRequest request(const Node& node) const;
+  void push(Trial trial);
+  Trial pop();
+  Trial& in_queue(std::size_t i) { return queue_[(head_ + i) % queue_.size()]; }
+  void abandon();
+  void publish(std::size_t at_hand);
+  bool is_search_at_rest();
+  Status undo_trial();
+  void idle();
+  void pause();
+
+  SharedSearch& shared_;
+  Tree& tree_;
+  const std::size_t number_;
+  std::vector<Trial> queue_;  // a ring
+  std::size_t head_ = 0;
+  std::size_t size_ = 0;
+  std::size_t sent_ = 0;     // of the trials in the queue, from the oldest: the evaluator has their leaves
+  std::size_t waiting_ = 0;  // of the trials in the queue
+  std::vector<LeafRequest> requests_;
+  Decision counts_;
+  std::vector<std::uint64_t> leaf_sizes_;
+  std::uint64_t rest_ = 0;  // what others had done when a trial last found nothing to do, and nobody had one
+  unsigned pauses_ = 0;     // since it last found something to do
+  // How many trials it has at hand, in the lower 16 bits, and how often it has said so. Written by this
+  // thread with release after what it has done to the tree, read by others with acquire when they find
+  // nothing to do.
+  alignas(kCacheLine) std::atomic<std::uint64_t> activity_{0};
+  std::atomic<bool> has_ended_{false};  // set by this thread with release after all else
+};
+
+// Adds an expansion to what a decision and a planner count.
+void count_expansion(const LeafResult& leaf, int depth, Decision& decision,
+                     std::vector<std::uint64_t>& leaf_sizes);
+
+}  // namespace hypgen

@@ -1,0 +1,202 @@
+// Searches by several threads: what they leave is checked, as their trees differ from run to run.
+//
+// HYPGEN_TEST_SECONDS is how long each of the searches in a loop goes on (default 0.2).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+
+#include "hypgen/search.hpp"
+#include "mock_evaluator.hpp"
+#include "test_solvers.hpp"
+
+namespace hypgen::testing {
+namespace {
+
+double test_seconds() {
+  const char* const text = std::getenv("HYPGEN_TEST_SECONDS");
+  return text != nullptr ? std::atof(text) : 0.2;
+}
+
+PlannerOptions by_threads(std::size_t threads, std::size_t in_flight, std::uint64_t count = 2000) {
+  PlannerOptions options = trials(count);
+  options.mode = Mode::kParallel;
+  options.threads = threads;
+  options.in_flight = in_flight;
+  return options;
+}
+
+// Looks at the root's bounds whenever a thread asks for a leaf.
+class WatchingEvaluator final : public LeafEvaluator {
+ public:
+  explicit WatchingEvaluator(std::unique_ptr<LeafEvaluator> inner)
+      : inner_(std::move(inner)), seen_(inner_->threads()) {}
+
+  void watch(const Tree& tree) { tree_ = &tree; }
+  bool were_monotone() const { return were_monotone_; }
+
+  std::size_t threads() const override { return inner_->threads(); }
+  void attach(std::size_t thread) override { inner_->attach(thread); }
+  RootResult begin_search(const ScenarioBuffer& root, const SearchSetup& setup) override {
+    for (Bounds& bounds : seen_) bounds = {};
+    return inner_->begin_search(root, setup);
+  }
+  std::size_t submit(std::size_t thread, Span<const LeafRequest> requests) override {
+    return inner_->submit(thread, requests);
+  }
+  bool poll(std::size_t thread, LeafResult& result) override {
+    const Child& root = *tree_->root().child;
+    const Bounds now{root.lower.load(), root.upper.load()};
+    Bounds& before = seen_[thread];
+    if (now.lower < before.lower || now.upper > before.upper + 1e-9) were_monotone_ = false;
+    before = now;
+    return inner_->poll(thread, result);
+  }
+  void release() override { inner_->release(); }
+
+ private:
+  struct Bounds {
+    double lower = -1e300, upper = 1e300;
+  };
+
+  std::unique_ptr<LeafEvaluator> inner_;
+  const Tree* tree_ = nullptr;
+  std::vector<Bounds> seen_;
+  std::atomic<bool> were_monotone_{true};
+};
+
+// Plans with a mock between the planner and the CPU's evaluator.
+Decision plan(const ModelDescriptor& model, const PlannerOptions& options, const Mischief& mischief) {
+  const Solver solver(model, options);
+  auto inner = solver.instance->make_evaluator(evaluator_options(options, solver.model.discount));
+  Planner planner(std::make_unique<MockEvaluator>(std::move(inner), mischief), solver.model, options);
+  planner.prepare(*solver.belief);
+  return checked_plan(planner, *solver.belief, 0);
+}
+
+// Plans until the test's time is over.
+template <class Plan>
+void repeat(Plan plan) {
+  const Clock::time_point start = Clock::now();
+  do {
+    plan();
+  } while (!::testing::Test::HasFailure() &&
+           std::chrono::duration<double>(Clock::now() - start).count() < test_seconds());
+}
+
+TEST(ManyThreads, DoAllTrialsAndNoMore) {
+  unsigned seed = 0;
+  repeat([&] {
+    for (const std::size_t threads : {2, 3, 16}) {
+      const Decision decision =
+          plan(rock_sample_descriptor<4, 3>(), by_threads(threads, 4 * threads, 500), {++seed});
+      EXPECT_EQ(decision.status, Status::kTrialLimit);
+      EXPECT_EQ(decision.trials, 500U);
+      EXPECT_LE(decision.lower, decision.upper);
+    }
+  });
+}
+
+TEST(ManyThreads, RegularisedTreesHold) {
+  PlannerOptions options = by_threads(4, 16, 500);
+  options.pruning = 0.1;
+  unsigned seed = 0;
+  repeat([&] {
+    EXPECT_EQ(plan(rock_sample_descriptor<4, 3>(), options, {++seed}).status, Status::kTrialLimit);
+  });
+}
+
+TEST(ManyThreads, BoundsAreMonotoneWhileTheySearch) {
+  const PlannerOptions options = by_threads(4, 8, 500);
+  const Solver solver(rock_sample_descriptor<4, 3>(), options);
+  auto watching = std::make_unique<WatchingEvaluator>(
+      solver.instance->make_evaluator(evaluator_options(options, solver.model.discount)));
+  WatchingEvaluator& evaluator = *watching;
+  Planner planner(std::move(watching), solver.model, options);
+  evaluator.watch(planner.tree());
+  planner.prepare(*solver.belief);
+  int step = 0;
+  repeat([&] {
+    EXPECT_EQ(checked_plan(planner, *solver.belief, step++).status, Status::kTrialLimit);
+    EXPECT_TRUE(evaluator.were_monotone());
+  });
+}
+
+// Few branches, so that most leaves are in expansion: trials back out, nodes are closed and opened.
+TEST(ManyThreads, ConvergeToTheValueOfOne) {
+  PlannerOptions options = by_threads(1, 1, 1000000);
+  options.depth = 4;
+  options.gap = 1e-9;
+  Solver one(tiger_descriptor(), options);
+  const double wanted = one.plan().lower;
+  unsigned seed = 0;
+  repeat([&] {
+    for (const std::size_t threads : {2, 8}) {
+      options.threads = threads;
+      options.in_flight = 4 * threads;
+      const Decision decision = plan(tiger_descriptor(), options, {++seed});
+      EXPECT_EQ(decision.status, Status::kConverged);
+      EXPECT_NEAR(decision.lower, wanted, 1e-6);
+    }
+  });
+}
+
+TEST(ManyThreads, OneScenarioIsEnough) {
+  PlannerOptions options = by_threads(4, 4);
+  options.scenarios = 1;
+  Solver solver(rock_sample_descriptor<4, 3>(), options);
+  for (int step = 0; step < 5; ++step) EXPECT_LE(solver.plan(step).trials, 2000U);
+}
+
+TEST(ManyThreads, FailuresEndThemAllWithALegalAction) {
+  for (const Status status :
+       {Status::kModelNan, Status::kMemoryFull, Status::kDeviceLost, Status::kEvaluatorFailed}) {
+    const Decision decision = plan(rock_sample_descriptor<4, 3>(), by_threads(4, 16), {3, 20, status});
+    EXPECT_EQ(decision.status, status);
+    EXPECT_EQ(decision.expansions, 20U);
+    EXPECT_GE(decision.action, 0);
+    EXPECT_LE(decision.lower, decision.upper);
+  }
+}
+
+TEST(ManyThreads, SilenceEndsThem) {
+  PlannerOptions options = by_threads(4, 16);
+  const Mischief silent{5, 100, Status::kOk, true};
+  options.time_limit = 0.02;
+  EXPECT_EQ(plan(rock_sample_descriptor<4, 3>(), options, silent).status, Status::kDeadline);
+  options.time_limit = std::numeric_limits<double>::infinity();
+  options.patience = 0.01;
+  EXPECT_EQ(plan(rock_sample_descriptor<4, 3>(), options, silent).status, Status::kEvaluatorFailed);
+}
+
+TEST(ManyThreads, StopWhenMemoryIsFull) {
+  PlannerOptions options = by_threads(4, 4, 1000000);
+  options.memory_bytes = std::size_t{1} << 20;
+  repeat([&] {
+    Solver solver(rock_sample_descriptor<4, 3>(), options);
+    const Decision decision = solver.plan();
+    EXPECT_EQ(decision.status, Status::kMemoryFull);
+    EXPECT_GE(decision.action, 0);
+  });
+}
+
+TEST(ManyThreads, KeepTheDeadline) {
+  PlannerOptions options = by_threads(4, 4, UINT64_MAX);
+  options.time_limit = 0.01;
+  options.scenarios = 500;
+  Solver solver(rock_sample_descriptor<7, 8>(), options);
+  std::vector<double> seconds;
+  for (int step = 0; step < 100; ++step) {
+    const Decision decision = solver.planner.plan(*solver.belief, 0, step);
+    EXPECT_EQ(decision.status, Status::kDeadline);
+    seconds.push_back(decision.search_seconds);
+  }
+  // Of the fastest tenth: other processes, and threads beyond the number of cores, may hold the processor.
+  std::sort(seconds.begin(), seconds.end());
+  EXPECT_GE(seconds.front(), 0.01);
+  EXPECT_LT(seconds[seconds.size() / 10], 0.0115);
+}
+
+}  // namespace
+}  // namespace hypgen::testing
