@@ -17,7 +17,18 @@ namespace hypgen {
 // code. A few sites have room for each scenario; `find` gives null for the others, and for later steps than
 // the cache is made for.
 class DrawCache {
+  static constexpr std::uint32_t kRun = 16;
+  static constexpr std::uint32_t kWays = 4;
+
  public:
+  // A run of words of one site.
+  struct Slot {
+    std::uint32_t search;
+    std::uint32_t site;
+    std::uint32_t index;
+    std::uint32_t words[kRun];
+  };
+
   DrawCache(std::size_t scenarios, std::size_t steps)
       : runs_((steps + kRun - 1) / kRun), slots_(scenarios * runs_ * kWays) {}
 
@@ -39,10 +50,14 @@ class DrawCache {
     search_ = 1;
   }
 
-  const std::uint32_t* find(std::uint32_t scenario, std::uint32_t step, std::uint32_t site,
+  // Where the words of a scenario's step are kept; null if the cache is not made for it.
+  Slot* slots_for(std::uint32_t scenario, std::uint32_t step) {
+    return step / kRun < runs_ ? &slots_[(scenario * runs_ + step / kRun) * kWays] : nullptr;
+  }
+
+  // `slots` are those of the scenario's step.
+  const std::uint32_t* find(Slot* slots, std::uint32_t scenario, std::uint32_t step, std::uint32_t site,
                             std::uint32_t index) {
-    if (step / kRun >= runs_) return nullptr;
-    Slot* const slots = &slots_[(scenario * runs_ + step / kRun) * kWays];
     const std::uint32_t way = (site ^ site >> 16) + index;
     for (std::uint32_t probe = 0; probe < 2; ++probe) {
       Slot& slot = slots[(way ^ probe) % kWays];
@@ -56,16 +71,6 @@ class DrawCache {
   std::uint32_t first() const { return first_; }
 
  private:
-  static constexpr std::uint32_t kRun = 16;
-  static constexpr std::uint32_t kWays = 4;
-
-  struct Slot {
-    std::uint32_t search;
-    std::uint32_t site;
-    std::uint32_t index;
-    std::uint32_t words[kRun];
-  };
-
   void fill(Slot& slot, std::uint32_t scenario, std::uint32_t step, std::uint32_t site, std::uint32_t index) {
     slot.search = search_;
     slot.site = site;
@@ -89,17 +94,22 @@ class SearchDraws {
  public:
   SearchDraws(DrawCache& cache, std::uint32_t scenario, std::uint32_t step)
       : cache_(cache),
+        slots_(cache.slots_for(scenario, step)),
         scenario_(scenario),
         step_(step),
         uncached_(cache.key(), cache.first() + scenario, step) {}
 
   std::uint32_t word(std::uint32_t site, std::uint32_t index) {
-    const std::uint32_t* const found = cache_.find(scenario_, step_, site, index);
-    return found != nullptr ? *found : uncached_.word(site, index);
+    if (slots_ != nullptr) {
+      const std::uint32_t* const found = cache_.find(slots_, scenario_, step_, site, index);
+      if (found != nullptr) return *found;
+    }
+    return uncached_.word(site, index);
   }
 
  private:
   DrawCache& cache_;
+  DrawCache::Slot* slots_;
   std::uint32_t scenario_;
   std::uint32_t step_;
   PhiloxDraws uncached_;
