@@ -53,9 +53,9 @@ std::string difference(const LeafResult& a, const LeafResult& b) {
   return {};
 }
 
-LeafResult wait(LeafEvaluator& evaluator) {
+LeafResult wait(LeafEvaluator& evaluator, std::size_t thread) {
   LeafResult result;
-  while (!evaluator.poll(0, result)) std::this_thread::yield();
+  while (!evaluator.poll(thread, result)) std::this_thread::yield();
   return result;
 }
 
@@ -92,17 +92,22 @@ class Growth {
     return {0, parent, branch.action, branch.first, branch.count, branch.depth, {}};
   }
 
+  // Whose leaf it is at the other evaluator.
+  std::size_t thread_of(std::size_t i) const { return i % other_.threads(); }
+
   // Evaluates the batch on both sides; false if something differs or memory is full.
   bool evaluate() {
-    for (const Branch& branch : batch_) {
-      const LeafRequest one = request(branch, branch.reference), two = request(branch, branch.other);
-      if (reference_.submit(0, {&one, 1}) != 1 || other_.submit(0, {&two, 1}) != 1) {
+    for (std::size_t i = 0; i < batch_.size(); ++i) {
+      const LeafRequest one = request(batch_[i], batch_[i].reference),
+                        two = request(batch_[i], batch_[i].other);
+      if (reference_.submit(0, {&one, 1}) != 1 || other_.submit(thread_of(i), {&two, 1}) != 1) {
         found_.difference = "an evaluator takes no more leaves";
         return false;
       }
     }
-    for (const Branch& branch : batch_) {
-      const LeafResult expected = wait(reference_), result = wait(other_);
+    for (std::size_t i = 0; i < batch_.size(); ++i) {
+      const Branch& branch = batch_[i];
+      const LeafResult expected = wait(reference_, 0), result = wait(other_, thread_of(i));
       // How much memory each has is its own affair.
       if (expected.status == Status::kMemoryFull || result.status == Status::kMemoryFull) return false;
       const std::string differs = difference(expected, result);
@@ -144,7 +149,7 @@ class Growth {
 LeafComparison compare_leaves(LeafEvaluator& reference, LeafEvaluator& other, const ScenarioBuffer& root,
                               const SearchSetup& setup, std::size_t leaves, std::uint64_t seed) {
   reference.attach(0);
-  other.attach(0);
+  for (std::size_t thread = 0; thread < other.threads(); ++thread) other.attach(thread);
   const RootResult expected = reference.begin_search(root, setup), result = other.begin_search(root, setup);
   LeafComparison failed;
   if (expected.status != result.status) {

@@ -220,6 +220,7 @@ class Checks {
   LeafComparison compare_leaves_on(int device, int warps, std::size_t scenarios, bool ends,
                                    std::string& error) const {
     constexpr int kDepth = 20, kHorizon = 6;
+    constexpr std::size_t kThreads = 5;  // no divisor of a batch: their shares differ
     const std::size_t steps = 20 * std::size_t{options_.lanes} * options_.steps;  // or so, on the host
     EvaluatorOptions options;
     options.max_scenarios = scenarios;
@@ -228,9 +229,10 @@ class Checks {
     options.in_flight = kMostInFlight;
     options.warps = warps;
     options.device_memory_bytes = kDeviceBytes;
+    const auto reference = instance_.make_evaluator(options);
+    options.threads = kThreads;
     const auto other = model_.device->make_evaluator(instance_.params(), options, device, error);
     if (!other) return {};
-    const auto reference = instance_.make_evaluator(options);
     const auto belief = instance_.make_belief(options_.seed, 1000, BeliefKind::kAuto);
     const auto world = instance_.make_world(options_.seed);
     std::vector<std::int32_t> visible(static_cast<std::size_t>(model_.visible_count) + 1);

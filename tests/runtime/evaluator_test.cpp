@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hypgen/cpu_evaluator.hpp"
+#include "hypgen/leaf_check.hpp"
 #include "test_solvers.hpp"
 
 namespace hypgen::testing {
@@ -137,6 +138,17 @@ TEST_F(EvaluatorTest, ThreadsGiveTheSameRows) {
               0);
   }
   EXPECT_EQ(evaluator_->stats().leaves, 20U * kThreads + 2U);
+}
+
+TEST_F(EvaluatorTest, TreesWithLeavesOfSeveralThreadsAreTheSame) {
+  EvaluatorOptions options{kScenarios, std::size_t{1} << 24, 0.95, 20};
+  options.in_flight = kMostInFlight;
+  const auto one = solver_.instance->make_evaluator(options);
+  options.threads = 5;
+  const auto five = solver_.instance->make_evaluator(options);
+  const LeafComparison found = compare_leaves(*one, *five, scenarios_, setup_, 300, 1);
+  EXPECT_EQ(found.difference, "");
+  EXPECT_GE(found.leaves, 300U);
 }
 
 TEST_F(EvaluatorTest, ServesFewerThreadsWithLittleMemory) {

@@ -18,7 +18,8 @@ struct LeafComparison {
 };
 
 // Grows the same random tree with both, `leaves` of them in batches of random size, and compares every byte
-// of every row. Ends early where memory is full.
+// of every row. The other one's leaves are dealt to all the threads that it serves. Ends early where memory
+// is full.
 LeafComparison compare_leaves(LeafEvaluator& reference, LeafEvaluator& other, const ScenarioBuffer& root,
                               const SearchSetup& setup, std::size_t leaves, std::uint64_t seed);
 
