@@ -37,7 +37,7 @@ std::unique_ptr<LeafEvaluator> make_on_device(const ModelDescriptor& model, cons
 
 bool wants_device(const SolverOptions& options) {
   if (options.device == DeviceKind::kCpu) return false;
-  return options.device == DeviceKind::kCuda || options.planner.mode == Mode::kGpu || options.require_gpu;
+  return options.device == DeviceKind::kCuda || wants_gpu(options.planner.mode) || options.require_gpu;
 }
 
 ChosenEvaluator choose_evaluator(const ModelDescriptor& model, const ModelInstance& instance,

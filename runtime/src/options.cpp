@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kDefaultTime = 0.1;
 constexpr std::uint64_t kMillion = 1000000;
-constexpr std::size_t kGpuInFlight = 64;
+constexpr std::size_t kGpuInFlight = 64, kHypInFlight = 256;
 constexpr std::size_t kMostThreads = 1024;
 
 // An option: what its value must be, and where it goes. Without a metavar it is a switch.
@@ -49,7 +49,8 @@ bool read_integer(const std::string& text, std::uint64_t low, std::uint64_t high
 }
 
 bool read_mode(const std::string& text, Mode& mode) {
-  for (const Mode candidate : {Mode::kDespot, Mode::kParallel, Mode::kGpu, Mode::kRollout, Mode::kDefault}) {
+  for (const Mode candidate :
+       {Mode::kDespot, Mode::kParallel, Mode::kGpu, Mode::kHyp, Mode::kRollout, Mode::kDefault}) {
     if (text == mode_name(candidate)) {
       mode = candidate;
       return true;
@@ -127,18 +128,19 @@ Option mebibytes(const char* name, const char* help, std::size_t& bytes) {
 // A GPU fills memory many times faster.
 std::size_t default_memory(Mode mode) {
   constexpr std::size_t kGibibyte = std::size_t{1} << 30;
-  if (mode != Mode::kGpu) return kGibibyte;
+  if (!wants_gpu(mode)) return kGibibyte;
   const auto machine =
       static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGE_SIZE));
   return std::clamp(machine / 8, kGibibyte, 8 * kGibibyte);
 }
 
 std::size_t default_in_flight(const PlannerOptions& planner) {
+  if (planner.mode == Mode::kHyp) return kHypInFlight;
   return planner.mode == Mode::kGpu ? kGpuInFlight : planner.threads;
 }
 
 std::size_t default_threads(Mode mode) {
-  if (mode != Mode::kParallel) return 1;
+  if (!has_many_threads(mode)) return 1;
   return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMostThreads);
 }
 
@@ -148,9 +150,9 @@ bool complete(SolverOptions& options, std::string& error) {
   PlannerOptions& planner = options.planner;
   if (planner.memory_bytes == 0) planner.memory_bytes = default_memory(planner.mode);
   if (planner.threads == 0 || options.selftest.wanted) planner.threads = default_threads(planner.mode);
-  if (planner.threads > 1 && planner.mode != Mode::kParallel) {
+  if (planner.threads > 1 && !has_many_threads(planner.mode)) {
     error = std::string("--threads: mode ") + mode_name(planner.mode) +
-            " searches with one; mode parallel with several";
+            " searches with one; modes parallel and hyp with several";
     return false;
   }
   if (planner.in_flight == 0) planner.in_flight = default_in_flight(planner);
@@ -167,9 +169,9 @@ std::vector<Option> option_table(SolverOptions& options) {
   return {
       {"--mode", "MODE",
        "despot (regularised DESPOT), parallel (the same by several threads: two runs differ), gpu (on a GPU, "
-       "with many "
-       "trials in flight), rollout (one-ply rollouts) or default (the default policy) (despot)",
-       "despot, parallel, gpu, rollout or default",
+       "with many trials in flight), hyp (HyP-DESPOT: several threads and a GPU), rollout (one-ply rollouts) "
+       "or default (the default policy) (despot)",
+       "despot, parallel, gpu, hyp, rollout or default",
        [&](const std::string& text) { return read_mode(text, planner.mode); }},
       integer("--runs", "N", "episodes to run (10)", 1, kMillion, options.runs),
       integer("--steps", "N", "most steps of an episode (90)", 1, kMillion, options.steps),
@@ -177,19 +179,20 @@ std::vector<Option> option_table(SolverOptions& options) {
              planner.time_limit),
       integer("--trials", "N", "most trials a step; without --time, results repeat exactly (no limit)", 1,
               UINT64_MAX, planner.trial_limit),
-      {"--threads", "N", "threads of mode parallel and of a self-test (one for each core)",
+      {"--threads", "N", "threads of modes parallel and hyp, and of a self-test (one for each core)",
        "an integer from 1 to 1024",
        [&](const std::string& text) {
          return read_integer(text, 1, kMostThreads, planner.threads) &&
                 read_integer(text, 1, kMostThreads, selftest.threads);
        }},
-      integer("--in-flight", "F",
-              "trials at a time, at least one a thread (64 in mode gpu, otherwise one a thread)", 1, 4096,
-              planner.in_flight),
+      integer(
+          "--in-flight", "F",
+          "trials at a time, at least one a thread (64 in mode gpu, 256 in mode hyp, otherwise one a thread)",
+          1, 4096, planner.in_flight),
       number("--observation-loss", "C", "how far trials in flight keep apart, of the root's gap (1)", 0.0,
              1e3, planner.observation_loss),
       {"--device", "DEVICE",
-       "where leaves are expanded: auto (a GPU in mode gpu), cpu, cuda or cuda:N (auto)",
+       "where leaves are expanded: auto (a GPU in modes gpu and hyp), cpu, cuda or cuda:N (auto)",
        "auto, cpu, cuda or cuda:N",
        [&](const std::string& text) { return read_device(text, options.device, options.device_index); }},
       toggle("--require-gpu", "end with an error rather than plan on the CPU", options.require_gpu),
@@ -206,7 +209,8 @@ std::vector<Option> option_table(SolverOptions& options) {
        "auto, factored or particle",
        [&](const std::string& text) { return read_belief(text, options.belief); }},
       integer("--particles", "N", "particles of the belief (5000)", 1, 10 * kMillion, options.particles),
-      mebibytes("--memory", "memory of a search in MiB (1024; in mode gpu an eighth of what the machine has)",
+      mebibytes("--memory",
+                "memory of a search in MiB (1024; in modes gpu and hyp an eighth of what the machine has)",
                 planner.memory_bytes),
       mebibytes("--device-memory", "memory on the GPU in MiB (half of what is free, at most 8192)",
                 planner.device_memory_bytes),
@@ -243,6 +247,8 @@ const char* mode_name(Mode mode) {
       return "parallel";
     case Mode::kGpu:
       return "gpu";
+    case Mode::kHyp:
+      return "hyp";
     case Mode::kRollout:
       return "rollout";
     case Mode::kDefault:

@@ -25,11 +25,12 @@ namespace hypgen::testing {
 namespace {
 
 TEST(Allocation, NoneInASearch) {
-  for (const Mode mode : {Mode::kDespot, Mode::kParallel, Mode::kGpu, Mode::kRollout, Mode::kDefault}) {
+  for (const Mode mode :
+       {Mode::kDespot, Mode::kParallel, Mode::kGpu, Mode::kHyp, Mode::kRollout, Mode::kDefault}) {
     PlannerOptions options = trials(50);
     options.mode = mode;
-    options.threads = mode == Mode::kParallel ? 3 : 1;
-    options.in_flight = mode == Mode::kGpu ? 16 : options.threads;
+    options.threads = has_many_threads(mode) ? 3 : 1;
+    options.in_flight = wants_gpu(mode) ? 16 : options.threads;
     Solver solver(rock_sample_descriptor<4, 3>(), options);
     const long before = allocations;
     const Decision decision = solver.plan();

@@ -87,7 +87,7 @@ TEST(Options, NamesWhatIsWrong) {
   EXPECT_EQ(error_of({"--seed", "-1"}), "--seed: bad value \"-1\"; expected an integer from 0 (64 bits)");
   EXPECT_EQ(error_of({"--time", "0"}), "--time: bad value \"0\"; expected a number from 0.0001 to 1e+06");
   EXPECT_EQ(error_of({"--mode", "fast"}),
-            "--mode: bad value \"fast\"; expected despot, parallel, gpu, rollout or default");
+            "--mode: bad value \"fast\"; expected despot, parallel, gpu, hyp, rollout or default");
   EXPECT_EQ(error_of({"--quiet=1"}), "--quiet takes no value");
   for (const char* bad : {"-1", "1x", "", "nan", "1e9"}) EXPECT_NE(error_of({"--time", bad}), "");
   EXPECT_NE(error_of({"--xi", "1.5"}), "");

@@ -13,9 +13,13 @@ enum class Mode {
   kDespot,    // regularised DESPOT
   kParallel,  // the same by several threads
   kGpu,       // by one, with many trials in flight, on a GPU
+  kHyp,       // by several, on a GPU: HyP-DESPOT
   kRollout,   // one-ply rollouts of the default policy, sequential halving over the actions
   kDefault,   // the default policy alone
 };
+
+constexpr bool wants_gpu(Mode mode) { return mode == Mode::kGpu || mode == Mode::kHyp; }
+constexpr bool has_many_threads(Mode mode) { return mode == Mode::kParallel || mode == Mode::kHyp; }
 
 struct PlannerOptions {
   Mode mode = Mode::kDespot;
