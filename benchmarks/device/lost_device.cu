@@ -39,7 +39,7 @@ int main() {
   options.time_limit = 0.3;
   options.scenarios = 200;
   options.in_flight = 64;
-  const EvaluatorOptions evaluating = evaluator_options(options, model.discount);
+  const EvaluatorOptions evaluating = evaluator_options(options, model);
   const auto& params = *static_cast<const Model::Params*>(instance->params());
   auto evaluator = cuda::CudaEvaluator<Model>::make(params, evaluating, 0, error);
   require(evaluator != nullptr, error.c_str());

@@ -29,8 +29,8 @@ std::unique_ptr<LeafEvaluator> make_on_device(const ModelDescriptor& model, cons
     problem = "no GPU with number " + std::to_string(index) + " that this solver has code for";
     return nullptr;
   }
-  return model.device->make_evaluator(instance.params(), evaluator_options(options.planner, model.discount),
-                                      index, problem);
+  return model.device->make_evaluator(instance.params(), evaluator_options(options.planner, model), index,
+                                      problem);
 }
 
 }  // namespace
@@ -53,7 +53,7 @@ ChosenEvaluator choose_evaluator(const ModelDescriptor& model, const ModelInstan
   } else if (options.require_gpu) {
     chosen.problem = "--require-gpu and --device cpu contradict each other";
   }
-  chosen.evaluator = instance.make_evaluator(evaluator_options(options.planner, model.discount));
+  chosen.evaluator = instance.make_evaluator(evaluator_options(options.planner, model));
   return chosen;
 }
 

@@ -9,8 +9,21 @@ namespace hypgen {
 
 namespace {
 
-// Of the memory: the evaluator keeps states and child rows, the tree everything else.
-std::size_t evaluator_bytes(const PlannerOptions& options) { return options.memory_bytes / 8 * 5; }
+// Of the memory: the evaluator keeps states and rows, the tree everything else. They share it as an expansion
+// takes it: two groups an action, of which a search looks at two, or with regularisation at all; on the host
+// a fifth of the scenarios (RockSample(7,8) fills both at about the same time).
+std::size_t evaluator_bytes(const PlannerOptions& options, int action_count) {
+  constexpr std::size_t kGroups = 2, kLookedAt = 2, kMemberBytes = 10;
+  const bool is_regularised = options.pruning > 0.0;
+  const auto actions = static_cast<std::size_t>(action_count);
+  const std::size_t tables = is_regularised ? actions : std::min(actions, kLookedAt);
+  const std::size_t tree = Expansion::bytes(actions, is_regularised ? 2 : 1) + sizeof(Node) +
+                           tables * (sizeof(ActionTable) + kGroups * sizeof(Child));
+  const std::size_t rows = actions * (sizeof(ActionRow) + kGroups * sizeof(ChildRow));
+  const std::size_t members = options.mode == Mode::kGpu ? 0 : options.scenarios / 5 * kMemberBytes;
+  const std::size_t evaluator = rows + members;
+  return options.memory_bytes / (evaluator + tree) * evaluator;
+}
 
 // Rollout mode's first look at what a rollout costs, where time is limited.
 constexpr std::size_t kProbeScenarios = 16;
@@ -23,9 +36,15 @@ Clock::time_point deadline_after(double seconds) {
 
 }  // namespace
 
-EvaluatorOptions evaluator_options(const PlannerOptions& options, double discount) {
-  return {options.scenarios, evaluator_bytes(options),    discount, options.depth,
-          options.in_flight, options.device_memory_bytes, 0,        options.threads};
+EvaluatorOptions evaluator_options(const PlannerOptions& options, const ModelDescriptor& model) {
+  return {options.scenarios,
+          evaluator_bytes(options, model.action_count),
+          model.discount,
+          options.depth,
+          options.in_flight,
+          options.device_memory_bytes,
+          0,
+          options.threads};
 }
 
 Planner::Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor& model,
@@ -33,8 +52,8 @@ Planner::Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor
     : evaluator_(std::move(evaluator)),
       options_(options),
       horizon_(model.horizon),
-      search_(options, {options.memory_bytes - evaluator_bytes(options), options.depth, model.discount,
-                        options.pruning, std::min(options.threads, evaluator_->threads())}),
+      search_(options, {options.memory_bytes - evaluator_bytes(options, model.action_count), options.depth,
+                        model.discount, options.pruning, std::min(options.threads, evaluator_->threads())}),
       leaf_sizes_(options.scenarios + 1) {
   candidates_.reserve(static_cast<std::size_t>(model.action_count));
   actions_.reserve(static_cast<std::size_t>(model.action_count));

@@ -254,7 +254,7 @@ class Checks {
   bool check_search(int device, std::size_t in_flight) {
     Outcome outcome{"search " + std::to_string(device), std::to_string(in_flight) + " at once", 0, 0, ""};
     const PlannerOptions planning = search_options(in_flight);
-    const EvaluatorOptions options = evaluator_options(planning, model_.discount);
+    const EvaluatorOptions options = evaluator_options(planning, model_);
     auto evaluator = model_.device->make_evaluator(instance_.params(), options, device, outcome.remark);
     if (evaluator) {
       const auto expected = trees(planning, instance_.make_evaluator(options), outcome.steps);

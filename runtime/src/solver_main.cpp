@@ -50,7 +50,7 @@ std::unique_ptr<LeafEvaluator> cpu_fallback(const ModelDescriptor& model, const 
     return nullptr;
   }
   try {
-    auto made = instance.make_evaluator(evaluator_options(options.planner, model.discount));
+    auto made = instance.make_evaluator(evaluator_options(options.planner, model));
     complain(model, lost + "; planning on the CPU", kDone);
     return made;
   } catch (const std::bad_alloc&) {

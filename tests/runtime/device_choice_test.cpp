@@ -96,7 +96,9 @@ TEST_F(DeviceChoice, PlansGoOnWithoutTheDevice) {
 
   PlannerOptions options = trials(50);
   std::string error;
-  const auto evaluator = [&] { return solver_.instance->make_evaluator(evaluator_options(options, 0.95)); };
+  const auto evaluator = [&] {
+    return solver_.instance->make_evaluator(evaluator_options(options, solver_.model));
+  };
   Planner planner(std::make_unique<MockEvaluator>(evaluator(), Mischief{1, 5, Status::kDeviceLost}),
                   solver_.model, options);
   planner.prepare(*solver_.belief);

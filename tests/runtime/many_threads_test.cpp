@@ -69,7 +69,7 @@ class WatchingEvaluator final : public LeafEvaluator {
 // Plans with a mock between the planner and the CPU's evaluator.
 Decision plan(const ModelDescriptor& model, const PlannerOptions& options, const Mischief& mischief) {
   const Solver solver(model, options);
-  auto inner = solver.instance->make_evaluator(evaluator_options(options, solver.model.discount));
+  auto inner = solver.instance->make_evaluator(evaluator_options(options, solver.model));
   Planner planner(std::make_unique<MockEvaluator>(std::move(inner), mischief), solver.model, options);
   planner.prepare(*solver.belief);
   return checked_plan(planner, *solver.belief, 0);
@@ -111,7 +111,7 @@ TEST(ManyThreads, BoundsAreMonotoneWhileTheySearch) {
   const PlannerOptions options = by_threads(4, 8, 500);
   const Solver solver(rock_sample_descriptor<4, 3>(), options);
   auto watching = std::make_unique<WatchingEvaluator>(
-      solver.instance->make_evaluator(evaluator_options(options, solver.model.discount)));
+      solver.instance->make_evaluator(evaluator_options(options, solver.model)));
   WatchingEvaluator& evaluator = *watching;
   Planner planner(std::move(watching), solver.model, options);
   evaluator.watch(planner.tree());

@@ -52,7 +52,7 @@ TEST(NoLock, ThreadsThatSearchNeverCallFutex) {
   PlannerOptions options = trials(20000);
   options.threads = options.in_flight = kThreads;
   const Solver solver(rock_sample_descriptor<4, 3>(), options);
-  const auto evaluator = solver.instance->make_evaluator(evaluator_options(options, 0.95));
+  const auto evaluator = solver.instance->make_evaluator(evaluator_options(options, solver.model));
   ScenarioBuffer scenarios;
   solver.belief->reserve(scenarios, options.scenarios);
   const SearchSetup setup{derive(0, StreamKind::kPlan, 0), options.depth, false, Clock::time_point::max()};

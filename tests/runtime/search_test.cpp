@@ -19,7 +19,7 @@ PlannerOptions flying(std::size_t in_flight, std::uint64_t count = 300) {
 // Plans for RockSample with a mock between the planner and the CPU's evaluator.
 Decision plan(const PlannerOptions& options, const Mischief& mischief) {
   const Solver solver(rock_sample_descriptor<4, 3>(), options);
-  auto inner = solver.instance->make_evaluator(evaluator_options(options, solver.model.discount));
+  auto inner = solver.instance->make_evaluator(evaluator_options(options, solver.model));
   Planner planner(std::make_unique<MockEvaluator>(std::move(inner), mischief), solver.model, options);
   planner.prepare(*solver.belief);
   return checked_plan(planner, *solver.belief, 0);
@@ -80,7 +80,7 @@ TEST(Search, FailuresEndItWithALegalAction) {
 TEST(Search, ALostDeviceIsToldBeforeCrossedBounds) {
   const PlannerOptions options = trials(10);
   const Solver solver(mishaps_descriptor(-1.0, 9), options);
-  auto inner = solver.instance->make_evaluator(evaluator_options(options, 1.0));
+  auto inner = solver.instance->make_evaluator(evaluator_options(options, solver.model));
   Planner planner(std::make_unique<MockEvaluator>(std::move(inner), Mischief{1, 0, Status::kDeviceLost}),
                   solver.model, options);
   planner.prepare(*solver.belief);
@@ -104,7 +104,7 @@ TEST(Search, SilenceEndsAtTheDeadline) {
 TEST(Search, TakesNoLeafAfterTheDeadline) {
   const PlannerOptions options = flying(7);
   const Solver solver(rock_sample_descriptor<4, 3>(), options);
-  const auto evaluator = solver.instance->make_evaluator(evaluator_options(options, 0.95));
+  const auto evaluator = solver.instance->make_evaluator(evaluator_options(options, solver.model));
   ScenarioBuffer scenarios;
   solver.belief->reserve(scenarios, options.scenarios);
   SearchSetup setup{derive(0, StreamKind::kPlan, 0), options.depth, false, Clock::time_point::max()};
@@ -124,7 +124,7 @@ TEST(Search, BoundsAreSumsOfThoseBelow) {
       PlannerOptions options = flying(in_flight, 1000);
       options.pruning = pruning;
       const Solver solver(rock_sample_descriptor<4, 3>(), options);
-      const auto evaluator = solver.instance->make_evaluator(evaluator_options(options, 0.95));
+      const auto evaluator = solver.instance->make_evaluator(evaluator_options(options, solver.model));
       ScenarioBuffer scenarios;
       solver.belief->reserve(scenarios, options.scenarios);
       const SearchSetup setup{derive(0, StreamKind::kPlan, 0), options.depth, false,

@@ -68,7 +68,7 @@ struct Solver {
         instance(model.create(ParamValues(model.params), error)),
         belief(instance->make_belief(options.seed, particles, kind)),
         world(instance->make_world(options.seed)),
-        planner(instance->make_evaluator(evaluator_options(options, model.discount)), model, options) {
+        planner(instance->make_evaluator(evaluator_options(options, model)), model, options) {
     std::vector<std::int32_t> visible(static_cast<std::size_t>(model.visible_count) + 1);
     world->reset(0);
     world->export_visible(visible.data());

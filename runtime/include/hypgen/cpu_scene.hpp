@@ -69,6 +69,11 @@ struct CpuScratch {
     return {std::min(most, scenarios + more), all_steps};
   }
 
+  std::size_t bytes(const EvaluatorOptions& options) const {
+    return least_bytes(options) + (outcomes - options.max_scenarios) * kOutcome +
+           DrawCache::bytes(options.max_scenarios, cached_steps);
+  }
+
   static std::size_t least_bytes(const EvaluatorOptions& options) {
     constexpr std::size_t kGroupingSlots = 4;  // a scenario, at most
     constexpr std::size_t kScenario = sizeof(CpuMember<M>) + kOutcome + sizeof(std::int64_t) +
@@ -87,6 +92,7 @@ struct CpuScene {
   const typename M::Params& params;
   EvaluatorOptions options;
   std::size_t threads;                   // that have a worker
+  CpuScratch<M> scratch;                 // of each
   std::vector<typename M::Fixed> fixed;  // of the root's scenarios
   ChunkPool pool;                        // nodes, and rows of leaves
   SearchSetup setup{};
@@ -95,16 +101,20 @@ struct CpuScene {
   CpuScene(const typename M::Params& model_params, const EvaluatorOptions& evaluator_options)
       : params(model_params),
         options(evaluator_options),
-        threads(std::clamp<std::size_t>(scratch_bytes() / CpuScratch<M>::least_bytes(options), 1,
+        threads(std::clamp<std::size_t>(most_scratch() / CpuScratch<M>::least_bytes(options), 1,
                                         std::max<std::size_t>(1, options.threads))),
+        scratch(CpuScratch<M>::within(most_scratch() / threads, options)),
         fixed(options.max_scenarios),
-        pool(std::max(options.memory_bytes - scratch_bytes(), root_bytes()), threads) {}
-
-  CpuScratch<M> scratch() const { return CpuScratch<M>::within(scratch_bytes() / threads, options); }
+        pool(pool_bytes(), threads) {}
 
  private:
   // Of all workers.
-  std::size_t scratch_bytes() const { return options.memory_bytes / 4; }
+  std::size_t most_scratch() const { return options.memory_bytes / 4; }
+
+  std::size_t pool_bytes() const {
+    const std::size_t apart = std::min(most_scratch(), threads * scratch.bytes(options));
+    return std::max(options.memory_bytes - apart, root_bytes());
+  }
 
   // The root can always be expanded.
   std::size_t root_bytes() const {

@@ -19,7 +19,26 @@ namespace hypgen {
 template <class M>
 class CpuWorker {
  public:
-  explicit CpuWorker(CpuScene<M>& scene) : CpuWorker(scene, scene.scratch()) {}
+  explicit CpuWorker(CpuScene<M>& scene)
+      : scene_(scene),
+        params_(scene.params),
+        fixed_(scene.fixed),
+        cursor_(scene.pool),
+        members_(scene.options.max_scenarios),
+        baseline_(scene.options.max_scenarios),
+        outcomes_(scene.scratch.outcomes),
+        grouping_(scene.options.max_scenarios),
+        cache_(scene.options.max_scenarios, scene.scratch.cached_steps),
+        rollout_(params_, cache_, scene.options.discount, scene.options.max_depth),
+        child_rows_(M::kActionCount * scene.options.max_scenarios) {
+    legal_.reserve(M::kActionCount);
+    action_rows_.reserve(M::kActionCount);
+    gains_.reserve(M::kActionCount);
+    if (M::kHasHistory) {
+      after_.reserve(outcomes_.size());
+      after_of_.resize(outcomes_.size());
+    }
+  }
 
   CpuWorker(const CpuWorker&) = delete;
   CpuWorker& operator=(const CpuWorker&) = delete;
@@ -61,27 +80,6 @@ class CpuWorker {
   using Member = CpuMember<M>;
   using Node = CpuNode<M>;
   using Outcome = CpuOutcome<M>;
-
-  CpuWorker(CpuScene<M>& scene, const CpuScratch<M>& scratch)
-      : scene_(scene),
-        params_(scene.params),
-        fixed_(scene.fixed),
-        cursor_(scene.pool),
-        members_(scene.options.max_scenarios),
-        baseline_(scene.options.max_scenarios),
-        outcomes_(scratch.outcomes),
-        grouping_(scene.options.max_scenarios),
-        cache_(scene.options.max_scenarios, scratch.cached_steps),
-        rollout_(params_, cache_, scene.options.discount, scene.options.max_depth),
-        child_rows_(M::kActionCount * scene.options.max_scenarios) {
-    legal_.reserve(M::kActionCount);
-    action_rows_.reserve(M::kActionCount);
-    gains_.reserve(M::kActionCount);
-    if (M::kHasHistory) {
-      after_.reserve(outcomes_.size());
-      after_of_.resize(outcomes_.size());
-    }
-  }
 
   SearchDraws draws(std::uint32_t scenario, int depth) {
     return SearchDraws(cache_, scenario, static_cast<std::uint32_t>(depth));

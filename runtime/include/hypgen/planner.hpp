@@ -87,6 +87,6 @@ class Planner {
 };
 
 // Options for the evaluator of a planner.
-EvaluatorOptions evaluator_options(const PlannerOptions& options, double discount);
+EvaluatorOptions evaluator_options(const PlannerOptions& options, const ModelDescriptor& model);
 
 }  // namespace hypgen
