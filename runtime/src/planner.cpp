@@ -20,7 +20,7 @@ std::size_t evaluator_bytes(const PlannerOptions& options, int action_count) {
   const std::size_t tree = Expansion::bytes(actions, is_regularised ? 2 : 1) + sizeof(Node) +
                            tables * (sizeof(ActionTable) + kGroups * sizeof(Child));
   const std::size_t rows = actions * (sizeof(ActionRow) + kGroups * sizeof(ChildRow));
-  const std::size_t members = options.mode == Mode::kGpu ? 0 : options.scenarios / 5 * kMemberBytes;
+  const std::size_t members = wants_gpu(options.mode) ? 0 : options.scenarios / 5 * kMemberBytes;
   const std::size_t evaluator = rows + members;
   return options.memory_bytes / (evaluator + tree) * evaluator;
 }

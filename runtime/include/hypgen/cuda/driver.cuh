@@ -121,15 +121,15 @@ class BatchDriver {
   // batch; or the device is idle, and no thread is about to read a result, after which it would send more.
   void launch_what_waits() {
     const std::size_t waiting = rings_.waiting();
-    if (waiting == 0) return;
     Flight* free = nullptr;
     bool device_works = false;
     for (Flight& flight : flights_) {
       device_works |= flight.slot.running();
       if (!flight.slot.running() && free == nullptr) free = &flight;
     }
+    if (waiting == 0 || device_works) held_back_since_ = {};
     const bool enough = 2 * waiting >= std::min<std::size_t>(in_flight_, 2 * kMaxLeaves);
-    if (free == nullptr || (!enough && (device_works || is_held_back()))) return;
+    if (waiting == 0 || free == nullptr || (!enough && (device_works || is_held_back()))) return;
     held_back_since_ = {};
     fill_and_launch(*free);
   }
