@@ -125,7 +125,8 @@ std::vector<std::uint64_t> Planner::leaf_sizes() {
   return sum;
 }
 
-EvaluatorStats Planner::evaluator_stats() const {
+EvaluatorStats Planner::evaluator_stats() {
+  search_.park(Clock::time_point::max());
   EvaluatorStats stats = past_stats_;
   if (evaluator_) stats.add(evaluator_->stats());
   return stats;

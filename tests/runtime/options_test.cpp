@@ -73,7 +73,7 @@ TEST(Options, ThreadsHaveATrialEach) {
   ASSERT_TRUE(parse({"--mode", "despot"}, options, error));
   EXPECT_EQ(options.planner.threads, 1U);
   EXPECT_EQ(error_of({"--mode", "gpu", "--threads", "2"}),
-            "--threads: mode gpu searches with one; mode parallel with several");
+            "--threads: mode gpu searches with one; modes parallel and hyp with several");
   EXPECT_NE(error_of({"--mode", "parallel", "--threads", "0"}), "");
   ASSERT_TRUE(parse({"--selftest", "--threads", "3"}, options, error));
   EXPECT_EQ(options.selftest.threads, 3);

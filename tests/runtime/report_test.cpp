@@ -66,6 +66,18 @@ TEST(JsonLines, TellTheWholeRun) {
   EXPECT_NEAR(lines.back()["discounted_return"].get<double>(), total / 2, 1e-12);
 }
 
+TEST(JsonLines, TellHowManyThreadsSearched) {
+  const std::string file = ::testing::TempDir() + "threads.jsonl";
+  ASSERT_EQ(solve(testing::tiger_descriptor(), {"--mode", "parallel", "--threads", "3", "--runs", "1",
+                                                "--steps", "2", "--trials", "20", "--quiet", "--json", file}),
+            0);
+  const std::vector<nlohmann::json> lines = json_lines(file);
+  EXPECT_EQ(lines[0]["threads"], 3);
+  EXPECT_EQ(lines[0]["in_flight"], 3);
+  EXPECT_EQ(lines[1]["trials"], 20);
+  EXPECT_EQ(lines[1]["late_threads"], 0);
+}
+
 TEST(SolverMain, ExitCodesTellMistakesApart) {
   const ModelDescriptor model = testing::tiger_descriptor();
   EXPECT_EQ(solve(model, {"--bogus"}), 2);

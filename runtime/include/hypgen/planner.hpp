@@ -45,8 +45,9 @@ class Planner {
   // As the last plan's search has left it.
   const Tree& tree() const { return search_.tree(); }
 
-  // What its evaluators have done so far.
-  EvaluatorStats evaluator_stats() const;
+  // What its evaluators have done so far. Waits for threads that the last plan left behind, as does
+  // `leaf_sizes`.
+  EvaluatorStats evaluator_stats();
 
  private:
   // An action's gains over the default policy's action, in rollout mode.
