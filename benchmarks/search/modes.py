@@ -16,7 +16,7 @@ from statistics import fmean
 from typing import Any
 
 COLUMNS = (
-    "mode", "threads", "in flight", "expansions/s", "nodes/s", "trials/s", "depth", "scenarios a leaf",
+    "mode", "threads", "in flight", "expansions/s", "nodes/s made", "trials/s", "depth", "scenarios a leaf",
     "simulations/s", "leaves a batch", "GPU busy", "waiting", "collisions", "searches end with",
 )  # fmt: skip
 
@@ -54,12 +54,12 @@ def row(mode: str, lines: list[dict[str, Any]]) -> list[str]:
     waiting = fmean(step["waiting_seconds"] / step["search_seconds"] for step in steps)
     return [
         mode, str(run["threads"]), str(run["in_flight"]),
-        rate("expansions"), rate("nodes"), rate("trials"), str(max(step["max_depth"] for step in steps)),
+        rate("expansions"), rate("children"), rate("trials"), str(max(step["max_depth"] for step in steps)),
         f"{sum(step['leaf_scenarios'] for step in steps) / max(1, expansions):.1f}",
         f"{fmean(step['simulations'] / step['search_seconds'] for step in steps):.2g}",
         f"{summary['leaves_a_batch']:.1f}" if has_gpu else "",
         f"{summary['seconds_kernels'] / searched:.0%}" if has_gpu else "",
-        f"{waiting:.0%}", f"{sum(step.get('collisions', 0) for step in steps) / max(1, expansions):.3f}",
+        f"{waiting:.0%}", f"{sum(step['collisions'] for step in steps) / max(1, expansions):.3f}",
         ", ".join(sorted({step["status"] for step in steps})),
     ]  # fmt: skip
 

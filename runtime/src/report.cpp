@@ -1,5 +1,6 @@
 #include "hypgen/report.hpp"
 
+#include <algorithm>
 #include <cstdarg>
 #include <cstdio>
 
@@ -48,7 +49,11 @@ std::string thread_row(const RunTotals& totals) {
                                ? ""
                                : format("; in %llu searches some were late",
                                         static_cast<unsigned long long>(totals.late_searches));
-  return row("threads", format("%zu, %zu trials in flight", totals.threads, totals.in_flight) + late);
+  const double collisions = static_cast<double>(totals.collisions) /
+                            static_cast<double>(std::max<std::uint64_t>(1, totals.expansions));
+  return row("threads", format("%zu, %zu trials in flight, %.3f collisions an expansion", totals.threads,
+                               totals.in_flight, collisions) +
+                            late);
 }
 
 }  // namespace
@@ -62,6 +67,8 @@ void RunTotals::add(const StepRecord& step) {
   trials += decision.trials;
   expansions += decision.expansions;
   nodes += decision.nodes;
+  children += decision.children;
+  collisions += decision.collisions;
   simulations += decision.simulations;
   leaf_scenarios += decision.leaf_scenarios;
   late_searches += decision.late_threads > 0;

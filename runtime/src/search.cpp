@@ -58,6 +58,8 @@ void Search::add_counts(Decision& decision) const {
     decision.trials += counts.trials;
     decision.expansions += counts.expansions;
     decision.leaf_scenarios += counts.leaf_scenarios;
+    decision.children += counts.children;
+    decision.collisions += counts.collisions;
     decision.simulations += counts.simulations;
     decision.max_depth = std::max(decision.max_depth, counts.max_depth);
     decision.nodes += shared_.tree.nodes(i);

@@ -34,6 +34,7 @@ void count_expansion(const LeafResult& leaf, int depth, Decision& decision,
   ++decision.expansions;
   ++leaf_sizes[leaf.count];
   decision.leaf_scenarios += leaf.count;
+  decision.children += leaf.children.size();
   decision.simulations += std::uint64_t{leaf.count} * leaf.actions.size();
   decision.max_depth = std::max(decision.max_depth, depth);
 }
@@ -229,6 +230,7 @@ SearchThread::Progress SearchThread::walk(Node* node, bool has_expanded) {
   while (true) {
     const Branch branch = choose(*node, rule);
     if (branch.kind == Branch::kClosed) {
+      ++counts_.collisions;
       tree_.leave(*node);
       node = node->parent;
       if (node == nullptr) return Progress::kBackedOut;
@@ -258,6 +260,7 @@ SearchThread::Progress SearchThread::walk(Node* node, bool has_expanded) {
       push({next, true});
       return Progress::kRequested;
     } else {
+      ++counts_.collisions;
       tree_.leave(*next);  // another thread has it
     }
   }

@@ -51,7 +51,9 @@ struct Decision {
   double upper = 0.0;
   std::uint64_t trials = 0;
   std::uint64_t expansions = 0;
-  std::uint64_t nodes = 0;
+  std::uint64_t nodes = 0;           // that trials visited
+  std::uint64_t children = 0;        // of expanded nodes, visited or not
+  std::uint64_t collisions = 0;      // times a trial met a leaf that another had in expansion, and turned
   std::uint64_t simulations = 0;     // steps of expansions: scenarios times legal actions
   std::uint64_t leaf_scenarios = 0;  // summed over expansions
   std::uint64_t crossed = 0;         // groups whose bounds crossed

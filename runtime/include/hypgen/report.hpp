@@ -21,6 +21,8 @@ struct RunTotals {
   std::uint64_t trials = 0;
   std::uint64_t expansions = 0;
   std::uint64_t nodes = 0;
+  std::uint64_t children = 0;
+  std::uint64_t collisions = 0;
   std::uint64_t simulations = 0;
   std::uint64_t leaf_scenarios = 0;
   std::uint64_t signature = 0;
