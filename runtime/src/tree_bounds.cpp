@@ -26,8 +26,9 @@ ActionChoice Tree::next_action(const Node& node, const ActionChoice& last) const
 }
 
 // Sets `best` and `largest`. A scan counts for nothing if what it found has fallen, as who lowered it may
-// have read the `best` before; nor if a bound has risen since it began. Who raises `largest` scans once more:
-// that bound may have fallen again before, seen by somebody who found `largest` right.
+// have read the `best` before; nor if `largest` was changed or a bound has risen since it began (changed and
+// changed back, `largest` would not show it). Who raises `largest` scans once more: that bound may have
+// fallen again before, seen by somebody who found `largest` right.
 void Tree::find_best(Expansion& expansion) const {
   if (expansion.action_count == 0) return;
   while (true) {
@@ -36,7 +37,7 @@ void Tree::find_best(Expansion& expansion) const {
     const Largest found = largest(expansion.uppers(), expansion.action_count);
     expansion.best.store(found.place);
     if (expansion.uppers()[found.place].load() < found.value) continue;
-    if (found.value != before && !expansion.largest.compare_exchange_strong(before, found.value)) continue;
+    if (!expansion.largest.compare_exchange_strong(before, found.value)) continue;
     if (found.value <= before && expansion.rises.load() == rises) return;
   }
 }
