@@ -5,6 +5,7 @@
 
 #include "hypgen/model.hpp"
 #include "hypgen/planner.hpp"
+#include "hypgen/search_counts.hpp"
 
 namespace hypgen {
 
@@ -65,8 +66,11 @@ bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_poin
   LeafResult leaf;
   decision.status = evaluate({0, kNoHandle, 0, 0, static_cast<std::uint32_t>(batch), 0, actions_}, leaf);
   if (decision.status != Status::kOk) return false;
-  count_expansion(leaf, 0, decision, leaf_sizes_);
-  ++decision.trials;
+  SearchCounts counts;
+  counts.trials.add(1);
+  counts.add_expansion(leaf, 0);
+  counts.add_to(decision);
+  ++leaf_sizes_[leaf.count];
   take_gains(leaf);
   const double rollouts = static_cast<double>(batch) * static_cast<double>(leaf.actions.size() + 1);
   rollout_seconds_ = std::chrono::duration<double>(Clock::now() - start).count() / rollouts;

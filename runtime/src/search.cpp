@@ -48,26 +48,14 @@ void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchS
   decision.tree_seconds = seconds_since(start_time) - decision.waiting_seconds;
 }
 
-// Of all threads but those that are late.
+// Of late threads too, as far as they have come.
 void Search::add_counts(Decision& decision) const {
-  double waiting = 0.0;
-  std::size_t threads = 0;
   for (std::size_t i = 0; i < shared_.threads.size(); ++i) {
-    if (!shared_.threads[i]->has_ended()) continue;
-    const Decision& counts = shared_.threads[i]->counts();
-    decision.trials += counts.trials;
-    decision.expansions += counts.expansions;
-    decision.leaf_scenarios += counts.leaf_scenarios;
-    decision.children += counts.children;
-    decision.collisions += counts.collisions;
-    decision.simulations += counts.simulations;
-    decision.max_depth = std::max(decision.max_depth, counts.max_depth);
+    shared_.threads[i]->counts().add_to(decision);
     decision.nodes += shared_.tree.nodes(i);
     decision.crossed += shared_.tree.crossed(i);
-    waiting += counts.waiting_seconds;
-    ++threads;
   }
-  decision.waiting_seconds = waiting / static_cast<double>(threads);
+  decision.waiting_seconds /= static_cast<double>(shared_.threads.size());
 }
 
 void Search::add_leaf_sizes(std::vector<std::uint64_t>& leaf_sizes) {

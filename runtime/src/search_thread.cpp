@@ -14,10 +14,6 @@ namespace {
 constexpr unsigned kLongestPause = 64;  // in instructions; a thread that pauses longer yields its core
 constexpr unsigned kActivityBits = 16;
 
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 void relax_core() {
 #if defined(__x86_64__) || defined(__i386__)
   _mm_pause();
@@ -28,16 +24,6 @@ void relax_core() {
 bool is_grave(Status status) { return is_failure(status) || status == Status::kDeviceLost; }
 
 }  // namespace
-
-void count_expansion(const LeafResult& leaf, int depth, Decision& decision,
-                     std::vector<std::uint64_t>& leaf_sizes) {
-  ++decision.expansions;
-  ++leaf_sizes[leaf.count];
-  decision.leaf_scenarios += leaf.count;
-  decision.children += leaf.children.size();
-  decision.simulations += std::uint64_t{leaf.count} * leaf.actions.size();
-  decision.max_depth = std::max(decision.max_depth, depth);
-}
 
 void SharedSearch::begin(LeafEvaluator& leaf_evaluator, const RootResult& root,
                          const SearchSetup& search_setup) {
@@ -92,7 +78,6 @@ void SearchThread::reset() {
   rest_ = 0;
   pauses_ = 0;
   activity_.store(0, std::memory_order_relaxed);
-  has_ended_.store(false, std::memory_order_relaxed);
 }
 
 void SearchThread::expand_root() {
@@ -114,7 +99,6 @@ void SearchThread::run() {
   // A thread without a trial to start does not end what others do.
   if (status != Status::kTrialLimit) shared_.stop(status);
   abandon();
-  has_ended_.store(true, std::memory_order_release);
 }
 
 Status SearchThread::advance() {
@@ -132,7 +116,7 @@ Status SearchThread::start_trial() {
     return Status::kOk;
   }
   if (!shared_.take_trial()) return Status::kOk;
-  ++counts_.trials;
+  counts_.trials.add(1);
   publish(waiting_ + 1);
   tree_.enter(tree_.root());
   const Progress progress = walk(&tree_.root(), false);
@@ -154,7 +138,7 @@ Status SearchThread::start_trial() {
 // Others have all there is to do at the moment. Were such trials to count, threads beside a long leaf would
 // use up a limit in no time.
 Status SearchThread::undo_trial() {
-  --counts_.trials;
+  counts_.trials.set(counts_.trials.get() - 1);
   shared_.give_trial_back();
   publish(0);
   idle();
@@ -184,7 +168,8 @@ Status SearchThread::expand_oldest(Node*& node) {
   if (leaf.status != Status::kOk) return leaf.status;
   if (leaf.ticket != node->number) return Status::kEvaluatorFailed;
   if (!tree_.expand(number_, *node, leaf)) return Status::kMemoryFull;
-  count_expansion(leaf, node->depth, counts_, leaf_sizes_);
+  counts_.add_expansion(leaf, node->depth);
+  ++leaf_sizes_[leaf.count];
   return Status::kOk;
 }
 
@@ -206,7 +191,7 @@ Status SearchThread::wait(LeafResult& leaf) {
     if (shared_.threads.size() > 1) pause();
   }
   pauses_ = 0;
-  counts_.waiting_seconds += seconds_since(start);
+  counts_.add_waiting(Clock::now() - start);
   return status;
 }
 
@@ -230,7 +215,7 @@ SearchThread::Progress SearchThread::walk(Node* node, bool has_expanded) {
   while (true) {
     const Branch branch = choose(*node, rule);
     if (branch.kind == Branch::kClosed) {
-      ++counts_.collisions;
+      counts_.collisions.add(1);
       tree_.leave(*node);
       node = node->parent;
       if (node == nullptr) return Progress::kBackedOut;
@@ -260,7 +245,7 @@ SearchThread::Progress SearchThread::walk(Node* node, bool has_expanded) {
       push({next, true});
       return Progress::kRequested;
     } else {
-      ++counts_.collisions;
+      counts_.collisions.add(1);
       tree_.leave(*next);  // another thread has it
     }
   }

@@ -37,11 +37,11 @@ bool Tree::reset(const ChildRow& row) {
   Child* const child = get(maker.memory.take<Child>());
   root_ = get(maker.memory.take<Node>());
   if (root_ == nullptr) return false;
-  maker.crossed = make_child(child, row, 0);
+  maker.crossed.set(make_child(child, row, 0));
   root_ = new (root_) Node{{nullptr}, child, nullptr, nullptr, kNoIndex, 0, 0, nullptr};
   child->node.store(root_, std::memory_order_relaxed);
   maker.first = maker.last = root_;
-  maker.nodes = 1;
+  maker.nodes.set(1);
   return true;
 }
 
@@ -169,7 +169,7 @@ ActionTable* Tree::make_table(std::size_t thread, Expansion& expansion, int dept
     maker.memory.take_back(made);
     return get(there);
   }
-  maker.crossed += crossed;
+  maker.crossed.add(crossed);
   return table;
 }
 
@@ -213,12 +213,13 @@ Node* Tree::visit(std::size_t thread, Node& parent, std::uint32_t action, Action
   const Ref<Node> made = maker.memory.take<Node>();
   if (!made) return nullptr;
   Node* const node = new (get(made))
-      Node{{nullptr}, &child, &parent, &table, action, maker.nodes, parent.depth + 1, nullptr};
+      Node{{nullptr},        &child, &parent, &table, action, static_cast<std::uint32_t>(maker.nodes.get()),
+           parent.depth + 1, nullptr};
   if (!child.node.compare_exchange_strong(there, node, std::memory_order_acq_rel)) {
     maker.memory.take_back(made);
     return there;
   }
-  ++maker.nodes;
+  maker.nodes.add(1);
   (maker.last == nullptr ? maker.first : maker.last->next_made) = node;
   maker.last = node;
   return node;

@@ -9,6 +9,7 @@
 
 #include "hypgen/decision.hpp"
 #include "hypgen/leaf_evaluator.hpp"
+#include "hypgen/search_counts.hpp"
 #include "hypgen/tree.hpp"
 
 namespace hypgen {
@@ -62,11 +63,8 @@ class alignas(kCacheLine) SearchThread {
   // Searches until the search stops or all trials are done.
   void run();
 
-  // Whether it has run and ended in this search. If so, what follows can be read.
-  bool has_ended() const { return has_ended_.load(std::memory_order_acquire); }
-
-  // What it has done in this search.
-  const Decision& counts() const { return counts_; }
+  // What it has done in this search so far.
+  const SearchCounts& counts() const { return counts_; }
   // Its expansions since it was made: entry n counts leaves with n scenarios.
   const std::vector<std::uint64_t>& leaf_sizes() const { return leaf_sizes_; }
 
@@ -122,7 +120,7 @@ class alignas(kCacheLine) SearchThread {
   std::size_t sent_ = 0;     // of the trials in the queue, from the oldest: the evaluator has their leaves
   std::size_t waiting_ = 0;  // of the trials in the queue
   std::vector<LeafRequest> requests_;
-  Decision counts_;
+  SearchCounts counts_;
   std::vector<std::uint64_t> leaf_sizes_;
   std::uint64_t rest_ = 0;  // what others had done when a trial last found nothing to do, and nobody had one
   unsigned pauses_ = 0;     // since it last found something to do
@@ -130,11 +128,6 @@ class alignas(kCacheLine) SearchThread {
   // thread with release after what it has done to the tree, read by others with acquire when they find
   // nothing to do.
   alignas(kCacheLine) std::atomic<std::uint64_t> activity_{0};
-  std::atomic<bool> has_ended_{false};  // set by this thread with release after all else
 };
-
-// Adds an expansion to what a decision and a planner count.
-void count_expansion(const LeafResult& leaf, int depth, Decision& decision,
-                     std::vector<std::uint64_t>& leaf_sizes);
 
 }  // namespace hypgen

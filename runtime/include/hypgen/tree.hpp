@@ -23,6 +23,7 @@
 
 #include "hypgen/chunk_pool.hpp"
 #include "hypgen/leaf_evaluator.hpp"
+#include "hypgen/search_counts.hpp"
 #include "hypgen/tree_data.hpp"
 
 namespace hypgen {
@@ -115,11 +116,10 @@ class Tree {
   // What one scenario at that depth counts of the root's value: gamma^depth / K.
   double weight(int depth) const;
 
-  // How many nodes a thread has made, and of the groups that it was the first to look at, how many had an
-  // upper bound below what the default policy earns. To be read by others once the thread is no more in the
-  // tree.
-  std::uint64_t nodes(std::size_t thread) const { return makers_[thread].nodes; }
-  std::uint64_t crossed(std::size_t thread) const { return makers_[thread].crossed; }
+  // How many nodes a thread has made so far, and of the groups that it was the first to look at, how many had
+  // an upper bound below what the default policy earns.
+  std::uint64_t nodes(std::size_t thread) const { return makers_[thread].nodes.get(); }
+  std::uint64_t crossed(std::size_t thread) const { return makers_[thread].crossed.get(); }
   // Calls `visitor` with each node, in the order in which each thread made its own.
   template <class Visitor>
   void for_each_node(Visitor&& visitor) const {
@@ -140,8 +140,8 @@ class Tree {
     PoolCursor memory;
     Node* first = nullptr;
     Node* last = nullptr;
-    std::uint32_t nodes = 0;
-    std::uint64_t crossed = 0;
+    Counter nodes;
+    Counter crossed;
   };
 
   template <class T>
