@@ -77,7 +77,7 @@ TEST(NoLock, ThreadsThatSearchNeverCallFutex) {
   if (refusing.load() < static_cast<int>(kThreads))
     GTEST_SKIP() << "the system lets no thread filter its calls";
   EXPECT_EQ(calls_of_futex, 0);
-  EXPECT_GT(shared.threads[0]->counts().expansions, 0U);
+  EXPECT_GT(shared.threads[0]->counts().expansions.get(), 0U);
 }
 
 }  // namespace

@@ -33,11 +33,8 @@ def configure(build: Path) -> None:
 def build(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Path:
     """Return the folder of a configured build."""
     # Kept between runs, where pytest keeps its own cache: a change then recompiles only what it touches.
-    build = (
-        Path(str(request.config.cache.mkdir("runtime-tests")))
-        if request.config.cache
-        else tmp_path_factory.mktemp("b")
-    )
+    cache = getattr(request.config, "cache", None)  # not there with -p no:cacheprovider
+    build = Path(str(cache.mkdir("runtime-tests"))) if cache else tmp_path_factory.mktemp("b")
     configure(build)
     return build
 
