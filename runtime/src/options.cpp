@@ -1,5 +1,6 @@
 #include "hypgen/options.hpp"
 
+#include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -141,7 +142,10 @@ std::size_t default_in_flight(const PlannerOptions& planner) {
 
 std::size_t default_threads(Mode mode) {
   if (!has_many_threads(mode)) return 1;
-  return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMostThreads);
+  cpu_set_t cores;  // those that the process may use
+  const bool is_known = sched_getaffinity(0, sizeof cores, &cores) == 0;
+  const int count = is_known ? CPU_COUNT(&cores) : static_cast<int>(std::thread::hardware_concurrency());
+  return static_cast<std::size_t>(std::clamp<int>(count, 1, kMostThreads));
 }
 
 // Fills in what the mode decides where the command line did not; false and `error` if the two contradict each

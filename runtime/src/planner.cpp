@@ -73,7 +73,7 @@ Decision Planner::plan(const Belief& belief, std::uint64_t run, int step) {
     decision.status = Status::kNoLegalAction;
   } else if (options_.mode != Mode::kDefault) {
     plan_search(belief, key, decision);
-    is_device_lost_ = decision.status == Status::kDeviceLost;
+    is_device_lost_ |= decision.status == Status::kDeviceLost;
   }
   decision.search_seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return decision;
@@ -117,6 +117,7 @@ void Planner::replace_evaluator() {
   const std::string problem = evaluator_ ? evaluator_->problem() : "";
   evaluator_.reset();
   if (fallback_) evaluator_ = fallback_(problem);
+  is_device_lost_ = !evaluator_;
 }
 
 std::vector<std::uint64_t> Planner::leaf_sizes() {

@@ -30,7 +30,6 @@ void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchS
                  Decision& decision) {
   const Clock::time_point start_time = Clock::now();
   shared_.begin(evaluator, root, setup);
-  const bool crossed_at_root = shared_.tree.crossed(0) > 0;
   const bool is_alone = workers_.size() == 0 || shared_.is_stopped();
   if (!is_alone) workers_.start();
   shared_.run_thread(0);
@@ -39,7 +38,7 @@ void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchS
   // Threads that have done all trials have not stopped the search.
   Status status = shared_.is_stopped() ? shared_.status.load() : Status::kTrialLimit;
   // What the planner has to act on is told first.
-  if (crossed_at_root && !is_failure(status) && status != Status::kDeviceLost)
+  if (shared_.has_crossed_at_root && !is_failure(status) && status != Status::kDeviceLost)
     status = Status::kCrossedBounds;
   decision.status = status;
   decision.lower = shared_.tree.root().child->lower;

@@ -32,7 +32,9 @@ void SharedSearch::begin(LeafEvaluator& leaf_evaluator, const RootResult& root,
   status = Status::kOk;
   trials = 0;
   for (const auto& thread : threads) thread->reset();
+  has_crossed_at_root = false;
   if (tree.reset(root.row)) {
+    has_crossed_at_root = tree.crossed(0) > 0;
     threads[0]->expand_root();
   } else {
     stop(Status::kMemoryFull);
@@ -93,7 +95,7 @@ void SearchThread::run() {
   Status status = shared_.status.load();
   while (status == Status::kOk) {
     status = advance();
-    publish(waiting_);
+    if (at_hand() != waiting_) publish(waiting_);
     if (status == Status::kOk) status = shared_.status.load();
   }
   // A thread without a trial to start does not end what others do.
@@ -117,6 +119,7 @@ Status SearchThread::start_trial() {
   }
   if (!shared_.take_trial()) return Status::kOk;
   counts_.trials.add(1);
+  const std::uint64_t before = activity_.load(std::memory_order_relaxed);
   publish(waiting_ + 1);
   tree_.enter(tree_.root());
   const Progress progress = walk(&tree_.root(), false);
@@ -129,7 +132,7 @@ Status SearchThread::start_trial() {
   if (found_nothing && waiting_ == 0) {
     // With nothing in flight all uncertainty left is rounding.
     if (progress == Progress::kWithoutEffect && is_search_at_rest()) return Status::kConverged;
-    return undo_trial();
+    return undo_trial(before);
   }
   push({nullptr, false});
   return Status::kOk;
@@ -137,10 +140,10 @@ Status SearchThread::start_trial() {
 
 // Others have all there is to do at the moment. Were such trials to count, threads beside a long leaf would
 // use up a limit in no time.
-Status SearchThread::undo_trial() {
+Status SearchThread::undo_trial(std::uint64_t activity) {
   counts_.trials.set(counts_.trials.get() - 1);
   shared_.give_trial_back();
-  publish(0);
+  activity_.store(activity, std::memory_order_release);  // as if it had not been
   idle();
   return Status::kOk;
 }
@@ -317,6 +320,10 @@ void SearchThread::abandon() {
     if (trial.waits) tree_.backup(*trial.node);
   }
   publish(0);
+}
+
+std::size_t SearchThread::at_hand() const {
+  return activity_.load(std::memory_order_relaxed) % (std::uint64_t{1} << kActivityBits);
 }
 
 void SearchThread::publish(std::size_t at_hand) {

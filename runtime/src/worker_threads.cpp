@@ -1,6 +1,6 @@
 #include "hypgen/worker_threads.hpp"
 
-#include <system_error>
+#include <exception>
 #include <utility>
 
 namespace hypgen {
@@ -9,8 +9,8 @@ WorkerThreads::WorkerThreads(std::size_t count, Work work) : work_(std::move(wor
   threads_.reserve(count);
   try {
     while (threads_.size() < count) threads_.emplace_back(&WorkerThreads::live, this, threads_.size() + 1);
-  } catch (const std::system_error&) {
-    // A limit of the system: fewer threads find the same, later.
+  } catch (const std::exception&) {
+    // A limit of the system or of memory: fewer threads find the same, later.
   }
 }
 

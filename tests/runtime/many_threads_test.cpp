@@ -212,6 +212,17 @@ TEST(ManyThreads, StopWhenMemoryIsFull) {
   });
 }
 
+// With xi = 1 no child of the root has excess uncertainty, so that no thread finds anything to do.
+TEST(ManyThreads, FindOutThatThereIsNothingToDo) {
+  PlannerOptions options = by_threads(4, 4, 500);
+  options.target_ratio = 1.0;
+  options.scenarios = 1;
+  repeat([&] {
+    Solver solver(rock_sample_descriptor<4, 3>(), options);
+    EXPECT_EQ(solver.plan().status, Status::kConverged);
+  });
+}
+
 TEST(ManyThreads, AThreadLateAtTheDeadlineIsWaitedForByTheNextPlan) {
   PlannerOptions options = by_threads(2, 2, UINT64_MAX);
   options.time_limit = 0.05;

@@ -70,7 +70,7 @@ class ChunkPool {
     std::size_t size() const { return end - next; }
   };
 
-  // What threads hold but do not use yet is at most an eighth.
+  // What threads hold but do not use yet is at most an eighth, unless chunks would be too small.
   static std::size_t chunk_for(std::size_t bytes, std::size_t threads) {
     std::size_t chunk = kLeastChunk;
     while (chunk < kHugePage && 2 * chunk <= bytes / (8 * threads)) chunk *= 2;

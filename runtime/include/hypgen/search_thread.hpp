@@ -39,6 +39,7 @@ struct SharedSearch {
   Tree tree;
   LeafEvaluator* evaluator = nullptr;
   SearchSetup setup{};
+  bool has_crossed_at_root = false;  // the root's own bounds
   std::vector<std::unique_ptr<SearchThread>> threads;
   // Written once or twice a search, read all the time.
   alignas(kCacheLine) std::atomic<Status> status{Status::kOk};  // kOk: go on
@@ -105,9 +106,10 @@ class alignas(kCacheLine) SearchThread {
   Trial pop();
   Trial& in_queue(std::size_t i) { return queue_[(head_ + i) % queue_.size()]; }
   void abandon();
+  std::size_t at_hand() const;
   void publish(std::size_t at_hand);
   bool is_search_at_rest();
-  Status undo_trial();
+  Status undo_trial(std::uint64_t activity);
   void idle();
   void pause();
 
