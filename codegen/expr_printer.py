@@ -12,7 +12,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 
 from hypgen.codegen.cpp import Code, code_of, float32, integer, literal, loop, scalar, stored
-from hypgen.codegen.expr_shapes import branches, needs_statements, plain_loop, plain_variant
+from hypgen.codegen.expr_shapes import branches, is_float_zero, needs_statements, plain_loop, plain_variant
 from hypgen.codegen.histories import BeliefCall, HistoryRead
 from hypgen.codegen.naming import Names
 from hypgen.codegen.needs import PARTS, Needs, NeedsAnalysis
@@ -313,6 +313,8 @@ class ExprPrinter:
             # C++ truncates, which is the floor of what is not negative.
             sign = "/" if expr.op == "floordiv" else "%"
             return f"{self.text(expr.left, MULTIPLY)} {sign} {self.text(right, UNARY)}", MULTIPLY
+        if expr.op == "sub" and is_float_zero(expr.left):
+            return f"math::from_zero({self.text(right)})", PRIMARY
         if expr.op not in _OPERATORS:
             return f"math::{expr.op}({self._widened(expr.left)}, {self._widened(right)})", PRIMARY
         sign, level = _OPERATORS[expr.op]

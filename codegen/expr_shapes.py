@@ -6,7 +6,7 @@ import math
 
 from hypgen.dsl import ir
 from hypgen.dsl.ir_walk import walk
-from hypgen.dsl.types import Enum, size_of
+from hypgen.dsl.types import Enum, Float, size_of
 
 # Up to this many values, a loop without a way out is faster than one with it: it unrolls and vectorises.
 _PLAIN_LOOP = 64
@@ -36,3 +36,10 @@ def plain_loop(expr: ir.Quantified) -> bool:
     parts = [p for p in (expr.condition, expr.body) if p is not None]
     short = math.prod(size_of(b.type) for b in expr.binders) <= _PLAIN_LOOP
     return short and not needs_statements(*parts)
+
+
+def is_float_zero(expr: ir.Expr) -> bool:
+    """Return whether an expression is the constant 0.0, not -0.0."""
+    if not isinstance(expr, ir.Const) or not isinstance(expr.type, Float):
+        return False
+    return expr.value == 0 and math.copysign(1.0, float(expr.value)) > 0

@@ -81,12 +81,17 @@ def trace(
         rows.append(
             np.column_stack(
                 [
-                    *(_flatten(model, state), _probabilities(model, posterior, scenarios), policy, action),
+                    *(
+                        _flatten(model, state, scenarios),
+                        _probabilities(model, posterior, scenarios),
+                        policy,
+                        action,
+                    ),
                     *(np.where(stuck, 0, x).astype(np.int64) for x in (reward, terminal, success)),
                     key.view(np.int64),
                     *(np.where(stuck, 0, canonical_bits(x)).astype(np.int64) for x in bounds),
                     np.where(ended, 0, weight.view(np.int64)),
-                    np.where(ended[:, np.newaxis], 0, _flatten(model, filtered)),
+                    np.where(ended[:, np.newaxis], 0, _flatten(model, filtered, scenarios)),
                 ]
             )
         )
@@ -105,9 +110,9 @@ def _start(interpreter: Interpreter, draws: PhiloxDraws) -> State:
     return interpreter.init_hidden(interpreter.init_visible(draws), draws)
 
 
-def _flatten(model: ir.Model, state: State) -> Array:
+def _flatten(model: ir.Model, state: State, lanes: int) -> Array:
     parts = [_exported(state[v.name]).reshape(len(state[v.name]), -1) for v in model.variables]
-    return np.concatenate(parts, axis=1)
+    return np.concatenate(parts, axis=1) if parts else np.zeros((lanes, 0), dtype=np.int64)
 
 
 def _probabilities(model: ir.Model, posterior: Posterior, lanes: int) -> Array:

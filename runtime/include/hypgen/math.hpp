@@ -23,6 +23,9 @@ namespace hypgen::math {
 /// Fraction bits of a reward in fixed point.
 inline constexpr int kFixedBits = 24;
 
+/// `0 - x`. g++ 12 takes that for `-x` where x comes of an integer, which is -0 in place of 0.
+HYPGEN_FN float from_zero(float x) { return x == 0.0F ? 0.0F : 0.0F - x; }
+
 // Numbers of either kind ---------------------------------------------------------------------------------
 
 /// `b < a ? b : a`.
