@@ -49,6 +49,7 @@ void JsonLines::write_run(const SolverOptions& options, const std::string& devic
                {"mode", mode_name(planner.mode)},
                {"seed", planner.seed},
                {"runs", options.runs},
+               {"first_run", options.first_run},
                {"steps", options.steps},
                {"device", device},
                {"threads", threads},

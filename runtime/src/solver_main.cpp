@@ -93,11 +93,11 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
     const auto report = [&](const StepRecord& step) {
       totals.add(step);
       lines.write(step);
-      progress.update(step.episode, step.step, totals.returns.mean());
+      progress.update(step.episode - options.first_run, step.step, totals.returns.mean());
     };
-    for (std::uint64_t episode = 0; episode < options.runs && !ends && !interrupted; ++episode) {
+    for (std::uint64_t run = 0; run < options.runs && !ends && !interrupted; ++run) {
       const EpisodeRecord record =
-          run_episode(planner, *belief, *world, model.visible_count, episode, limits, report);
+          run_episode(planner, *belief, *world, model.visible_count, options.first_run + run, limits, report);
       lines.write(record);
       if (record.status == Status::kInterrupted) break;  // half an episode has no return
       totals.add(record);

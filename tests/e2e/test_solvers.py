@@ -58,6 +58,18 @@ def test_run_hands_its_options_to_the_solver(tmp_path: Path) -> None:
     assert (rows[0]["type"], rows[0]["version"], rows[0]["seed"]) == ("run", 1, 7)
 
 
+def test_a_run_can_be_split(tmp_path: Path) -> None:
+    def episodes(*options: str) -> list[tuple[object, ...]]:
+        lines = tmp_path / "lines.jsonl"
+        hypgen("run", TIGER, *QUICK, *options, "--json", str(lines))
+        rows = [json.loads(line) for line in lines.read_text().splitlines()]
+        names = ("type", "episode", "step", "action", "observation", "lower", "upper", "discounted_return")
+        return [tuple(map(row.get, names)) for row in rows if "episode" in row]
+
+    whole = episodes("--runs", "3")
+    assert [row for row in whole if row[1] != 0] == episodes("--runs", "2", "--first-run", "1")
+
+
 def test_verify_says_what_was_compared_and_what_was_left_out() -> None:
     done = hypgen("verify", TIGER, "--target", "cpu", "--lanes", "30", "--steps", "10", "--json")
     assert done.returncode == 0, done.stderr

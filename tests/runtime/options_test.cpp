@@ -24,12 +24,13 @@ std::string error_of(const std::vector<const char*>& words) {
 TEST(Options, ReadsValues) {
   SolverOptions options;
   std::string error;
-  ASSERT_TRUE(parse({"--mode", "rollout", "--runs=3", "--time", "0.5", "--seed", "9", "--memory", "2",
-                     "--quiet", "--belief", "particle", "--on-depletion", "stop"},
+  ASSERT_TRUE(parse({"--mode", "rollout", "--runs=3", "--first-run", "7", "--time", "0.5", "--seed", "9",
+                     "--memory", "2", "--quiet", "--belief", "particle", "--on-depletion", "stop"},
                     options, error))
       << error;
   EXPECT_EQ(options.planner.mode, Mode::kRollout);
   EXPECT_EQ(options.runs, 3U);
+  EXPECT_EQ(options.first_run, 7U);
   EXPECT_EQ(options.belief, BeliefKind::kParticle);
   EXPECT_TRUE(options.stop_on_depletion);
   EXPECT_EQ(options.planner.time_limit, 0.5);

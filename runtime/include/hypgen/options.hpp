@@ -22,6 +22,7 @@ struct SolverOptions {
   int device_index = kFirstDevice;
   bool require_gpu = false;
   std::uint64_t runs = 10;
+  std::uint64_t first_run = 0;  // the number of the first episode
   int steps = 90;
   BeliefKind belief = BeliefKind::kAuto;
   std::size_t particles = 5000;
