@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import math
 import os
 import platform
 import statistics
@@ -22,6 +21,8 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+
+from search.paired import differences, interval
 
 ROOT = Path(__file__).resolve().parent.parent
 # The solvers' lines. A finished mode is not run again: delete its file to measure anew.
@@ -103,16 +104,11 @@ def run(task: Task, mode: str, runs: int, scenarios: int, seed: int) -> dict[str
     }
 
 
-def interval(values: list[float]) -> tuple[float, float]:
-    """Return the mean and the half-width of its 95 % interval."""
-    half = 1.96 * statistics.stdev(values) / math.sqrt(len(values)) if len(values) > 1 else math.nan
-    return statistics.fmean(values), half
-
-
 def row(task: Task, mode: str, result: dict, baseline: dict) -> str:
     """Return one line of the table."""
     mean, half = interval(result["returns"])
-    gain, gain_half = interval([a - b for a, b in zip(result["returns"], baseline["returns"], strict=False)])
+    returns = [dict(enumerate(one["returns"])) for one in (result, baseline)]
+    gain, gain_half = interval(differences(*returns))
     summary = result["summary"]
     rates = f"{summary['expansions_a_second']:.0f} | {summary['simulations_a_second']:.3g}"
     bounds = "-" if mode == "default" else f"{result['lower']:.2f}, {result['upper']:.2f}"
