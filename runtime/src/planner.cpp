@@ -44,12 +44,13 @@ EvaluatorOptions evaluator_options(const PlannerOptions& options, const ModelDes
           options.in_flight,
           options.device_memory_bytes,
           0,
-          options.threads};
+          options.threads,
+          options.patience};
 }
 
 Planner::Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor& model,
                  const PlannerOptions& options)
-    : evaluator_(std::move(evaluator)),
+    : evaluator_(evaluator.release()),
       options_(options),
       horizon_(model.horizon),
       search_(options, {options.memory_bytes - evaluator_bytes(options, model.action_count), options.depth,
@@ -116,7 +117,7 @@ void Planner::replace_evaluator() {
   past_stats_ = evaluator_stats();
   const std::string problem = evaluator_ ? evaluator_->problem() : "";
   evaluator_.reset();
-  if (fallback_) evaluator_ = fallback_(problem);
+  if (fallback_) evaluator_.reset(fallback_(problem).release());
   is_device_lost_ = !evaluator_;
 }
 
@@ -141,10 +142,13 @@ void Planner::plan_tree(Decision& decision, const RootResult& root) {
 
 Status Planner::evaluate(const LeafRequest& request, LeafResult& result) {
   if (evaluator_->submit(0, {&request, 1}) != 1) return Status::kEvaluatorFailed;
+  const Clock::time_point start = Clock::now();
   while (!evaluator_->poll(0, result)) {
-    if (Clock::now() < setup_.deadline) continue;
+    const Clock::time_point now = Clock::now();
+    const bool is_late = now >= setup_.deadline;
+    if (!is_late && std::chrono::duration<double>(now - start).count() <= options_.patience) continue;
     evaluator_->release();
-    return Status::kDeadline;
+    return is_late ? Status::kDeadline : Status::kEvaluatorFailed;
   }
   return result.status;
 }

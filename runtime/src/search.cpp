@@ -54,7 +54,8 @@ void Search::add_counts(Decision& decision) const {
     decision.nodes += shared_.tree.nodes(i);
     decision.crossed += shared_.tree.crossed(i);
   }
-  decision.waiting_seconds /= static_cast<double>(shared_.threads.size());
+  const std::size_t searching = std::min(shared_.threads.size(), shared_.evaluator->threads());
+  decision.waiting_seconds /= static_cast<double>(searching);
 }
 
 void Search::add_leaf_sizes(std::vector<std::uint64_t>& leaf_sizes) {

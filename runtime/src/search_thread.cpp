@@ -50,8 +50,10 @@ void SharedSearch::stop(Status reason) {
 
 bool SharedSearch::take_trial() {
   if (options.trial_limit == UINT64_MAX) return true;
-  if (trials.fetch_add(1, std::memory_order_relaxed) < options.trial_limit) return true;
-  give_trial_back();
+  std::uint64_t taken = trials.load(std::memory_order_relaxed);
+  while (taken < options.trial_limit) {
+    if (trials.compare_exchange_weak(taken, taken + 1, std::memory_order_relaxed)) return true;
+  }
   return false;
 }
 

@@ -38,6 +38,14 @@ int complain(const ModelDescriptor& model, const std::string& message, int code)
   return code;
 }
 
+void tell_of_threads(const ModelDescriptor& model, std::size_t searching, std::size_t asked) {
+  if (searching >= asked) return;
+  complain(model,
+           "only " + std::to_string(searching) + " of " + std::to_string(asked) +
+               " threads search: the system, or --memory for their leaves, gives no more",
+           kDone);
+}
+
 // What plans once a GPU is lost. Null if there is no memory for it, or where a GPU is required: the run
 // `ends` then.
 std::unique_ptr<LeafEvaluator> cpu_fallback(const ModelDescriptor& model, const ModelInstance& instance,
@@ -52,6 +60,7 @@ std::unique_ptr<LeafEvaluator> cpu_fallback(const ModelDescriptor& model, const 
   try {
     auto made = instance.make_evaluator(evaluator_options(options.planner, model));
     complain(model, lost + "; planning on the CPU", kDone);
+    tell_of_threads(model, made->threads(), options.planner.threads);
     return made;
   } catch (const std::bad_alloc&) {
     complain(model, lost + ", and there is no memory to plan on the CPU; the default policy acts", kDone);
@@ -78,6 +87,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
   planner.set_fallback(
       [&](const std::string& problem) { return cpu_fallback(model, instance, options, problem, ends); });
   planner.prepare(*belief);
+  tell_of_threads(model, planner.threads(), planning.threads);
 
   interrupted = false;
   std::signal(SIGINT, on_interrupt);

@@ -82,13 +82,7 @@ class Device {
   bool submit(std::size_t thread, const LeafRequest& request) { return rings_[thread].submit(request); }
 
   bool poll(std::size_t thread, LeafResult& result) {
-    const bool found = rings_[thread].read(result);
-    if (found && !rings_[thread].is_half_waiting()) return true;
-    if (rings_.start_driving()) {
-      drive();
-      rings_.stop_driving();
-    }
-    return found || rings_[thread].read(result);
+    return rings_.poll(thread, result, [this] { drive(); });
   }
 
   std::uint64_t answered() const { return answered_; }

@@ -33,13 +33,7 @@ class RingEvaluator final : public LeafEvaluator {
   }
 
   bool poll(std::size_t thread, LeafResult& result) override {
-    const bool found = rings_[thread].read(result);
-    if (found && !rings_[thread].is_half_waiting()) return true;
-    if (rings_.start_driving()) {
-      drive();
-      rings_.stop_driving();
-    }
-    return found || rings_[thread].read(result);
+    return rings_.poll(thread, result, [this] { drive(); });
   }
 
   void release() override {

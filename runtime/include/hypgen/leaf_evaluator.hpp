@@ -26,6 +26,7 @@ struct EvaluatorOptions {
   std::size_t device_memory_bytes = 0;  // of a GPU; 0: half of what is free, at most 8 GB
   int warps = 0;                        // of a GPU that share a step; 0: chosen for each batch
   std::size_t threads = 1;              // of the search
+  double patience = 10.0;               // seconds without an answer after which a device is lost
 };
 
 // What holds for one search.
@@ -155,6 +156,9 @@ class LeafEvaluator {
 
   // Why its device is lost; empty while it is not.
   virtual std::string problem() const { return {}; }
+
+  // Whether its device does not answer any more: to destroy it would wait for that.
+  virtual bool is_stuck() const { return false; }
 };
 
 inline void LeafEvaluator::attach(std::size_t) { std::fesetenv(FE_DFL_ENV); }

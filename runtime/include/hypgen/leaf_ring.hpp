@@ -125,6 +125,21 @@ class LeafRings {
   }
   void stop_driving() { is_driven_.store(false, std::memory_order_release); }
 
+  // The thread's oldest leaf's result; false if it is not there yet. A thread that does not find its own
+  // calls `drive` for all, if nobody does. So does one that finds it while half of its ring waits: otherwise
+  // the device would be idle while a thread reads a whole batch.
+  template <class Drive>
+  bool poll(std::size_t thread, LeafResult& result, const Drive& drive) {
+    LeafRing& ring = *rings_[thread];
+    const bool found = ring.read(result);
+    if (found && !ring.is_half_waiting()) return true;
+    if (start_driving()) {
+      drive();
+      stop_driving();
+    }
+    return found || ring.read(result);
+  }
+
   // The driver's -------------------------------------------------------------------------------------
 
   std::size_t waiting() const {

@@ -1,6 +1,7 @@
 // Chooses actions by search.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -39,8 +40,10 @@ class Planner {
   // How many scenarios the leaves expanded so far had: entry n counts leaves with n.
   std::vector<std::uint64_t> leaf_sizes();
 
-  // How many threads search.
-  std::size_t threads() const { return search_.threads(); }
+  // How many threads search: fewer than asked for where the system or the evaluator's memory gives no more.
+  std::size_t threads() const {
+    return evaluator_ ? std::min(search_.threads(), evaluator_->threads()) : search_.threads();
+  }
 
   // As the last plan's search has left it.
   const Tree& tree() const { return search_.tree(); }
@@ -60,6 +63,13 @@ class Planner {
     double standard_error() const;
   };
 
+  // What would wait for its device for ever stays behind, with its memory.
+  struct DeleteUnlessStuck {
+    void operator()(LeafEvaluator* evaluator) const {
+      if (!evaluator->is_stuck()) delete evaluator;
+    }
+  };
+
   void plan_search(const Belief& belief, StreamKey key, Decision& decision);
   void replace_evaluator();
   void plan_tree(Decision& decision, const RootResult& root);
@@ -71,7 +81,7 @@ class Planner {
   void halve();
   const Candidate& best_candidate() const;
 
-  std::unique_ptr<LeafEvaluator> evaluator_;  // null: lost
+  std::unique_ptr<LeafEvaluator, DeleteUnlessStuck> evaluator_;  // null: lost
   Fallback fallback_;
   EvaluatorStats past_stats_;  // of evaluators that were lost
   bool is_device_lost_ = false;

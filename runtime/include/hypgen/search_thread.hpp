@@ -43,7 +43,9 @@ struct SharedSearch {
   std::vector<std::unique_ptr<SearchThread>> threads;
   // Written once or twice a search, read all the time.
   alignas(kCacheLine) std::atomic<Status> status{Status::kOk};  // kOk: go on
-  // Handed out so far; used only if there is a limit. Relaxed: a count.
+  // Handed out so far, at most the limit; used only if there is one. Relaxed: a count. A thread that gives
+  // one back goes on itself, so that all trials are done; others that saw none left have ended, while each of
+  // those that were missing was in another thread's hands: at most one a thread.
   alignas(kCacheLine) std::atomic<std::uint64_t> trials{0};
 };
 

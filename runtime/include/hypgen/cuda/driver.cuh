@@ -20,7 +20,8 @@ namespace hypgen::cuda {
 template <class M>
 class BatchDriver {
  public:
-  BatchDriver(LeafRings& rings, std::size_t in_flight) : rings_(rings), in_flight_(in_flight) {}
+  BatchDriver(LeafRings& rings, std::size_t in_flight, double patience)
+      : rings_(rings), in_flight_(in_flight), patience_(patience) {}
 
   bool make(const DeviceSizes<M>& sizes, std::string& error) {
     sizes_ = sizes;
@@ -76,12 +77,14 @@ class BatchDriver {
 
   cudaStream_t stream() const { return flights_[0].slot.stream(); }
   bool is_lost() const { return !error_.empty(); }
+  bool is_stuck() const { return is_stuck_; }
   const std::string& problem() const { return error_; }  // not empty: the device is lost
   const EvaluatorStats& stats() const { return stats_; }
 
   // In a search ----------------------------------------------------------------------------------------
 
-  // One turn; never waits for the device.
+  // One turn. Waits for no batch; before a slot is used again, for the microseconds that its last batch takes
+  // to end after its last write.
   void drive() {
     hand_out();
     if (!is_lost()) launch_what_waits();
@@ -263,16 +266,24 @@ class BatchDriver {
     return outcome.flags & kNanFlag ? Status::kModelNan : Status::kOk;
   }
 
-  // Waits for a slot's batch; false if the deadline or the device prevents it.
+  // Waits for a slot's batch; false if the deadline or the device prevents it. A device that is silent for
+  // long is lost, whatever the deadline: later searches would wait for it too.
   bool wait(Slot<M>& slot, Clock::time_point deadline) {
     while (!slot.finished(error_)) {
-      if (is_lost() || (deadline != Clock::time_point::max() && Clock::now() >= deadline)) return false;
+      const Clock::time_point now = Clock::now();
+      if (!is_lost() && std::chrono::duration<double>(now - slot.launched()).count() > patience_) {
+        is_stuck_ = true;
+        error_ = "GPU: a batch has not ended for " + std::to_string(static_cast<int>(patience_)) + " s";
+      }
+      if (is_lost() || now >= deadline) return false;
     }
     return !is_lost();
   }
 
   LeafRings& rings_;
   std::size_t in_flight_;
+  double patience_;  // in seconds
+  bool is_stuck_ = false;
   DeviceSizes<M> sizes_;
   Batch<M> common_{};
   int baseline_ = -1;

@@ -75,17 +75,8 @@ class CudaEvaluator final : public LeafEvaluator {
     return taken;
   }
 
-  // Also drives where the thread's own leaf is ready but half of its ring waits: otherwise the device would
-  // be idle while a thread reads a whole batch.
   bool poll(std::size_t thread, LeafResult& result) override {
-    LeafRing& ring = rings_[thread];
-    const bool found = ring.read(result);
-    if (found && !ring.is_half_waiting()) return true;
-    if (rings_.start_driving()) {
-      driver_.drive();
-      rings_.stop_driving();
-    }
-    return found || ring.read(result);
+    return rings_.poll(thread, result, [this] { driver_.drive(); });
   }
 
   void release() override {
@@ -100,6 +91,7 @@ class CudaEvaluator final : public LeafEvaluator {
   }
 
   std::string problem() const override { return driver_.problem(); }
+  bool is_stuck() const override { return driver_.is_stuck(); }
 
  private:
   static constexpr std::size_t kMostDeviceBytes = std::size_t{8} << 30;
@@ -109,7 +101,7 @@ class CudaEvaluator final : public LeafEvaluator {
         options_(options),
         device_(device),
         rings_(std::max<std::size_t>(1, options.threads), options.in_flight),
-        driver_(rings_, options.in_flight) {
+        driver_(rings_, options.in_flight, options.patience) {
     root_states_.reserve(options.max_scenarios);
   }
 

@@ -12,6 +12,7 @@
 #include "hypgen/cuda/reduce.cuh"
 #include "hypgen/cuda/ship.cuh"
 #include "hypgen/cuda/simulate.cuh"
+#include "hypgen/leaf_evaluator.hpp"
 #include "hypgen/span.hpp"
 
 namespace hypgen::cuda {
@@ -136,6 +137,7 @@ class Slot {
     batch.done = done_.get();
     batch.number = ++number_;
     running_ = true;
+    launched_ = Clock::now();
     cudaMemcpyAsync(device_tasks_.get(), tasks_.get(), sizeof(LeafTask) * static_cast<std::size_t>(leaves_),
                     cudaMemcpyHostToDevice, stream_);
     if (wanted_count_ > 0) {
@@ -167,6 +169,7 @@ class Slot {
     return false;
   }
   bool running() const { return running_; }
+  Clock::time_point launched() const { return launched_; }
 
   // When the latest batch started and ended, in seconds after `origin`; false if there was none.
   bool times(cudaEvent_t origin, double& started, double& ended) const {
@@ -230,6 +233,7 @@ class Slot {
   std::uint32_t number_ = 0;
   std::uint64_t polls_ = 0;
   bool running_ = false;
+  Clock::time_point launched_{};
 
   DeviceArray<typename M::Key> keys_;
   DeviceArray<std::int64_t> rewards_, uppers_, lowers_;
