@@ -12,6 +12,8 @@
 #include <thread>
 #include <vector>
 
+#include "hypgen/device.hpp"
+
 namespace hypgen {
 
 namespace {
@@ -140,20 +142,26 @@ std::size_t default_in_flight(const PlannerOptions& planner) {
   return planner.mode == Mode::kGpu ? kGpuInFlight : planner.threads;
 }
 
-std::size_t default_threads(Mode mode) {
-  if (!has_many_threads(mode)) return 1;
-  cpu_set_t cores;  // those that the process may use
-  const bool is_known = sched_getaffinity(0, sizeof cores, &cores) == 0;
-  const int count = is_known ? CPU_COUNT(&cores) : static_cast<int>(std::thread::hardware_concurrency());
-  return static_cast<std::size_t>(std::clamp<int>(count, 1, kMostThreads));
+// The mode that makes the most of the machine. One that is asked for a signature has a single thread and no
+// GPU's trials in flight, so that it gives the same one everywhere.
+Mode default_mode(const SolverOptions& options, const Machine& machine) {
+  const bool plans =
+      options.trace.file.empty() && !options.selftest.wanted && !options.help && !options.version;
+  if (options.planner.signature || !plans) return Mode::kDespot;
+  const bool is_asked_for = options.device == DeviceKind::kCuda || options.require_gpu;
+  const bool has_gpu = is_asked_for || (options.device == DeviceKind::kAuto && machine.has_gpu());
+  const std::size_t threads = options.planner.threads > 0 ? options.planner.threads : machine.cores;
+  if (has_gpu) return threads > 1 ? Mode::kHyp : Mode::kGpu;
+  return threads > 1 ? Mode::kParallel : Mode::kDespot;
 }
 
-// Fills in what the mode decides where the command line did not; false and `error` if the two contradict each
-// other.
-bool complete(SolverOptions& options, std::string& error) {
+// Fills in what the command line has left open; false and `error` if what it says contradicts itself.
+bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std::string& error) {
   PlannerOptions& planner = options.planner;
+  if (!has_mode) planner.mode = default_mode(options, machine);
   if (planner.memory_bytes == 0) planner.memory_bytes = default_memory(planner.mode);
-  if (planner.threads == 0 || options.selftest.wanted) planner.threads = default_threads(planner.mode);
+  if (planner.threads == 0 || options.selftest.wanted)
+    planner.threads = has_many_threads(planner.mode) ? machine.cores : 1;
   if (planner.threads > 1 && !has_many_threads(planner.mode)) {
     error = std::string("--threads: mode ") + mode_name(planner.mode) +
             " searches with one; modes parallel and hyp with several";
@@ -174,7 +182,9 @@ std::vector<Option> option_table(SolverOptions& options) {
       {"--mode", "MODE",
        "despot (regularised DESPOT), parallel (the same by several threads: two runs differ), gpu (on a GPU, "
        "with many trials in flight), hyp (HyP-DESPOT: several threads and a GPU), rollout (one-ply rollouts) "
-       "or default (the default policy) (despot)",
+       "or default (the default policy) (hyp with a GPU, parallel with two cores or more, else despot; gpu "
+       "or "
+       "despot for --threads 1, despot for --signature)",
        "despot, parallel, gpu, hyp, rollout or default",
        [&](const std::string& text) { return read_mode(text, planner.mode); }},
       integer("--runs", "N", "episodes to run (10)", 1, kMillion, options.runs),
@@ -184,8 +194,10 @@ std::vector<Option> option_table(SolverOptions& options) {
       integer("--steps", "N", "most steps of an episode (90)", 1, kMillion, options.steps),
       number("--time", "SECONDS", "time to plan a step (0.1; no limit if --trials is given)", 1e-4, 1e6,
              planner.time_limit),
-      integer("--trials", "N", "most trials a step; without --time, results repeat exactly (no limit)", 1,
-              UINT64_MAX, planner.trial_limit),
+      integer(
+          "--trials", "N",
+          "most trials a step; without --time, results of modes with one thread repeat exactly (no limit)", 1,
+          UINT64_MAX, planner.trial_limit),
       {"--threads", "N", "threads of modes parallel and hyp, and of a self-test (one for each core)",
        "an integer from 1 to 1024",
        [&](const std::string& text) {
@@ -229,7 +241,8 @@ std::vector<Option> option_table(SolverOptions& options) {
       file("--json", "write a JSON line for each step, episode and the whole run; - for standard output",
            options.json_file),
       toggle("--quiet", "no table, no progress", options.quiet),
-      toggle("--signature", "print a hash of all search trees", planner.signature),
+      toggle("--signature", "print a hash of all search trees; mode despot unless another is given",
+             planner.signature),
       file("--trace", "write a binary trace of random walks instead of planning", trace.file),
       integer("--trace-scenarios", "N", "random walks of a trace (64)", 1, kMillion, trace.scenarios),
       integer("--trace-steps", "T", "steps of a trace (64)", 1, kMillion, trace.steps),
@@ -276,8 +289,21 @@ const char* belief_name(BeliefKind kind) {
   return "unknown";
 }
 
-bool parse_options(int argc, const char* const* argv, SolverOptions& options, std::string& error) {
+Machine this_machine(const DeviceSupport* device) {
+  cpu_set_t cores;  // those that the process may use
+  const bool is_known = sched_getaffinity(0, sizeof cores, &cores) == 0;
+  const int count = is_known ? CPU_COUNT(&cores) : static_cast<int>(std::thread::hardware_concurrency());
+  const auto has_gpu = [device] {
+    std::string problem;
+    return device != nullptr && !device->devices(problem).empty();
+  };
+  return {static_cast<std::size_t>(std::clamp<int>(count, 1, kMostThreads)), has_gpu};
+}
+
+bool parse_options(int argc, const char* const* argv, const Machine& machine, SolverOptions& options,
+                   std::string& error) {
   const std::vector<Option> table = option_table(options);
+  bool has_mode = false;
   options.planner.in_flight = options.planner.threads = options.planner.memory_bytes = 0;
   for (int i = 1; i < argc; ++i) {
     std::string name = argv[i];
@@ -306,8 +332,9 @@ bool parse_options(int argc, const char* const* argv, SolverOptions& options, st
       error = name + ": bad value \"" + value + "\"; expected " + found->expected;
       return false;
     }
+    has_mode |= name == "--mode";
   }
-  if (!complete(options, error)) return false;
+  if (!complete(options, has_mode, machine, error)) return false;
   options.trace.seed = options.selftest.seed = options.planner.seed;
   options.selftest.steps = static_cast<std::uint32_t>(options.steps);
   options.selftest.json_file = options.json_file;
@@ -327,8 +354,8 @@ std::string help_text(const ModelDescriptor& model, const std::string& program) 
     text += head + option.help + "\n";
   }
   text += "\nWith the defaults, an episode of 90 steps takes 9 seconds.\n\nExamples:\n  " + program +
-          " --runs 1 --time 1 --json run.jsonl\n  " + program + " --trials 500 --seed 7 --signature\n  " +
-          program + " --mode default --runs 1000\n";
+          " --runs 1 --time 1 --json run.jsonl\n  " + program +
+          " --mode despot --trials 500 --seed 7 --signature\n  " + program + " --mode default --runs 1000\n";
   if (!model.params.empty()) {
     text += "\nParams (set by --param FILE, a JSON object):";
     for (const ParamSpec& param : model.params) text += " " + param.name;

@@ -64,6 +64,8 @@ void RunTotals::add(const StepRecord& step) {
   search_seconds += decision.search_seconds;
   waiting_seconds += decision.waiting_seconds;
   tree_seconds += decision.tree_seconds;
+  descent_seconds += decision.descent_seconds;
+  backup_seconds += decision.backup_seconds;
   trials += decision.trials;
   expansions += decision.expansions;
   nodes += decision.nodes;
@@ -102,6 +104,7 @@ std::string table(const RunTotals& totals, bool has_success, const std::vector<s
   text += row("steps an episode", format("%.1f", totals.episode_steps.mean()));
   text += row("time a step [s]", format("mean %.4f, p99 %.4f, worst %.4f", totals.seconds.mean(),
                                         totals.seconds.quantile(0.99), totals.seconds.largest()));
+  text += row("mode", totals.mode);
   if (totals.belief_statuses.size() > 1) text += row("beliefs", counted(totals.belief_statuses));
   if (totals.expansions > 0) {
     text += row("searches", counted(totals.plan_statuses));

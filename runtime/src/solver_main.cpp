@@ -98,6 +98,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
   {
     Progress progress(options.runs, steps, !options.quiet);
     lines.write_run(options, chosen.device, planner.threads());
+    totals.mode = mode_name(planning.mode);
     totals.threads = planner.threads();
     totals.in_flight = planning.in_flight;
     const auto report = [&](const StepRecord& step) {
@@ -128,7 +129,8 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
 int solve(const ModelDescriptor& model, int argc, char** argv) {
   SolverOptions options;
   std::string error;
-  if (!parse_options(argc, argv, options, error)) return complain(model, error, kWrongUse);
+  if (!parse_options(argc, argv, this_machine(model.device), options, error))
+    return complain(model, error, kWrongUse);
   if (options.help) {
     std::fputs(help_text(model, argv[0]).c_str(), stdout);
     return kDone;

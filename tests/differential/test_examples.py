@@ -69,7 +69,7 @@ def test_example(example: Path, tmp_path: Path) -> None:
     "options",
     [
         ("--mode", "default", "--runs", "20"),
-        ("--runs", "1", "--steps", "5", "--trials", "3", "--scenarios", "20"),
+        ("--mode", "despot", "--runs", "1", "--steps", "5", "--trials", "3", "--scenarios", "20"),
     ],
 )
 def test_episodes_of_an_example_end_well(example: Path, options: tuple[str, ...], tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ ROOT = Path(__file__).parent.parent.parent
 TIGER = ROOT / "examples" / "tiger.pomdp"
 EXAMPLES = [*sorted((ROOT / "examples").glob("*.pomdp")), *sorted((ROOT / "examples").glob("*/*.pomdp"))]
 WARNINGS = ["-Werror=all-warnings", "-Xcompiler=-Wall,-Wextra"]
-QUICK = ("--runs", "1", "--trials", "20", "--scenarios", "50", "--steps", "5", "--quiet", "--signature")
+QUICK = ("--mode=despot", "--runs=1", "--trials=20", "--scenarios=50", "--steps=5", "--quiet", "--signature")
 
 
 @pytest.fixture(scope="module")

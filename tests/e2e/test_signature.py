@@ -59,7 +59,7 @@ def test_same_tree_at_O0_and_O3(
     fast = build_solver(files, f"signature/{example.stem}", lambda step: None)
     signatures = [
         subprocess.run(
-            [solver, *search, "--seed", "5", "--signature", "--quiet"],
+            [solver, "--mode", "despot", *search, "--seed", "5", "--signature", "--quiet"],
             check=True,
             capture_output=True,
             text=True,

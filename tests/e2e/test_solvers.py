@@ -17,7 +17,7 @@ from hypgen.runtime import toolchain
 ROOT = Path(__file__).parent.parent.parent
 TIGER = str(ROOT / "examples" / "tiger.pomdp")
 HYPGEN = [sys.executable, "-c", "from hypgen.cli.main import main; main()"]
-QUICK = ("--runs", "2", "--trials", "20", "--scenarios", "50", "--steps", "5")
+QUICK = ("--mode", "despot", "--runs", "2", "--trials", "20", "--scenarios", "50", "--steps", "5")
 
 
 def hypgen(*arguments: str) -> subprocess.CompletedProcess[str]:

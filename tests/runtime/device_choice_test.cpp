@@ -42,7 +42,9 @@ class DeviceChoice : public ::testing::Test {
     words.insert(words.begin(), "solver");
     SolverOptions options;
     std::string error;
-    EXPECT_TRUE(parse_options(static_cast<int>(words.size()), words.data(), options, error)) << error;
+    const Machine machine = this_machine(support);
+    EXPECT_TRUE(parse_options(static_cast<int>(words.size()), words.data(), machine, options, error))
+        << error;
     solver_.model.device = support;
     return choose_evaluator(solver_.model, *solver_.instance, options);
   }
@@ -60,7 +62,10 @@ class DeviceChoice : public ::testing::Test {
 };
 
 TEST_F(DeviceChoice, FollowsModeAndDevice) {
-  EXPECT_EQ(choose({}, &works_).device, "cpu");
+  EXPECT_EQ(choose({}, &works_).device, "cuda:3");
+  EXPECT_EQ(choose({}, &fails_).device, "cpu");
+  EXPECT_EQ(choose({}, nullptr).problem, "");
+  EXPECT_EQ(choose({"--mode", "despot"}, &works_).device, "cpu");
   EXPECT_EQ(choose({"--mode", "gpu"}, &works_).device, "cuda:3");
   EXPECT_EQ(choose({"--device", "cuda"}, &works_).device, "cuda:3");
   EXPECT_EQ(choose({"--device", "cuda:3"}, &works_).device, "cuda:3");

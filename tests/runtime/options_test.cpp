@@ -9,9 +9,10 @@
 namespace hypgen {
 namespace {
 
-bool parse(std::vector<const char*> words, SolverOptions& options, std::string& error) {
+bool parse(std::vector<const char*> words, SolverOptions& options, std::string& error,
+           const Machine& machine = {}) {
   words.insert(words.begin(), "solver");
-  return parse_options(static_cast<int>(words.size()), words.data(), options, error);
+  return parse_options(static_cast<int>(words.size()), words.data(), machine, options, error);
 }
 
 std::string error_of(const std::vector<const char*>& words) {
@@ -37,6 +38,30 @@ TEST(Options, ReadsValues) {
   EXPECT_EQ(options.trace.seed, 9U);
   EXPECT_EQ(options.planner.memory_bytes, std::size_t{2} << 20);
   EXPECT_TRUE(options.quiet);
+}
+
+TEST(Options, TheModeMakesTheMostOfTheMachine) {
+  const Machine one{1, [] { return false; }}, several{4, [] { return false; }},
+      with_gpu{4, [] { return true; }};
+  const auto mode = [](const Machine& machine, const std::vector<const char*>& words = {}) {
+    SolverOptions options;
+    std::string error;
+    EXPECT_TRUE(parse(words, options, error, machine)) << error;
+    EXPECT_LE(options.planner.threads, machine.cores);
+    return options.planner.mode;
+  };
+  EXPECT_EQ(mode(one), Mode::kDespot);
+  EXPECT_EQ(mode(several), Mode::kParallel);
+  EXPECT_EQ(mode(with_gpu), Mode::kHyp);
+  EXPECT_EQ(mode(several, {"--trials", "9"}), Mode::kParallel);
+  EXPECT_EQ(mode(with_gpu, {"--device", "cpu"}), Mode::kParallel);
+  EXPECT_EQ(mode(several, {"--require-gpu"}), Mode::kHyp);
+  EXPECT_EQ(mode(several, {"--threads", "1"}), Mode::kDespot);
+  EXPECT_EQ(mode(with_gpu, {"--threads", "1"}), Mode::kGpu);
+  EXPECT_EQ(mode(with_gpu, {"--signature"}), Mode::kDespot);
+  EXPECT_EQ(mode(with_gpu, {"--signature", "--mode", "hyp"}), Mode::kHyp);
+  const Machine unasked{4, []() -> bool { throw "a GPU is looked for"; }};
+  for (const char* words : {"--mode=despot", "--selftest", "--trace=x", "--help"}) mode(unasked, {words});
 }
 
 TEST(Options, ATrialLimitReplacesTheTimeLimit) {

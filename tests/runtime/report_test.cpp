@@ -40,9 +40,10 @@ std::vector<nlohmann::json> json_lines(const std::string& file) {
 
 TEST(JsonLines, TellTheWholeRun) {
   const std::string file = ::testing::TempDir() + "run.jsonl";
-  ASSERT_EQ(solve(testing::rock_sample_descriptor<4, 3>(),
-                  {"--runs", "2", "--trials", "20", "--particles", "100", "--quiet", "--json", file}),
-            0);
+  ASSERT_EQ(
+      solve(testing::rock_sample_descriptor<4, 3>(), {"--mode", "despot", "--runs", "2", "--trials", "20",
+                                                      "--particles", "100", "--quiet", "--json", file}),
+      0);
   const std::vector<nlohmann::json> lines = json_lines(file);
   EXPECT_EQ(lines.front()["type"], "run");
   EXPECT_EQ(lines.front()["version"], 1);

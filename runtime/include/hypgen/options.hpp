@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "hypgen/descriptor.hpp"
@@ -12,7 +13,7 @@
 
 namespace hypgen {
 
-// Where leaves are expanded; kAuto: on a GPU in mode gpu, otherwise on the CPU.
+// Where leaves are expanded; kAuto: on a GPU in modes gpu and hyp, otherwise on the CPU.
 enum class DeviceKind { kAuto, kCpu, kCuda };
 constexpr int kFirstDevice = -1;
 
@@ -36,8 +37,21 @@ struct SolverOptions {
   SelftestOptions selftest;
 };
 
-// Reads the command line; false and `error` on an unknown option or a bad value.
-bool parse_options(int argc, const char* const* argv, SolverOptions& options, std::string& error);
+// What a machine has, for options that are not given.
+struct Machine {
+  std::size_t cores = 1;
+  std::function<bool()> has_gpu = [] {
+    return false;
+  };  // that the solver can use; asked only where it matters
+};
+
+// The one that this process runs on. `device`: the model on GPUs; null without CUDA.
+Machine this_machine(const DeviceSupport* device);
+
+// Reads the command line; false and `error` on an unknown option or a bad value. What is not given follows
+// from the rest and from the machine: the mode is the one that makes the most of it.
+bool parse_options(int argc, const char* const* argv, const Machine& machine, SolverOptions& options,
+                   std::string& error);
 
 // What --help prints.
 std::string help_text(const ModelDescriptor& model, const std::string& program);

@@ -26,12 +26,15 @@ struct RunTotals {
   std::uint64_t simulations = 0;
   std::uint64_t leaf_scenarios = 0;
   std::uint64_t signature = 0;
+  std::string mode;
   std::uint64_t late_searches = 0;  // that ended without waiting for a thread
   std::size_t threads = 1;          // of a search
   std::size_t in_flight = 1;
   double search_seconds = 0.0;
   double waiting_seconds = 0.0;
   double tree_seconds = 0.0;
+  double descent_seconds = 0.0;
+  double backup_seconds = 0.0;
   EvaluatorStats evaluator;
   std::map<Status, std::uint64_t> plan_statuses;
   std::map<Status, std::uint64_t> belief_statuses;
