@@ -17,7 +17,8 @@ from typing import Any
 
 COLUMNS = (
     "mode", "threads", "in flight", "expansions/s", "nodes/s made", "trials/s", "depth", "scenarios a leaf",
-    "simulations/s", "leaves a batch", "GPU busy", "waiting", "collisions", "searches end with",
+    "simulations/s", "leaves a batch", "GPU busy", "waiting", "descent", "backup",
+    "collisions", "searches end with",
 )  # fmt: skip
 
 
@@ -51,7 +52,10 @@ def row(mode: str, lines: list[dict[str, Any]]) -> list[str]:
     expansions = sum(step["expansions"] for step in steps)
     searched = sum(line["search_seconds"] for line in lines if line["type"] == "step")
     has_gpu = summary["batches"] > 0
-    waiting = fmean(step["waiting_seconds"] / step["search_seconds"] for step in steps)
+
+    def share(name: str) -> str:
+        return f"{fmean(step[name] / step['search_seconds'] for step in steps):.0%}"
+
     return [
         mode, str(run["threads"]), str(run["in_flight"]),
         rate("expansions"), rate("children"), rate("trials"), str(max(step["max_depth"] for step in steps)),
@@ -59,7 +63,8 @@ def row(mode: str, lines: list[dict[str, Any]]) -> list[str]:
         f"{fmean(step['simulations'] / step['search_seconds'] for step in steps):.2g}",
         f"{summary['leaves_a_batch']:.1f}" if has_gpu else "",
         f"{summary['seconds_kernels'] / searched:.0%}" if has_gpu else "",
-        f"{waiting:.0%}", f"{sum(step['collisions'] for step in steps) / max(1, expansions):.3f}",
+        share("waiting_seconds"), share("descent_seconds"), share("backup_seconds"),
+        f"{sum(step['collisions'] for step in steps) / max(1, expansions):.3f}",
         ", ".join(sorted({step["status"] for step in steps})),
     ]  # fmt: skip
 

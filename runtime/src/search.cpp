@@ -54,8 +54,10 @@ void Search::add_counts(Decision& decision) const {
     decision.nodes += shared_.tree.nodes(i);
     decision.crossed += shared_.tree.crossed(i);
   }
-  const std::size_t searching = std::min(shared_.threads.size(), shared_.evaluator->threads());
-  decision.waiting_seconds /= static_cast<double>(searching);
+  const auto searching = static_cast<double>(std::min(shared_.threads.size(), shared_.evaluator->threads()));
+  decision.waiting_seconds /= searching;
+  decision.descent_seconds /= searching;
+  decision.backup_seconds /= searching;
 }
 
 void Search::add_leaf_sizes(std::vector<std::uint64_t>& leaf_sizes) {

@@ -13,6 +13,9 @@ namespace {
 
 constexpr unsigned kLongestPause = 64;  // in instructions; a thread that pauses longer yields its core
 constexpr unsigned kActivityBits = 16;
+// One walk in so many is timed: to read the clock takes up to a tenth of what a walk does. A prime, as walks
+// come in patterns.
+constexpr unsigned kTimedWalks = 17;
 
 void relax_core() {
 #if defined(__x86_64__) || defined(__i386__)
@@ -124,7 +127,7 @@ Status SearchThread::start_trial() {
   const std::uint64_t before = activity_.load(std::memory_order_relaxed);
   publish(waiting_ + 1);
   tree_.enter(tree_.root());
-  const Progress progress = walk(&tree_.root(), false);
+  const Progress progress = timed_walk(&tree_.root(), false);
   if (progress == Progress::kFull) return Status::kMemoryFull;
   if (progress == Progress::kRequested) {
     pauses_ = 0;
@@ -161,7 +164,7 @@ Status SearchThread::apply_oldest() {
     tree_.backup(*node);
     return status;
   }
-  return walk(node, true) == Progress::kFull ? Status::kMemoryFull : Status::kOk;
+  return timed_walk(node, true) == Progress::kFull ? Status::kMemoryFull : Status::kOk;
 }
 
 // Takes the oldest trial, which waits, from the queue and expands its node.
@@ -196,7 +199,7 @@ Status SearchThread::wait(LeafResult& leaf) {
     if (shared_.threads.size() > 1) pause();
   }
   pauses_ = 0;
-  counts_.add_waiting(Clock::now() - start);
+  counts_.waiting.add(Clock::now() - start);
   return status;
 }
 
@@ -213,6 +216,26 @@ void SearchThread::send() {
   }
 }
 
+// A walk, and how long it took but for the backup that may end it.
+SearchThread::Progress SearchThread::timed_walk(Node* node, bool has_expanded) {
+  is_timed_ = ++walks_ % kTimedWalks == 0;
+  if (!is_timed_) return walk(node, has_expanded);
+  backup_time_ = {};
+  const Clock::time_point start = Clock::now();
+  const Progress progress = walk(node, has_expanded);
+  counts_.descent.add(kTimedWalks * (Clock::now() - start - backup_time_));
+  counts_.backup.add(kTimedWalks * backup_time_);
+  return progress;
+}
+
+// Ends a walk.
+void SearchThread::backup(Node& node) {
+  if (!is_timed_) return tree_.backup(node);
+  const Clock::time_point start = Clock::now();
+  tree_.backup(node);
+  backup_time_ = Clock::now() - start;
+}
+
 // One trial (Algorithm 2, EXPLORE), from an expanded node down: to a leaf, or to where the excess uncertainty
 // is gone. Where everything below a node is in expansion it goes on from the parent.
 SearchThread::Progress SearchThread::walk(Node* node, bool has_expanded) {
@@ -227,21 +250,21 @@ SearchThread::Progress SearchThread::walk(Node* node, bool has_expanded) {
       continue;
     }
     if (branch.kind == Branch::kStop) {
-      tree_.backup(*node);
+      backup(*node);
       return has_expanded ? Progress::kEnded : Progress::kWithoutEffect;
     }
     Node* const next = branch.kind == Branch::kFull
                            ? nullptr
                            : tree_.visit(number_, *node, branch.action, *branch.table, *branch.child);
     if (next == nullptr) {
-      tree_.backup(*node);
+      backup(*node);
       return Progress::kFull;
     }
     tree_.enter(*next);
     const bool is_deepest = next->depth >= shared_.setup.depth_limit;
     if (is_deepest || (shared_.options.pruning > 0.0 && tree_.is_blocked(*next))) {
       tree_.make_default(*next);
-      tree_.backup(*next);
+      backup(*next);
       return Progress::kEnded;
     }
     if (next->expanded() != nullptr) {

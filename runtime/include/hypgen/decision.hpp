@@ -62,6 +62,8 @@ struct Decision {
   double waiting_seconds =
       0.0;                    // of these, for leaves, a thread on average; an evaluator on the CPU works then
   double tree_seconds = 0.0;  // of these, the rest of a tree search
+  double descent_seconds = 0.0;  // of the rest, walks down to leaves, a thread on average; a sample, scaled
+  double backup_seconds = 0.0;   // and back up
   std::size_t late_threads = 0;  // that had not ended by the deadline
   std::uint64_t signature = 0;   // of the tree, if asked for
 };

@@ -25,13 +25,15 @@ class Counter {
   std::uint64_t get() const { return value_.load(std::memory_order_relaxed); }
   void set(std::uint64_t value) { value_.store(value, std::memory_order_relaxed); }
   void add(std::uint64_t more) { set(get() + more); }
+  void add(std::chrono::nanoseconds time) { add(static_cast<std::uint64_t>(time.count())); }
 
  private:
   std::atomic<std::uint64_t> value_{0};
 };
 
 struct SearchCounts {
-  Counter trials, expansions, children, collisions, leaf_scenarios, simulations, max_depth, waiting;  // ns
+  Counter trials, expansions, children, collisions, leaf_scenarios, simulations, max_depth;
+  Counter waiting, descent, backup;  // in ns
 
   void add_expansion(const LeafResult& leaf, int depth) {
     expansions.add(1);
@@ -40,8 +42,6 @@ struct SearchCounts {
     simulations.add(std::uint64_t{leaf.count} * leaf.actions.size());
     max_depth.set(std::max(max_depth.get(), static_cast<std::uint64_t>(depth)));
   }
-
-  void add_waiting(std::chrono::nanoseconds time) { waiting.add(static_cast<std::uint64_t>(time.count())); }
 
   void add_to(Decision& decision) const {
     decision.trials += trials.get();
@@ -52,6 +52,8 @@ struct SearchCounts {
     decision.simulations += simulations.get();
     decision.max_depth = std::max(decision.max_depth, static_cast<int>(max_depth.get()));
     decision.waiting_seconds += 1e-9 * static_cast<double>(waiting.get());
+    decision.descent_seconds += 1e-9 * static_cast<double>(descent.get());
+    decision.backup_seconds += 1e-9 * static_cast<double>(backup.get());
   }
 };
 

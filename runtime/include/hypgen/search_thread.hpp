@@ -99,7 +99,9 @@ class alignas(kCacheLine) SearchThread {
   Status expand_oldest(Node*& node);
   Status wait(LeafResult& leaf);
   void send();
+  Progress timed_walk(Node* node, bool has_expanded);
   Progress walk(Node* node, bool has_expanded);
+  void backup(Node& node);
   bool claim(Node& leaf);
   Branch choose(Node& node, const ChildRule& rule);
   Branch look(const Node& node, const ChildRule& rule);
@@ -127,7 +129,10 @@ class alignas(kCacheLine) SearchThread {
   SearchCounts counts_;
   std::vector<std::uint64_t> leaf_sizes_;
   std::uint64_t rest_ = 0;  // what others had done when a trial last found nothing to do, and nobody had one
-  unsigned pauses_ = 0;     // since it last found something to do
+  unsigned walks_ = 0;
+  bool is_timed_ = false;          // the present walk
+  Clock::duration backup_time_{};  // of a timed walk
+  unsigned pauses_ = 0;            // since it last found something to do
   // How many trials it has at hand, in the lower 16 bits, and how often it has said so. Written by this
   // thread with release after what it has done to the tree, read by others with acquire when they find
   // nothing to do.
