@@ -20,7 +20,7 @@ using namespace hypgen;
 struct Setting {
   std::size_t actions = 100, children = 4, levels = 5, threads = 1, in_flight = 1, megabytes = 1024,
               blocks = 64;
-  double seconds = 1.0, trials = 1e18, xi = 0.5, pruning = 0.0;
+  double seconds = 1.0, trials = 1e18, xi = 0.5, pruning = 0.0, exploration = 0.0;
   int searches = 3;
 };
 
@@ -141,9 +141,11 @@ void measure(const Setting& setting) {
   options.scenarios = evaluator.scenarios();
   options.target_ratio = setting.xi;
   options.pruning = setting.pruning;
+  options.exploration = setting.exploration;
   options.gap = 0.0;
   options.trial_limit = static_cast<std::uint64_t>(setting.trials);
-  Search search(options, {setting.megabytes << 20, options.depth, 0.95, options.pruning, setting.threads});
+  Search search(options, {setting.megabytes << 20, options.depth, 0.95, options.pruning, setting.threads,
+                          options.exploration > 0.0});
   for (int i = 0; i < setting.searches; ++i) {
     const Clock::time_point start = Clock::now();
     const auto limit =
@@ -184,7 +186,9 @@ int main(int argc, char** argv) {
                        read(text, "threads", setting.threads) || read(text, "memory", setting.megabytes) ||
                        read(text, "blocks", setting.blocks) || read(text, "seconds", setting.seconds) ||
                        read(text, "trials", setting.trials) || read(text, "xi", setting.xi) ||
-                       read(text, "pruning", setting.pruning) || read(text, "searches", setting.searches);
+                       read(text, "pruning", setting.pruning) ||
+                       read(text, "exploration", setting.exploration) ||
+                       read(text, "searches", setting.searches);
     if (!known) {
       std::fprintf(stderr, "tree: unknown setting %s\n", text);
       return 2;

@@ -55,6 +55,7 @@ void JsonLines::write_run(const SolverOptions& options, const std::string& devic
                {"threads", threads},
                {"in_flight", planner.in_flight},
                {"observation_loss", planner.observation_loss},
+               {"exploration", planner.exploration},
                {"scenarios", planner.scenarios},
                {"depth", planner.depth},
                {"xi", planner.target_ratio},

@@ -54,7 +54,8 @@ Planner::Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor
       options_(options),
       horizon_(model.horizon),
       search_(options, {options.memory_bytes - evaluator_bytes(options, model.action_count), options.depth,
-                        model.discount, options.pruning, std::min(options.threads, evaluator_->threads())}),
+                        model.discount, options.pruning, std::min(options.threads, evaluator_->threads()),
+                        options.exploration > 0.0}),
       leaf_sizes_(options.scenarios + 1) {
   candidates_.reserve(static_cast<std::size_t>(model.action_count));
   actions_.reserve(static_cast<std::size_t>(model.action_count));

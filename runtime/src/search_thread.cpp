@@ -126,26 +126,29 @@ Status SearchThread::start_trial() {
   counts_.trials.add(1);
   const std::uint64_t before = activity_.load(std::memory_order_relaxed);
   publish(waiting_ + 1);
-  tree_.enter(tree_.root());
-  const Progress progress = timed_walk(&tree_.root(), false);
+  Node* node = &tree_.root();
+  tree_.enter(*node);
+  const Progress progress = timed_walk(node, false);
   if (progress == Progress::kFull) return Status::kMemoryFull;
   if (progress == Progress::kRequested) {
     pauses_ = 0;
     return Status::kOk;
   }
+  const bool is_alone = waiting_ == 0;
   const bool found_nothing = progress == Progress::kWithoutEffect || progress == Progress::kBackedOut;
-  if (found_nothing && waiting_ == 0) {
-    // With nothing in flight all uncertainty left is rounding.
-    if (progress == Progress::kWithoutEffect && is_search_at_rest()) return Status::kConverged;
-    return undo_trial(before);
-  }
+  // With nothing in flight all uncertainty left is rounding.
+  const bool has_converged = is_alone && progress == Progress::kWithoutEffect && is_search_at_rest();
+  if (is_alone && found_nothing && !has_converged) return undo_trial(node, before);
+  if (progress == Progress::kWithoutEffect) tree_.backup(*node);
+  if (has_converged) return Status::kConverged;
   push({nullptr, false});
   return Status::kOk;
 }
 
 // Others have all there is to do at the moment. Were such trials to count, threads beside a long leaf would
-// use up a limit in no time.
-Status SearchThread::undo_trial(std::uint64_t activity) {
+// use up a limit in no time. `node` is where the trial is; null: nowhere any more.
+Status SearchThread::undo_trial(Node* node, std::uint64_t activity) {
+  for (; node != nullptr; node = node->parent) tree_.leave(*node);
   counts_.trials.set(counts_.trials.get() - 1);
   shared_.give_trial_back();
   activity_.store(activity, std::memory_order_release);  // as if it had not been
@@ -217,7 +220,7 @@ void SearchThread::send() {
 }
 
 // A walk, and how long it took but for the backup that may end it.
-SearchThread::Progress SearchThread::timed_walk(Node* node, bool has_expanded) {
+SearchThread::Progress SearchThread::timed_walk(Node*& node, bool has_expanded) {
   is_timed_ = ++walks_ % kTimedWalks == 0;
   if (!is_timed_) return walk(node, has_expanded);
   backup_time_ = {};
@@ -237,9 +240,12 @@ void SearchThread::backup(Node& node) {
 }
 
 // One trial (Algorithm 2, EXPLORE), from an expanded node down: to a leaf, or to where the excess uncertainty
-// is gone. Where everything below a node is in expansion it goes on from the parent.
-SearchThread::Progress SearchThread::walk(Node* node, bool has_expanded) {
-  const ChildRule rule = tree_.child_rule(shared_.options.target_ratio, shared_.options.observation_loss);
+// is gone. Where everything below a node is in expansion it goes on from the parent. `node` becomes where a
+// trial without effect is; any other is backed up, or has been backed out of.
+SearchThread::Progress SearchThread::walk(Node*& node, bool has_expanded) {
+  const PlannerOptions& options = shared_.options;
+  const BranchRule rule =
+      tree_.branch_rule({options.target_ratio, options.observation_loss, options.exploration});
   while (true) {
     const Branch branch = choose(*node, rule);
     if (branch.kind == Branch::kClosed) {
@@ -250,8 +256,9 @@ SearchThread::Progress SearchThread::walk(Node* node, bool has_expanded) {
       continue;
     }
     if (branch.kind == Branch::kStop) {
+      if (!has_expanded) return Progress::kWithoutEffect;
       backup(*node);
-      return has_expanded ? Progress::kEnded : Progress::kWithoutEffect;
+      return Progress::kEnded;
     }
     Node* const next = branch.kind == Branch::kFull
                            ? nullptr
@@ -288,7 +295,7 @@ bool SearchThread::claim(Node& leaf) {
 }
 
 // Where to go on from a node; one with nothing left to take is closed.
-SearchThread::Branch SearchThread::choose(Node& node, const ChildRule& rule) {
+SearchThread::Branch SearchThread::choose(Node& node, const BranchRule& rule) {
   if (tree_.is_closed(node)) return {Branch::kClosed, kNoIndex, nullptr, nullptr};
   Branch branch = look(node, rule);
   if (branch.kind != Branch::kClosed) return branch;
@@ -299,9 +306,10 @@ SearchThread::Branch SearchThread::choose(Node& node, const ChildRule& rule) {
 }
 
 // The best action's best child; the next action's where that is in expansion.
-SearchThread::Branch SearchThread::look(const Node& node, const ChildRule& rule) {
+SearchThread::Branch SearchThread::look(const Node& node, const BranchRule& rule) {
   bool met_closed = false;
-  ActionChoice action = tree_.best_action(node);
+  const ActionRule action_rule = tree_.action_rule(node, rule);
+  ActionChoice action = tree_.best_action(node, action_rule);
   while (action.place != kNoIndex) {
     ActionTable* const table = tree_.open_action(number_, node, action.place);
     if (table == nullptr) return {Branch::kFull, kNoIndex, nullptr, nullptr};
@@ -309,7 +317,7 @@ SearchThread::Branch SearchThread::look(const Node& node, const ChildRule& rule)
     if (choice.child != nullptr) return {Branch::kTaken, action.place, table, choice.child};
     met_closed |= choice.met_closed;
     if (!met_closed) break;
-    action = tree_.next_action(node, action);
+    action = tree_.next_action(node, action_rule, action);
   }
   return {met_closed ? Branch::kClosed : Branch::kStop, kNoIndex, nullptr, nullptr};
 }

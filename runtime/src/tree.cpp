@@ -20,7 +20,8 @@ constexpr double kRounding = 1e-6;
 Tree::Tree(const TreeOptions& options)
     : pool_(options.memory_bytes, options.threads),
       makers_(options.threads, Maker(pool_)),
-      pruning_(options.pruning) {
+      pruning_(options.pruning),
+      counts_actions_(options.counts_actions) {
   double power = 1.0;
   for (int depth = 0; depth <= options.max_depth; ++depth, power *= options.discount) {
     discounts_.push_back(power);
@@ -159,7 +160,7 @@ ActionTable* Tree::make_table(std::size_t thread, Expansion& expansion, int dept
   const Ref<ActionTable> made =
       maker.memory.take<ActionTable>(sizeof(ActionTable) + row.child_count * sizeof(Child));
   if (!made) return nullptr;
-  ActionTable* const table = new (get(made)) ActionTable{{row_lower(row, depth)}, row.child_count};
+  ActionTable* const table = new (get(made)) ActionTable{{row_lower(row, depth)}, row.child_count, {0}};
   std::uint64_t crossed = 0;
   for (std::uint32_t i = 0; i < table->count; ++i) {
     crossed += make_child(table->children() + i, expansion.child_rows[row.first_child + i], depth + 1);
@@ -181,29 +182,6 @@ double Tree::action_lower(const Node& node, std::uint32_t action) const {
   const Expansion& expansion = *node.expanded();
   const ActionTable* const opened = table(expansion, action);
   return opened != nullptr ? opened->lower.load() : row_lower(expansion.rows[action], node.depth);
-}
-
-ChildRule Tree::child_rule(double target_ratio, double observation_loss) const {
-  // Between two threads' moves it may be below 0.
-  const double gap = std::max(0.0, root_->child->gap());
-  return {scenario_share_ * target_ratio * gap, observation_loss * gap};
-}
-
-ChildChoice Tree::best_child(ActionTable& table, const ChildRule& rule) const {
-  ChildChoice choice{nullptr, false};
-  double best = -std::numeric_limits<double>::infinity();
-  for (Child& child : table) {
-    const double excess = child.gap() - child.count * rule.target;
-    if (!(excess > 0.0)) continue;
-    const bool closed = child.closed.load();
-    choice.met_closed |= closed;
-    const double left = excess - rule.loss * static_cast<double>(child.in_flight());
-    if (!closed && left > best) {
-      best = left;
-      choice.child = &child;
-    }
-  }
-  return choice;
 }
 
 Node* Tree::visit(std::size_t thread, Node& parent, std::uint32_t action, ActionTable& table, Child& child) {

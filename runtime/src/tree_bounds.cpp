@@ -7,24 +7,6 @@
 
 namespace hypgen {
 
-ActionChoice Tree::best_action(const Node& node) const {
-  const Expansion& expansion = *node.expanded();
-  const std::uint32_t best = expansion.best.load();
-  return {best, best == kNoIndex ? 0.0 : expansion.uppers()[best].load()};
-}
-
-// The order is that of `last` as it was chosen: bounds that fall meanwhile cannot make a trial go in circles.
-ActionChoice Tree::next_action(const Node& node, const ActionChoice& last) const {
-  const Expansion& expansion = *node.expanded();
-  ActionChoice found{kNoIndex, node.child->lower.load()};
-  for (std::uint32_t i = 0; i < expansion.action_count; ++i) {
-    const double upper = expansion.uppers()[i].load();
-    const bool comes_after = upper < last.upper || (upper == last.upper && i > last.place);
-    if (comes_after && upper > found.upper) found = {i, upper};
-  }
-  return found;
-}
-
 // Sets `best` and `largest`. A scan counts for nothing if what it found has fallen, as who lowered it may
 // have read the `best` before; nor if `largest` was changed or a bound has risen since it began (changed and
 // changed back, `largest` would not show it). Who raises `largest` scans once more: that bound may have

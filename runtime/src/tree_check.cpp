@@ -76,17 +76,21 @@ class TreeCheck {
     const double reward = tree_.weight(node.depth) * from_fixed_sum(row.reward_sum) - tree_.pruning();
     double upper = expansion.uppers()[action].load() - reward, lower = table.lower.load() - reward;
     std::uint32_t count = 0;
+    std::uint64_t visits = 0;
     for (std::uint32_t i = 0; i < table.count; ++i) {
       const Child& child = table.children()[i];
       upper -= child.upper.load();
       lower -= child.lower.load();
       count += child.count;
+      visits += child.visits();
       const ChildRow& group = expansion.child_rows[row.first_child + i];
       const double first_upper = tree_.weight(node.depth + 1) * from_fixed_sum(group.upper_sum);
       if (child.upper.load() > std::max(child.lower.load(), first_upper)) return "a child's upper bound rose";
     }
     if (!(std::abs(upper) <= tolerance_)) return "an action's upper bound is not the sum of its children's";
     if (!(std::abs(lower) <= tolerance_)) return "an action's lower bound is not the sum of its children's";
+    if (tree_.counts_actions() && table.visits.load() != visits)
+      return "an action's visits are not its children's";
     if (count != node.child->count) return "an action's children are not the node's scenarios";
     return nullptr;
   }

@@ -129,11 +129,12 @@ TEST(ManyThreads, DoAllTrialsAndNoMore) {
   });
 }
 
-TEST(ManyThreads, RegularisedTreesHold) {
+TEST(ManyThreads, RegularisedAndExploringTreesHold) {
   PlannerOptions options = by_threads(4, 16, 500);
-  options.pruning = 0.1;
   unsigned seed = 0;
   repeat([&] {
+    options.pruning = seed % 3 == 0 ? 0.0 : 0.1;
+    options.exploration = seed % 3 == 1 ? 0.0 : 0.5;
     EXPECT_EQ(plan(rock_sample_descriptor<4, 3>(), options, {++seed}).status, Status::kTrialLimit);
   });
 }
@@ -220,6 +221,20 @@ TEST(ManyThreads, FindOutThatThereIsNothingToDo) {
   repeat([&] {
     Solver solver(rock_sample_descriptor<4, 3>(), options);
     EXPECT_EQ(solver.plan().status, Status::kConverged);
+  });
+}
+
+// Each thread has one trial at a time, which either comes to a leaf or did not happen. So the root's visits
+// are those of its own expansion and of the trials that count.
+TEST(ManyThreads, TrialsThatDidNotHappenLeaveNoVisit) {
+  PlannerOptions options = by_threads(16, 16, 1000000);
+  options.depth = 4;
+  options.gap = 0.0;
+  Solver solver(tiger_descriptor(), options);
+  int step = 0;
+  repeat([&] {
+    const Decision decision = solver.plan(step++);
+    EXPECT_EQ(solver.planner.tree().root().child->visits(), 1 + decision.trials);
   });
 }
 

@@ -117,6 +117,9 @@ TEST(Options, NamesWhatIsWrong) {
   EXPECT_EQ(error_of({"--quiet=1"}), "--quiet takes no value");
   for (const char* bad : {"-1", "1x", "", "nan", "1e9"}) EXPECT_NE(error_of({"--time", bad}), "");
   EXPECT_NE(error_of({"--xi", "1.5"}), "");
+  EXPECT_EQ(error_of({"--exploration", "-0.1"}),
+            "--exploration: bad value \"-0.1\"; expected a number from 0 to 1000");
+  for (const char* bad : {"nan", "inf", "", "x"}) EXPECT_NE(error_of({"--exploration", bad}), "");
   EXPECT_NE(error_of({"--seed", "99999999999999999999999"}), "");
 }
 

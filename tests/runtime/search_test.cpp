@@ -50,15 +50,28 @@ TEST(Search, TrialsInFlightSpread) {
   EXPECT_LE(b.lower, b.upper);
 }
 
+TEST(Search, ExplorationMakesAnotherTreeTheSameEachTime) {
+  PlannerOptions options = flying(16);
+  Solver plain(rock_sample_descriptor<4, 3>(), options);
+  options.exploration = 0.5;
+  Solver first(rock_sample_descriptor<4, 3>(), options), second(rock_sample_descriptor<4, 3>(), options);
+  const Decision decision = first.plan();
+  EXPECT_EQ(decision.signature, second.plan().signature);
+  EXPECT_NE(decision.signature, plain.plan().signature);
+}
+
 TEST(Search, ConvergesToTheSameValue) {
-  for (const std::size_t in_flight : {1, 2, 7, 64}) {
+  for (const auto& [in_flight, exploration] :
+       {std::pair<std::size_t, double>{1, 0.0}, {2, 0.0}, {7, 0.0}, {64, 0.0}, {1, 0.5}, {64, 0.5}}) {
     PlannerOptions options = flying(in_flight, 1000000);
+    options.exploration = exploration;
     options.depth = 4;
     options.gap = 1e-9;
     Solver solver(tiger_descriptor(), options);
     const Decision decision = solver.plan();
     EXPECT_EQ(decision.status, Status::kConverged);
     options.in_flight = 1;
+    options.exploration = 0.0;
     Solver single(tiger_descriptor(), options);
     EXPECT_NEAR(decision.lower, single.plan().lower, 1e-6);
   }
@@ -120,9 +133,10 @@ TEST(Search, TakesNoLeafAfterTheDeadline) {
 
 TEST(Search, BoundsAreSumsOfThoseBelow) {
   for (const std::size_t in_flight : {1, 7, 64}) {
-    for (const double pruning : {0.0, 0.1}) {
+    for (const auto& [pruning, exploration] : {std::pair{0.0, 0.0}, {0.1, 0.0}, {0.0, 0.5}, {0.1, 0.5}}) {
       PlannerOptions options = flying(in_flight, 1000);
       options.pruning = pruning;
+      options.exploration = exploration;
       const Solver solver(rock_sample_descriptor<4, 3>(), options);
       const auto evaluator = solver.instance->make_evaluator(evaluator_options(options, solver.model));
       ScenarioBuffer scenarios;
@@ -130,7 +144,7 @@ TEST(Search, BoundsAreSumsOfThoseBelow) {
       const SearchSetup setup{derive(0, StreamKind::kPlan, 0), options.depth, false,
                               Clock::time_point::max()};
       solver.belief->sample(setup.key, 0, options.scenarios, scenarios);
-      Search search(options, {options.memory_bytes, options.depth, 0.95, pruning});
+      Search search(options, {options.memory_bytes, options.depth, 0.95, pruning, 1, exploration > 0.0});
       Decision decision;
       search.run(*evaluator, evaluator->begin_search(scenarios, setup), setup, decision);
       EXPECT_EQ(decision.status, Status::kTrialLimit);

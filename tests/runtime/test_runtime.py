@@ -63,7 +63,8 @@ def test_tree_and_search_take_no_lock(build: Path) -> None:
     if names is None:
         pytest.skip("needs nm")
     compile_target(build, "hypgen_runtime")
-    objects = [next(build.rglob(f"{name}.cpp.o")) for name in ("tree", "tree_bounds", "search_thread")]
+    sources = ("tree", "tree_bounds", "tree_choice", "search_thread")
+    objects = [next(build.rglob(f"{name}.cpp.o")) for name in sources]
     done = subprocess.run([names, "-u", *map(str, objects)], capture_output=True, text=True, check=True)
     assert "pthread_mutex" not in done.stdout
     assert "pthread_cond" not in done.stdout

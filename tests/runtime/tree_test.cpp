@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 
 #include "hypgen/math.hpp"
 #include "hypgen/scan.hpp"
@@ -39,9 +40,10 @@ TEST_F(TreeTest, WeighsAndDiscountsBounds) {
   EXPECT_DOUBLE_EQ(tree.action_lower(root, 0), 1 + 1 + 0.5);
   EXPECT_DOUBLE_EQ(root.child->upper, 5.5);
   EXPECT_DOUBLE_EQ(root.child->lower, 2.5);
-  const ActionChoice best = tree.best_action(root);
+  const ActionRule rule = tree.action_rule(root, tree.branch_rule({0.5, 1.0, 0.0}));
+  const ActionChoice best = tree.best_action(root, rule);
   EXPECT_EQ(best.place, 0U);
-  EXPECT_EQ(tree.next_action(root, best).place, kNoIndex);  // 1.5 is below the lower bound
+  EXPECT_EQ(tree.next_action(root, rule, best).place, kNoIndex);  // 1.5 is below the lower bound
   const ActionTable* const table = tree.open_action(0, root, 0);
   ASSERT_NE(table, nullptr);
   EXPECT_EQ(tree.open_action(0, root, 0), table);
@@ -57,7 +59,7 @@ TEST_F(TreeTest, ChoosesTheChildOfLargestExcess) {
   expand(tree, root);
   ActionTable& table = *tree.open_action(0, root, 0);
   Child *const first = table.children(), *const second = first + 1;
-  const ChildRule rule = tree.child_rule(0.5, 1.0);
+  const BranchRule rule = tree.branch_rule({0.5, 1.0, 0.0});
   EXPECT_DOUBLE_EQ(rule.target, 0.5 * 0.5 * 3.0);
   EXPECT_DOUBLE_EQ(rule.loss, 3.0);
   EXPECT_EQ(tree.best_child(table, rule).child, second);  // gap 2 against 1
@@ -70,7 +72,44 @@ TEST_F(TreeTest, ChoosesTheChildOfLargestExcess) {
   EXPECT_FALSE(tree.close(node));
   EXPECT_EQ(tree.best_child(table, rule).child, nullptr);
   EXPECT_TRUE(tree.best_child(table, rule).met_closed);
-  EXPECT_FALSE(tree.best_child(table, tree.child_rule(2.0, 1.0)).met_closed);  // nothing is worth a trial
+  EXPECT_FALSE(
+      tree.best_child(table, tree.branch_rule({2.0, 1.0, 0.0})).met_closed);  // nothing is worth a trial
+}
+
+TEST_F(TreeTest, ExploresActionsThatFewTrialsTook) {
+  rows_[1] = {0, fixed(16), fixed(8), 6, 2, 2, 0};
+  children_ = {{fixed(8), fixed(4), 0, 1, 0},
+               {fixed(10), fixed(2), 1, 1, 0},
+               {fixed(8), fixed(4), 0, 1, 0},
+               {fixed(8), fixed(4), 1, 1, 0}};
+  Tree tree({std::size_t{1} << 16, 10, 0.5, 0.0, 1, true});
+  tree.reset(root_);
+  Node& root = tree.root();
+  expand(tree, root);
+  tree.enter(root);
+  ActionRule rule = tree.action_rule(root, tree.branch_rule({0.5, 0.0, 0.5}));
+  EXPECT_NEAR(rule.bonus, 0.5 * 3.0 * std::sqrt(std::log(2.0) / 2), 1e-6);
+  EXPECT_EQ(tree.best_action(root, rule).place, 0U);  // 5.5 against 4, and neither taken
+  ActionTable& table = *tree.open_action(0, root, 0);
+  Node& node = *tree.visit(0, root, 0, table, table.children()[1]);
+  for (int i = 0; i < 3; ++i) {
+    tree.enter(root);
+    tree.enter(node);
+  }
+  rule = tree.action_rule(root, tree.branch_rule({0.5, 0.0, 1.0}));
+  const double bonus = 3.0 * std::sqrt(std::log(8.0) / 2);
+  const ActionChoice best = tree.best_action(root, rule);
+  EXPECT_EQ(best.place, 1U);
+  EXPECT_NEAR(best.score, 4.0 + bonus, 1e-6);
+  const ActionChoice next = tree.next_action(root, rule, best);
+  EXPECT_EQ(next.place, 0U);
+  EXPECT_NEAR(next.score, 5.5 + bonus / 2, 1e-6);
+  EXPECT_EQ(tree.next_action(root, rule, next).place, kNoIndex);
+  // A trial aims at 0.9 of the root's gap of 3, and below the second action there is one of 2.
+  rule = tree.action_rule(root, tree.branch_rule({0.9, 0.0, 1.0}));
+  EXPECT_EQ(tree.best_action(root, rule).place, 0U);
+  for (int i = 0; i < 3; ++i) tree.leave(node);
+  EXPECT_EQ(table.visits.load(), 0U);
 }
 
 TEST_F(TreeTest, ExpansionReopensWhatWasClosedForIt) {

@@ -31,6 +31,7 @@ struct PlannerOptions {
   double target_ratio = 0.95;                                             // xi
   double pruning = 0.0;                                                   // lambda
   double observation_loss = 1.0;                                          // c_o
+  double exploration = 0.0;                                               // c_a
   std::size_t in_flight = 1;                                              // F, trials at a time; 1 is DESPOT
   std::size_t threads = 1;                                                // N, of the search
   double gap = 1e-3;  // the search ends when the root's bounds are this close

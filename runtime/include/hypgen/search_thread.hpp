@@ -81,7 +81,7 @@ class alignas(kCacheLine) SearchThread {
   enum class Progress {
     kRequested,  // to a leaf that has to be expanded
     kEnded,
-    kWithoutEffect,  // it ended where it began
+    kWithoutEffect,  // it found nothing left to do, and is not backed up
     kBackedOut,      // all that it could take is in expansion
     kFull,
   };
@@ -99,12 +99,12 @@ class alignas(kCacheLine) SearchThread {
   Status expand_oldest(Node*& node);
   Status wait(LeafResult& leaf);
   void send();
-  Progress timed_walk(Node* node, bool has_expanded);
-  Progress walk(Node* node, bool has_expanded);
+  Progress timed_walk(Node*& node, bool has_expanded);
+  Progress walk(Node*& node, bool has_expanded);
   void backup(Node& node);
   bool claim(Node& leaf);
-  Branch choose(Node& node, const ChildRule& rule);
-  Branch look(const Node& node, const ChildRule& rule);
+  Branch choose(Node& node, const BranchRule& rule);
+  Branch look(const Node& node, const BranchRule& rule);
   LeafRequest request(const Node& node) const;
   void push(Trial trial);
   Trial pop();
@@ -113,7 +113,7 @@ class alignas(kCacheLine) SearchThread {
   std::size_t at_hand() const;
   void publish(std::size_t at_hand);
   bool is_search_at_rest();
-  Status undo_trial(std::uint64_t activity);
+  Status undo_trial(Node* node, std::uint64_t activity);
   void idle();
   void pause();
 

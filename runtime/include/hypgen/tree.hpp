@@ -34,17 +34,32 @@ struct TreeOptions {
   double discount = 0.95;
   double pruning = 0.0;  // lambda, the regularisation constant
   std::size_t threads = 1;
+  bool counts_actions = false;  // how often each was taken
 };
 
-// How a trial chooses among an action's children: as the root's gap was when it began to walk.
-struct ChildRule {
-  double target;  // the gap that is left alone, of a scenario: xi eps(b0) / K
-  double loss;    // what a trial in flight takes from the excess uncertainty: c_o eps(b0)
+// How trials choose, in units of the root's gap.
+struct BranchRatios {
+  double target;       // xi
+  double loss;         // c_o
+  double exploration;  // c_a; 0: DESPOT's choice of actions
+};
+
+// The same as the root's gap was when a trial began to walk.
+struct BranchRule {
+  double target;       // the gap that is left alone, of a scenario: xi eps(b0) / K
+  double loss;         // what a trial in flight takes from the excess uncertainty: c_o eps(b0)
+  double exploration;  // c_a eps(b0)
+};
+
+// How a node's actions are ranked.
+struct ActionRule {
+  double bonus;   // of an action that no trial has taken; with v visits it is divided by sqrt(1 + v)
+  double target;  // what an action leaves alone of its gap: that of all scenarios of the node
 };
 
 struct ActionChoice {
   std::uint32_t place;  // kNoIndex: none
-  double upper;         // its upper bound when it was chosen
+  double score;         // its upper bound when it was chosen, with what exploring adds
 };
 
 struct ChildChoice {
@@ -70,25 +85,32 @@ class Tree {
   // claimed it. The leaf's rows have to stay.
   bool expand(std::size_t thread, Node& leaf, const LeafResult& result);
 
-  // An expanded node's action with the largest upper bound, and the one that comes after another in falling
-  // order if it can be better than what the node has.
-  ActionChoice best_action(const Node& node) const;
-  ActionChoice next_action(const Node& node, const ActionChoice& last) const;
+  // An expanded node's action with the largest score, and the one that comes after another in falling order
+  // if it can be better than what the node has.
+  ActionChoice best_action(const Node& node, const ActionRule& rule) const;
+  ActionChoice next_action(const Node& node, const ActionRule& rule, const ActionChoice& last) const;
+  ActionRule action_rule(const Node& node, const BranchRule& rule) const;
 
   // An action's children, made if they are not there yet; null if there is no room.
   ActionTable* open_action(std::size_t thread, const Node& node, std::uint32_t action);
 
   // Of an action's children with excess uncertainty (Equation 9) the one where it is largest, less what
   // trials in flight take; the first of equals.
-  ChildChoice best_child(ActionTable& table, const ChildRule& rule) const;
-  ChildRule child_rule(double target_ratio, double observation_loss) const;
+  ChildChoice best_child(ActionTable& table, const BranchRule& rule) const;
+  BranchRule branch_rule(const BranchRatios& ratios) const;
 
   // The child's node, made if it is not there yet; null if there is no room.
   Node* visit(std::size_t thread, Node& parent, std::uint32_t action, ActionTable& table, Child& child);
 
   // A trial goes down to a node; it ends with `backup`, or with `leave` as if it had not come.
-  void enter(Node& node) { node.child->traffic.fetch_add(Child::kVisit + 1, std::memory_order_relaxed); }
-  void leave(Node& node) { node.child->traffic.fetch_sub(Child::kVisit + 1, std::memory_order_relaxed); }
+  void enter(Node& node) {
+    node.child->traffic.fetch_add(Child::kVisit + 1, std::memory_order_relaxed);
+    if (counts_actions_ && node.table != nullptr) node.table->visits.fetch_add(1, std::memory_order_relaxed);
+  }
+  void leave(Node& node) {
+    node.child->traffic.fetch_sub(Child::kVisit + 1, std::memory_order_relaxed);
+    if (counts_actions_ && node.table != nullptr) node.table->visits.fetch_sub(1, std::memory_order_relaxed);
+  }
 
   // Keeps trials from a node until it, or one below it, is expanded; false if it was closed before. Who
   // closes a leaf that has not been expanded meanwhile expands it. Who closes an expanded node has to look
@@ -112,6 +134,7 @@ class Tree {
   // Its children, if a trial has looked at it; otherwise null.
   const ActionTable* table(const Expansion& expansion, std::uint32_t action) const;
   bool is_regularised() const { return pruning_ > 0.0; }
+  bool counts_actions() const { return counts_actions_; }
   double pruning() const { return pruning_; }
   // What one scenario at that depth counts of the root's value: gamma^depth / K.
   double weight(int depth) const;
@@ -153,6 +176,7 @@ class Tree {
   double set_uppers(Expansion& expansion, int depth) const;
   bool set_regularised_uppers(std::size_t thread, Node& node, Expansion& expansion, double& lower);
   double row_lower(const ActionRow& row, int depth) const;
+  double explored(const Expansion& expansion, std::uint32_t action, const ActionRule& rule) const;
   ActionTable* make_table(std::size_t thread, Expansion& expansion, int depth, std::uint32_t action);
   void find_best(Expansion& expansion) const;
   void refresh(Node& node, double lower);
@@ -163,6 +187,7 @@ class Tree {
   Node* root_ = nullptr;
   std::vector<double> discounts_;
   double pruning_;
+  bool counts_actions_;
   double scenario_share_ = 0.0;  // 1 / K
 };
 

@@ -48,6 +48,8 @@ static_assert(sizeof(Child) == kCacheLine);
 struct alignas(kCacheLine) ActionTable {
   std::atomic<double> lower;  // reward and the children's lower bounds: added to by who moves one of those
   std::uint32_t count;        // of children. Plain
+  // Trials that have gone on to one of them, those in flight too; kept if the tree counts them. Relaxed.
+  std::atomic<std::uint32_t> visits;
 
   Child* children() { return reinterpret_cast<Child*>(this + 1); }
   const Child* children() const { return reinterpret_cast<const Child*>(this + 1); }
