@@ -145,7 +145,10 @@ def _policy(policy: Facts) -> str:
 def _belief(belief: Facts) -> str:
     if belief["filter"] == "factored":
         return "Belief: factored, each factor independent of the others given what was seen"
-    return "Belief: particles of the whole state"
+    lazily = ", ".join(belief["drawn_when_read"])
+    return "Belief: particles of the whole state" + (
+        f"; copies draw anew what they have not read of {lazily}" if lazily else ""
+    )
 
 
 def _factors(belief: Facts) -> list[str]:

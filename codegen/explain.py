@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from hypgen.codegen import unread
 from hypgen.codegen.layout import WORD, Block, pack
 from hypgen.codegen.partition import Share, most_warps, partition, run_count, shares, written_words
 from hypgen.dsl import ir, keys
@@ -214,6 +215,7 @@ def _policy(model: ir.Model) -> dict[str, Any]:
 def _belief(model: ir.Model) -> dict[str, Any]:
     return {
         "filter": "factored" if model.factored else "particles",
+        "drawn_when_read": [init.variable for init in unread.redrawn(model)],
         "factors": [
             {
                 "element": factor.element,

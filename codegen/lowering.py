@@ -35,6 +35,7 @@ from hypgen.codegen.partition import partition
 from hypgen.codegen.partitioned_step import PartitionedStep
 from hypgen.codegen.policy_functions import PolicyFunctions, uncalled_lets
 from hypgen.codegen.tabulate import DerivedTable, tabulate
+from hypgen.codegen.unread import is_redrawn, redrawn
 from hypgen.codegen.value_types import enum_view, history_view, joint_view, record_view, words_view
 from hypgen.dsl import ir
 from hypgen.dsl.types import Type, length_of, size_of
@@ -80,6 +81,7 @@ def _header(context: Context, derived: tuple[DerivedTable, ...], banner: str) ->
     partitioned = PartitionedStep(interface, packed.state)
     factors = FactorFunctions(interface) if model.factors else None
     bases = [*([] if packed.history.fields else ["NoHistory"]), *([] if factors else ["NotFactored"])]
+    tracks = bool(redrawn(model))
     whole = {variable for table in derived for variable in table.variables} & names.bits.keys()
     return views.Header(
         banner=banner,
@@ -96,12 +98,19 @@ def _header(context: Context, derived: tuple[DerivedTable, ...], banner: str) ->
         ),
         params=_params(context, derived),
         words=(
-            words_view("Fixed", "What never changes: stored once a scenario.", packed.fixed, names),
+            words_view(
+                "Fixed",
+                "What never changes: stored once a scenario.",
+                packed.fixed,
+                names,
+                word="FixedWord" if tracks else "std::uint32_t",
+            ),
             words_view("State", "What a step changes.", packed.state, names, whole),
             *([history_view(packed.history, names)] if packed.history.fields else []),
         ),
         base=f" : {', '.join(bases)}" if bases else "",
         posterior=factors.fields() if factors else None,
+        tracks=tracks,
         sections=_sections(interface, partitioned, factors, derived),
     )
 
@@ -170,6 +179,7 @@ def _sections(
     beliefs = BeliefFunctions(factors) if factors else None
     history = [] if model.history.is_empty else HistoryFunctions(interface, beliefs).all()
     entries = {t.name: context.names.struct.unique(f"compute_{t.name}") for t in derived}
+    site_test = is_redrawn(model, context.names)
     sections = [
         ("Constant arrays", [_table(t, context) for t in model.tables]),
         ("Functions of the model", [*model_functions(context), *lets(context, uncalled_lets(context))]),
@@ -208,6 +218,7 @@ def _sections(
                 *partitioned.all(),
                 interface.observe(),
                 interface.filter(),
+                *([site_test] if site_test else []),
                 *(beliefs.all() if beliefs else []),
                 *history,
                 *PolicyFunctions(interface).all(),

@@ -73,7 +73,12 @@ def joint_view(action: ir.Action) -> views.ValueType:
 
 
 def words_view(
-    name: str, purpose: str, block: Block, names: Names, whole: Set[str] = frozenset()
+    name: str,
+    purpose: str,
+    block: Block,
+    names: Names,
+    whole: Set[str] = frozenset(),
+    word: str = "std::uint32_t",
 ) -> views.Words:
     """Return a struct of words and the accessors of its variables, and of all bits of ``whole`` arrays."""
     members: list[str] = []
@@ -81,7 +86,7 @@ def words_view(
         members += _accessors(field, names.variables[field.variable], names.setters[field.variable])
         if field.variable in whole:
             members += _bits_accessors(field, names)
-    return views.Words(name, purpose, block.words, tuple(members))
+    return views.Words(name, purpose, block.words, tuple(members), word)
 
 
 def history_view(block: Block, names: Names) -> views.Words:

@@ -32,12 +32,13 @@ class ValueType:
 
 @dataclass(frozen=True)
 class Words:
-    """``Fixed`` or ``State``: how many words, and its accessors."""
+    """``Fixed`` or ``State``: how many words of which type, and its accessors."""
 
     name: str
     purpose: str
     count: int
     members: tuple[str, ...]
+    word: str = "std::uint32_t"
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ class Header:
     sections: tuple[Section, ...]
     base: str  # what the model's struct derives from, as C++ writes it
     posterior: tuple[str, ...] | None  # members of its struct, if the model has one
+    tracks: bool  # its particle filter notes which fixed values were read
 
 
 @dataclass(frozen=True)

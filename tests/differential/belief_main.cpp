@@ -1,11 +1,13 @@
-// Plays a model and prints, after every step, the probability of each value of each variable under the
-// factored belief: argv[1] particles, argv[2] steps. MODEL is the model's type, HEADER its generated header.
+// Plays a model and prints, after every step, how it ended, the action, the first word of what was seen and
+// the probability of each value of each variable under a belief: argv[1] particles, argv[2] steps. MODEL is
+// the model's type, HEADER its generated header, BELIEF the belief's template.
 #include <cstdio>
 #include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "hypgen/factored_belief.hpp"
+#include "hypgen/particle_belief.hpp"
 #include "hypgen/world.hpp"
 
 #include HEADER
@@ -15,7 +17,7 @@ int main(int, char** argv) {
   M::Params params;
   std::string error;
   if (!M::load(hypgen::ParamValues{}, params, error)) return 1;
-  hypgen::FactoredBelief<M> belief(params, 0, std::strtoul(argv[1], nullptr, 10));
+  hypgen::BELIEF<M> belief(params, 0, std::strtoul(argv[1], nullptr, 10));
   hypgen::ModelWorld<M> world(params, 5);
   std::vector<std::int32_t> visible(M::kVisibleCount + 1);
   bool playing = false;
@@ -32,7 +34,8 @@ int main(int, char** argv) {
     const hypgen::Status status =
         step.result.terminal ? hypgen::Status::kTerminal : belief.update(action, step.key);
     playing = status == hypgen::Status::kOk;
-    std::printf("%d", static_cast<int>(status));
+    const std::uint64_t key = step.result.terminal ? 0 : step.key[0];
+    std::printf("%d %d %llu", static_cast<int>(status), action, static_cast<unsigned long long>(key));
     for (int variable = 0; variable < M::kVariableCount; ++variable) {
       for (std::int32_t value = 0; value < 8; ++value) {
         std::printf(" %.9g", playing ? belief.marginal(variable, value) : 0.0);

@@ -3,40 +3,25 @@
 from __future__ import annotations
 
 import dataclasses
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import pytest
+from belief_program import beliefs
 from factored_models import FACTORED, model_of
 
 from hypgen.codegen.driver import generate
 from hypgen.dsl import ir
-from hypgen.runtime.errors import ToolchainError
-from hypgen.runtime.toolchain import find_tools
 
-HERE = Path(__file__).parent
-INCLUDE = HERE.parent.parent / "runtime" / "include"
 PARTICLES, STEPS = 100_000, 30
 
 
 def marginals(model: ir.Model, folder: Path) -> npt.NDArray[np.float64]:
     """Return, for each step of some episodes, its status and the belief's marginals."""
-    try:
-        compiler = str(find_tools().compiler.path)
-    except ToolchainError as error:
-        pytest.skip(f"needs a C++ compiler: {error}")
-    folder.mkdir()
-    header = folder / "model.hpp"
-    header.write_text(next(t for path, t in generate(model).items() if path.endswith(".hpp")))
-    program = str(folder / "belief")
-    names = [f'-DHEADER="{header}"', f"-DMODEL={model.name}", f"-I{INCLUDE}"]
-    flags = ["-std=c++17", "-O1", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffp-contract=off"]
-    subprocess.run([compiler, *flags, *names, str(HERE / "belief_main.cpp"), "-o", program], check=True)
-    run = [program, str(PARTICLES), str(STEPS)]
-    rows = subprocess.run(run, check=True, capture_output=True, text=True).stdout.splitlines()
-    return np.array([[float(x) for x in row.split()] for row in rows])
+    header = next(t for path, t in generate(model).items() if path.endswith(".hpp"))
+    rows = beliefs(header, model.name, "FactoredBelief", folder, PARTICLES, STEPS)
+    return np.delete(rows, (1, 2), axis=1)
 
 
 @pytest.mark.parametrize("name", ["mixed", "crowd"])

@@ -101,3 +101,9 @@ def test_what_the_policy_keeps_is_laid_out() -> None:
     assert "it knows visible state and 4 bytes of history\n" in text(model)
     kept = explain(model)["policy"]["history"]["variables"]
     assert [v["name"] for v in kept] == ["memory:score", "last:signal", "last_action", "started"]
+
+
+def test_what_is_drawn_when_read_is_named() -> None:
+    model = load(Path(__file__).parent.parent / "differential" / "models" / "corridor.pomdp").model
+    assert explain(model)["belief"]["drawn_when_read"] == ["floor.wet"]
+    assert "; copies draw anew what they have not read of floor.wet\n" in text(model)

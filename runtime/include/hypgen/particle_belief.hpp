@@ -3,34 +3,42 @@
 
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <set>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "hypgen/belief.hpp"
 #include "hypgen/model.hpp"
+#include "hypgen/unread.hpp"
 
 namespace hypgen {
 
 // Particles of equal number at all times; systematic resampling when the effective sample size is below half.
+// Fixed values that a copy has not read yet it draws anew (unread.hpp).
 template <class M>
 class ParticleBelief final : public Belief {
  public:
   ParticleBelief(const typename M::Params& params, std::uint64_t seed, std::size_t particles)
-      : params_(params), seed_(seed), now_(particles), next_(particles) {}
+      : params_(params), seed_(seed), now_(particles), next_(particles) {
+    if constexpr (kTracks) tracked_params_ = copied<typename T::Params>(params);
+  }
 
   void init(const std::int32_t* visible, std::uint64_t run) override {
     key_ = derive(seed_, StreamKind::kBelief, run);
     step_ = 0;
+    visible_.assign(visible, visible + M::kVisibleCount);
     now_.resize(next_.size());
     for (std::uint32_t i = 0; i < now_.size(); ++i) {
       PhiloxDraws draws(key_, i, 0);
-      M::import_visible(visible, now_[i].fixed, now_[i].state);
-      M::init_hidden(params_, draws, now_[i].fixed, now_[i].state);
+      T::import_visible(visible, now_[i].fixed, now_[i].state);
+      T::init_hidden(params(), draws, now_[i].fixed, now_[i].state);
+      now_[i].origin = i;
       now_[i].weight = 1.0 / static_cast<double>(now_.size());
     }
     hypotheses_ = count_distinct();
-    M::init_history(params_, now_[0].fixed, now_[0].state, history_);
+    T::init_history(params(), now_[0].fixed, now_[0].state, history_);
   }
 
   Status update(int action, KeyWords words) override {
@@ -70,19 +78,20 @@ class ParticleBelief final : public Belief {
     out.set_history(history_);
     PhiloxDraws draws(key, first, 0);
     choose(draws.word(kSampleSite, 0), count,
-           [&](const Particle& particle) { out.push(particle.fixed, particle.state); });
+           [&](const Particle& particle) { out.push(plain(particle.fixed), particle.state); });
   }
 
   int default_action(StreamKey key) const override {
     PhiloxDraws draws(key, 0, 0);
-    return M::default_policy(params_, now_[0].fixed, now_[0].state, history_, draws);
+    return T::default_policy(params(), now_[0].fixed, now_[0].state, history_, draws);
   }
 
   double marginal(int variable, std::int32_t value) const override {
     double sum = 0.0;
     std::int32_t values[M::kVariableCount];
     for (const Particle& particle : now_) {
-      M::export_state(particle.fixed, particle.state, values);
+      const typename T::Fixed fixed = particle.fixed;  // looking at it from outside is no reading
+      T::export_state(fixed, particle.state, values);
       if (values[variable] == value) sum += particle.weight;
     }
     return sum;
@@ -93,7 +102,7 @@ class ParticleBelief final : public Belief {
     particles.set_history(history_);
     weights.clear();
     for (const Particle& particle : now_) {
-      particles.push(particle.fixed, particle.state);
+      particles.push(plain(particle.fixed), particle.state);
       weights.push_back(particle.weight);
     }
   }
@@ -104,10 +113,10 @@ class ParticleBelief final : public Belief {
       return false;
     }
     std::vector<typename M::Fixed> fixed(now_.size());
-    std::vector<typename M::State> states(now_.size());
+    std::vector<typename T::State> states(now_.size());
     particles.copy_to(fixed.data(), states.data());
     particles.copy_history_to(history_);
-    for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = {fixed[i], states[i], weights[i]};
+    for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = {all_read(fixed[i]), states[i], weights[i], 0};
     hypotheses_ = count_distinct();
     return true;
   }
@@ -122,12 +131,67 @@ class ParticleBelief final : public Belief {
 
  private:
   static constexpr std::uint32_t kRedraws = 16;
+  static constexpr bool kTracks = Tracked<M>::kAny;
+  using T = typename Tracked<M>::Model;  // as M, but for the type of the words of Fixed
 
   struct Particle {
-    typename M::Fixed fixed;
-    typename M::State state;
+    typename T::Fixed fixed;
+    typename T::State state;
     double weight;
+    std::uint32_t origin;  // whose draws its initial values came of, but for those made anew
   };
+
+  // The same bytes as another type: of T and of M.
+  template <class To, class From>
+  static std::unique_ptr<To> copied(const From& from) {
+    static_assert(sizeof(To) == sizeof(From) && std::is_trivially_copyable_v<To>);
+    auto to = std::make_unique<To>();
+    std::memcpy(to.get(), &from, sizeof from);
+    return to;
+  }
+
+  const typename T::Params& params() const {
+    if constexpr (kTracks) {
+      return *tracked_params_;
+    } else {
+      return params_;
+    }
+  }
+
+  static typename M::Fixed plain(const typename T::Fixed& fixed) {
+    if constexpr (kTracks) {
+      typename M::Fixed words;
+      for (std::size_t i = 0; i < kFixedWords; ++i) words.words[i] = fixed.words[i].value;
+      return words;
+    } else {
+      return fixed;
+    }
+  }
+
+  static typename T::Fixed all_read(const typename M::Fixed& fixed) {
+    if constexpr (kTracks) {
+      typename T::Fixed words;
+      for (std::size_t i = 0; i < kFixedWords; ++i) words.words[i] = {fixed.words[i], ~std::uint32_t{0}};
+      return words;
+    } else {
+      return fixed;
+    }
+  }
+
+  // Draws what a particle has not read anew.
+  void redraw_unread(Particle& particle, const PhiloxDraws& fresh) const {
+    if constexpr (kTracks) {
+      typename T::Fixed fixed;
+      typename T::State state;
+      T::import_visible(visible_.data(), fixed, state);
+      RedrawnDraws<M> draws(PhiloxDraws(key_, particle.origin, 0), fresh);
+      T::init_hidden(params(), draws, fixed, state);
+      for (std::size_t i = 0; i < kFixedWords; ++i) {
+        TrackedWord& word = particle.fixed.words[i];
+        word.value = (word.value & word.read) | (fixed.words[i].value & ~word.read);
+      }
+    }
+  }
 
   PhiloxDraws draws_of(std::uint32_t particle, std::uint32_t round) const {
     return PhiloxDraws(key_, particle + round * static_cast<std::uint32_t>(now_.size()), step_ + 1);
@@ -140,7 +204,10 @@ class ParticleBelief final : public Belief {
       const Particle& from = now_[i];
       PhiloxDraws draws = draws_of(i, round);
       next_[i].fixed = from.fixed;
-      const double density = M::filter(params_, from.fixed, from.state, action, key, draws, next_[i].state);
+      next_[i].origin = from.origin;
+      if (round > 0) redraw_unread(next_[i], draws);
+      const double density =
+          T::filter(params(), next_[i].fixed, from.state, action, key, draws, next_[i].state);
       next_[i].weight = from.weight * density;
       total += next_[i].weight;
     }
@@ -152,8 +219,8 @@ class ParticleBelief final : public Belief {
     ++step_;
     for (Particle& particle : next_) particle.weight /= total;
     // The history follows from what is visible, which is the same in all particles.
-    typename M::History after;
-    M::advance_history(params_, now_[0].fixed, now_[0].state, action, key, next_[0].state, history_, after);
+    typename T::History after;
+    T::advance_history(params(), now_[0].fixed, now_[0].state, action, key, next_[0].state, history_, after);
     history_ = after;
     now_.swap(next_);
     if (effective_sample_size() < 0.5 * static_cast<double>(now_.size())) resample();
@@ -181,7 +248,10 @@ class ParticleBelief final : public Belief {
     choose(draws.word(kResampleSite, 0), now_.size(),
            [&](const Particle& particle) { next_[i++] = particle; });
     now_.swap(next_);
-    for (Particle& particle : now_) particle.weight = 1.0 / static_cast<double>(now_.size());
+    for (i = 0; i < now_.size(); ++i) {
+      now_[i].weight = 1.0 / static_cast<double>(now_.size());
+      redraw_unread(now_[i], PhiloxDraws(key_, static_cast<std::uint32_t>(i), step_));
+    }
   }
 
   // Why no particle explains what was seen.
@@ -195,28 +265,33 @@ class ParticleBelief final : public Belief {
   // Whether the action ends the episode of a particle, by the draws of round 0.
   bool ends(std::uint32_t particle, int action) const {
     PhiloxDraws draws = draws_of(particle, 0);
-    typename M::State next;
-    return M::step(params_, now_[particle].fixed, now_[particle].state, action, draws, next).terminal;
+    typename T::State next;
+    return T::step(params(), now_[particle].fixed, now_[particle].state, action, draws, next).terminal;
   }
 
   std::size_t count_distinct() const {
     std::set<std::string> distinct;
     for (const Particle& particle : now_) {
       if (!(particle.weight > 0.0)) continue;
-      std::string bytes(sizeof particle.fixed + sizeof particle.state, '\0');
-      std::memcpy(bytes.data(), &particle.fixed, sizeof particle.fixed);
-      std::memcpy(bytes.data() + sizeof particle.fixed, &particle.state, sizeof particle.state);
+      const typename M::Fixed fixed = plain(particle.fixed);
+      std::string bytes(sizeof fixed + sizeof particle.state, '\0');
+      std::memcpy(bytes.data(), &fixed, sizeof fixed);
+      std::memcpy(bytes.data() + sizeof fixed, &particle.state, sizeof particle.state);
       distinct.insert(std::move(bytes));
     }
     return distinct.size();
   }
 
+  static constexpr std::size_t kFixedWords = sizeof(typename M::Fixed) / sizeof(std::uint32_t);
+
   const typename M::Params& params_;
+  std::unique_ptr<typename T::Params> tracked_params_;  // if kTracks
   std::uint64_t seed_;
   StreamKey key_{};
   std::uint32_t step_ = 0;
-  std::size_t hypotheses_ = 0;  // distinct particles that the episode began with
-  typename M::History history_{};
+  std::size_t hypotheses_ = 0;         // distinct particles that the episode began with
+  std::vector<std::int32_t> visible_;  // initial values
+  typename T::History history_{};
   std::vector<Particle> now_;
   std::vector<Particle> next_;
 };

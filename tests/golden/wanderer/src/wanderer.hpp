@@ -13,10 +13,14 @@
 #include <hypgen/model.hpp>
 #include <hypgen/part.hpp>
 #include <hypgen/posterior.hpp>
+#include <hypgen/unread.hpp>
 
 namespace hypgen::models {
 
-struct Wanderer : NoHistory, NotFactored {
+// The model. `FixedWord` is std::uint32_t, and TrackedWord where the particle filter notes what is read.
+template <class FixedWord>
+struct WandererOf : NoHistory, NotFactored {
+  using Tracking = WandererOf<TrackedWord>;
   static constexpr int kActionCount = 4;
   static constexpr int kVisibleCount = 2;
   static constexpr int kVariableCount = 9;
@@ -52,7 +56,7 @@ struct Wanderer : NoHistory, NotFactored {
 
   // What never changes: stored once a scenario.
   struct Fixed {
-    std::uint32_t words[1];
+    FixedWord words[1];
     HYPGEN_FN bool map_wall(std::int32_t i0) const {
       const auto i = static_cast<std::uint32_t>(i0 - 1);
       return bits::get(words[0], i, 1) != 0;
@@ -341,6 +345,10 @@ struct Wanderer : NoHistory, NotFactored {
     return weight;
   }
 
+  HYPGEN_FN static bool is_redrawn(std::uint32_t site) {
+    return site == Site::init_map_wall;
+  }
+
   // sample.pomdp:22: policy default
   template <class D>
   HYPGEN_FN static std::int32_t choose(const State& state, D& draws, std::int32_t b) {
@@ -389,5 +397,7 @@ struct Wanderer : NoHistory, NotFactored {
     return true;
   }
 };
+
+using Wanderer = WandererOf<std::uint32_t>;
 
 }  // namespace hypgen::models

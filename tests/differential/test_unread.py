@@ -1,0 +1,57 @@
+"""A particle filter that draws unread parts of a map anew comes to the exact posterior, others do not."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from belief_program import beliefs
+
+from hypgen.codegen.driver import generate
+from hypgen.dsl import driver
+
+MODEL = Path(__file__).parent / "models" / "corridor.pomdp"
+PLACES, STEPS = 10, 480
+WET, GOES, FEELS = 0.3, {0: 0.7, 1: 0.95}, 0.95  # constants of the model
+
+
+def exact(rows: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the probability that each cell is wet after each step, by Bayes' rule over all states."""
+    maps = np.array(list(itertools.product((0, 1), repeat=PLACES)))
+    start = np.zeros((PLACES, len(maps)))
+    start[0] = np.prod(np.where(maps, WET, 1 - WET), axis=1)
+    joint, result = start, []
+    for status, action, felt in rows[:, :3].astype(int):
+        ahead = np.concatenate([np.zeros_like(joint[:1]), joint[:-1]])
+        ahead[-1] += joint[-1]
+        moved = GOES[action] * ahead + (1 - GOES[action]) * joint
+        joint = moved * np.where(felt == maps.T, FEELS, 1 - FEELS)
+        joint = joint / joint.sum() if status == 0 else start
+        result.append(joint.sum(axis=0) @ maps)
+    return np.array(result)
+
+
+def error(folder: Path, change: Callable[[str], str], particles: int) -> float:
+    """Return how far the particles are from the posterior of the map, on average."""
+    model = driver.load(MODEL).model
+    header = change(next(t for path, t in generate(model).items() if path.endswith(".hpp")))
+    rows = beliefs(header, model.name, "ParticleBelief", folder, particles, STEPS)
+    goes_on = rows[:, 0] == 0
+    wet = rows[:, 3:].reshape(STEPS, -1, 8)[:, :PLACES, 1]
+    return float(np.abs(wet - exact(rows))[goes_on].mean())
+
+
+def test_unread_cells_keep_their_prior(tmp_path: Path) -> None:
+    def without(header: str) -> str:
+        test = "return site == Site::init_floor_wet;"
+        assert test in header
+        return header.replace(test, "return site == 0;")
+
+    def kept(header: str) -> str:
+        return header
+
+    assert error(tmp_path / "many", kept, 20_000) < 0.006
+    assert error(tmp_path / "redrawn", kept, 1_000) < 0.6 * error(tmp_path / "copied", without, 1_000)
