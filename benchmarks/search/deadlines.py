@@ -1,9 +1,8 @@
 """Plans many times with a solver and tells how well it keeps its deadline, and whether its memory grows.
 
-python3 benchmarks/search/deadlines.py SOLVER --time 0.01 --plans 10000 [--mode parallel] [-- SOLVER OPTIONS]
+python3 benchmarks/search/deadlines.py SOLVER --time 0.01 --plans 10000 [--mode parallel] [--options="..."]
 
-SOLVER is a program that ``hypgen compile`` made; what follows ``--`` goes to it. Needs Python and nothing of
-hypgen's.
+SOLVER is a program that ``hypgen compile`` made; ``--options`` go to it. Needs nothing of hypgen's.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ import json
 import math
 import os
 import re
+import shlex
 import subprocess
 import sys
 from collections import Counter
@@ -42,8 +42,9 @@ def plan(asked: argparse.Namespace) -> tuple[dict[str, Any], list[dict[str, Any]
     run: dict[str, Any] = {}
     steps: list[dict[str, Any]] = []
     memory: list[float] = []
+    command += shlex.split(asked.options)
     every = max(1, asked.plans // 100)
-    with subprocess.Popen([*command, *asked.options], stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         for text in process.stdout:
             line = json.loads(text)
@@ -94,7 +95,7 @@ def main() -> None:
     parser.add_argument("--mode", help="of the solver (its default)")
     parser.add_argument("--threads", type=int, help="of modes with several (all cores)")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("options", nargs="*", help="of the solver, after --")
+    parser.add_argument("--options", default="", help="of the solver")
     asked = parser.parse_args()
     report(asked.time, *plan(asked))
 

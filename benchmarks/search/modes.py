@@ -54,7 +54,7 @@ def row(mode: str, lines: list[dict[str, Any]]) -> list[str]:
     has_gpu = summary["batches"] > 0
 
     def share(name: str) -> str:
-        return f"{fmean(step[name] / step['search_seconds'] for step in steps):.0%}"
+        return f"{fmean(step[name] / step['search_seconds'] for step in steps):.1%}"
 
     return [
         mode, str(run["threads"]), str(run["in_flight"]),
