@@ -13,9 +13,6 @@ namespace {
 
 constexpr unsigned kLongestPause = 64;  // in instructions; a thread that pauses longer yields its core
 constexpr unsigned kActivityBits = 16;
-// One walk in so many is timed: to read the clock takes up to a tenth of what a walk does. A prime, as walks
-// come in patterns.
-constexpr unsigned kTimedWalks = 17;
 
 void relax_core() {
 #if defined(__x86_64__) || defined(__i386__)
@@ -221,11 +218,13 @@ void SearchThread::send() {
 
 // A walk, and how long it took but for the backup that may end it.
 SearchThread::Progress SearchThread::timed_walk(Node*& node, bool has_expanded) {
-  is_timed_ = ++walks_ % kTimedWalks == 0;
-  if (!is_timed_) return walk(node, has_expanded);
+  if (--walks_to_timed_ > 0) return walk(node, has_expanded);
+  walks_to_timed_ = kTimedWalks;
+  is_timed_ = true;
   backup_time_ = {};
   const Clock::time_point start = Clock::now();
   const Progress progress = walk(node, has_expanded);
+  is_timed_ = false;
   counts_.descent.add(kTimedWalks * (Clock::now() - start - backup_time_));
   counts_.backup.add(kTimedWalks * backup_time_);
   return progress;

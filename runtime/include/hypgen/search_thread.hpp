@@ -72,6 +72,10 @@ class alignas(kCacheLine) SearchThread {
   const std::vector<std::uint64_t>& leaf_sizes() const { return leaf_sizes_; }
 
  private:
+  // One walk in so many is timed: to read the clock takes up to a quarter of what a walk does. A prime, as
+  // walks come in patterns.
+  static constexpr unsigned kTimedWalks = 67;
+
   // A trial in flight.
   struct Trial {
     Node* node;  // where it is
@@ -129,7 +133,7 @@ class alignas(kCacheLine) SearchThread {
   SearchCounts counts_;
   std::vector<std::uint64_t> leaf_sizes_;
   std::uint64_t rest_ = 0;  // what others had done when a trial last found nothing to do, and nobody had one
-  unsigned walks_ = 0;
+  unsigned walks_to_timed_ = kTimedWalks;
   bool is_timed_ = false;          // the present walk
   Clock::duration backup_time_{};  // of a timed walk
   unsigned pauses_ = 0;            // since it last found something to do
