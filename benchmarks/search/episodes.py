@@ -207,6 +207,11 @@ class Played:
                 self.steps += (step for step in steps if step["episode"] == line["episode"])
                 steps = []
 
+    def sizes(self) -> str:
+        """Return what a page says of the searches' sizes."""
+        names = {"K": "scenarios", "depth": "depth", "lambda": "pruning", "seed": "seed"}
+        return ", ".join(f"{name} {self.run[field]:g}" for name, field in names.items() if field in self.run)
+
     def mean(self, name: str) -> float:
         """Return the mean of a field over all steps."""
         return self.total(name) / max(1, len(self.steps))

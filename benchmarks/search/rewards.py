@@ -111,8 +111,8 @@ def main() -> int:
             one.name: played[one] for one in settings if one.solver == solver and len(played[one].returns) > 0
         }
         page = (
-            f"\n{solver.name}, {asked.time:g} s a decision, seed {asked.seed}; returns are discounted, "
-            "+- is 95 %\n\n"
+            f"\n{solver.name}, {asked.time:g} s a decision, {next(iter(mine.values()), Played()).sizes()}; "
+            "returns are discounted, +- is 95 %\n\n"
             f"{episodes.table(COLUMNS, (row(name, one) for name, one in mine.items()))}\n\n"
             f"The line's return minus the column's, in the same episodes:\n\n{pairs(mine)}"
         )

@@ -147,7 +147,7 @@ def report(solver: Path, played: dict[Point, Played], first: Played, asked: argp
     each = [f"{asked.trials} trials"] if asked.trials else []
     each += [f"{asked.time:g} s"] if asked.time else []
     page = (
-        f"\n{solver.name}, mode {asked.mode}, {' and '.join(each)} a decision, seed {asked.seed}; "
+        f"\n{solver.name}, mode {asked.mode}, {' and '.join(each)} a decision, {first.sizes()}; "
         "+- is 95 %, gaps are the root's, the first decision's where all settings have the same belief\n\n"
         + episodes.table(COLUMNS, (row(point, one, first) for point, one in played.items()))
     )
