@@ -26,14 +26,15 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 FLAGS = "-fsanitize=thread -g1"  # with lines for the reports
 REPORT = re.compile(r"^WARNING: ThreadSanitizer: .*$", re.MULTILINE)
 # What the turns differ in: plans that end before all threads are awake, searches that run out of memory,
-# trials that queue, and subtrees that are cut off.
+# trials that queue, subtrees that are cut off, and trees of models with long rollouts.
 VARIANTS = (
     ("--time", "0.05", "--steps", "20"),
     ("--time", "0.5", "--steps", "4"),
     ("--time", "0.2", "--steps", "8", "--memory", "8"),
     ("--time", "0.2", "--steps", "8", "--in-flight", "64"),
     ("--time", "0.2", "--steps", "8", "--pruning", "0.05"),
-    ("--trials", "100", "--time", "2", "--steps", "8", "--scenarios", "50"),
+    ("--time", "0.2", "--steps", "8", "--exploration", "0.3"),
+    ("--time", "3", "--trials", "200", "--steps", "3", "--scenarios", "10", "--depth", "15"),
 )
 
 
