@@ -112,7 +112,7 @@ class HangingEvaluator final : public Wrapper {
   }
   bool poll(std::size_t, LeafResult&) override { return false; }
   std::string problem() const override { return searches_ > 1 ? "it hangs" : ""; }
-  bool is_stuck() const override { return searches_ > 1; }
+  bool is_stuck() override { return searches_ > 1; }
 
  private:
   int& destroyed_;

@@ -157,8 +157,9 @@ class LeafEvaluator {
   // Why its device is lost; empty while it is not.
   virtual std::string problem() const { return {}; }
 
-  // Whether its device does not answer any more: to destroy it would wait for that.
-  virtual bool is_stuck() const { return false; }
+  // Whether its device does not answer any more, for which it waits as long as `patience`: to destroy it
+  // would then never end. While no thread is in another call.
+  virtual bool is_stuck() { return false; }
 };
 
 inline void LeafEvaluator::attach(std::size_t) { std::fesetenv(FE_DFL_ENV); }

@@ -56,6 +56,12 @@ class BatchDriver {
     return true;
   }
 
+  // Whether a batch does not end.
+  bool is_stuck() {
+    for (Flight& flight : flights_) wait(flight.slot, Clock::time_point::max());
+    return is_stuck_;
+  }
+
   // `common` is what all batches of the search share; `baseline` the default action at the root.
   void begin_search(const Batch<M>& common, std::uint32_t root_count, int baseline) {
     common_ = common;
@@ -77,7 +83,6 @@ class BatchDriver {
 
   cudaStream_t stream() const { return flights_[0].slot.stream(); }
   bool is_lost() const { return !error_.empty(); }
-  bool is_stuck() const { return is_stuck_; }
   const std::string& problem() const { return error_; }  // not empty: the device is lost
   const EvaluatorStats& stats() const { return stats_; }
 

@@ -91,7 +91,7 @@ class CudaEvaluator final : public LeafEvaluator {
   }
 
   std::string problem() const override { return driver_.problem(); }
-  bool is_stuck() const override { return driver_.is_stuck(); }
+  bool is_stuck() override { return driver_.is_stuck(); }
 
  private:
   static constexpr std::size_t kMostDeviceBytes = std::size_t{8} << 30;
