@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "hypgen/device.hpp"
+#include "hypgen/device_choice.hpp"
 
 namespace hypgen {
 
@@ -22,6 +23,7 @@ constexpr double kDefaultTime = 0.1;
 constexpr std::uint64_t kMillion = 1000000;
 constexpr std::size_t kGpuInFlight = 64, kHypInFlight = 256;
 constexpr std::size_t kMostThreads = 1024;
+constexpr double kPomcpExploration = 0.3;  // docs/results/threads.md
 
 // An option: what its value must be, and where it goes. Without a metavar it is a switch.
 struct Option {
@@ -52,8 +54,8 @@ bool read_integer(const std::string& text, std::uint64_t low, std::uint64_t high
 }
 
 bool read_mode(const std::string& text, Mode& mode) {
-  for (const Mode candidate :
-       {Mode::kDespot, Mode::kParallel, Mode::kGpu, Mode::kHyp, Mode::kRollout, Mode::kDefault}) {
+  for (const Mode candidate : {Mode::kDespot, Mode::kParallel, Mode::kGpu, Mode::kHyp, Mode::kPomcp,
+                               Mode::kRollout, Mode::kDefault}) {
     if (text == mode_name(candidate)) {
       mode = candidate;
       return true;
@@ -137,9 +139,11 @@ std::size_t default_memory(Mode mode) {
   return std::clamp(machine / 8, kGibibyte, 8 * kGibibyte);
 }
 
-std::size_t default_in_flight(const PlannerOptions& planner) {
-  if (planner.mode == Mode::kHyp) return kHypInFlight;
-  return planner.mode == Mode::kGpu ? kGpuInFlight : planner.threads;
+std::size_t default_in_flight(const SolverOptions& options) {
+  const Mode mode = options.planner.mode;
+  if (mode == Mode::kHyp) return kHypInFlight;
+  const bool is_pomcp_on_gpu = mode == Mode::kPomcp && wants_device(options);
+  return mode == Mode::kGpu || is_pomcp_on_gpu ? kGpuInFlight : options.planner.threads;
 }
 
 // The mode that makes the most of the machine. One that is asked for a signature has a single thread and no
@@ -162,12 +166,17 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
   if (planner.memory_bytes == 0) planner.memory_bytes = default_memory(planner.mode);
   if (planner.threads == 0 || options.selftest.wanted)
     planner.threads = has_many_threads(planner.mode) ? machine.cores : 1;
-  if (planner.threads > 1 && !has_many_threads(planner.mode)) {
+  if (planner.threads > 1 && !may_have_threads(planner.mode)) {
     error = std::string("--threads: mode ") + mode_name(planner.mode) +
-            " searches with one; modes parallel and hyp with several";
+            " searches with one; modes parallel, hyp and pomcp with several";
     return false;
   }
-  if (planner.in_flight == 0) planner.in_flight = default_in_flight(planner);
+  if (planner.mode == Mode::kPomcp && planner.pruning > 0.0) {
+    error = "--pruning: mode pomcp has no regularisation";
+    return false;
+  }
+  if (planner.exploration < 0.0) planner.exploration = planner.mode == Mode::kPomcp ? kPomcpExploration : 0.0;
+  if (planner.in_flight == 0) planner.in_flight = default_in_flight(options);
   planner.in_flight = std::max(planner.in_flight, planner.threads);  // a thread without a trial does nothing
   const bool unlimited = std::isinf(planner.time_limit);
   if (unlimited && planner.trial_limit == UINT64_MAX) planner.time_limit = kDefaultTime;
@@ -181,11 +190,11 @@ std::vector<Option> option_table(SolverOptions& options) {
   return {
       {"--mode", "MODE",
        "despot (regularised DESPOT), parallel (the same by several threads: two runs differ), gpu (on a GPU, "
-       "with many trials in flight), hyp (HyP-DESPOT: several threads and a GPU), rollout (one-ply rollouts) "
-       "or default (the default policy) (hyp with a GPU, parallel with two cores or more, else despot; gpu "
+       "with many trials in flight), hyp (HyP-DESPOT: several threads and a GPU), pomcp (POMCP), "
+       "rollout (one-ply rollouts) or default (the default policy) (hyp with a GPU, parallel with two cores "
        "or "
-       "despot for --threads 1, despot for --signature)",
-       "despot, parallel, gpu, hyp, rollout or default",
+       "more, else despot; gpu or despot for --threads 1, despot for --signature)",
+       "despot, parallel, gpu, hyp, pomcp, rollout or default",
        [&](const std::string& text) { return read_mode(text, planner.mode); }},
       integer("--runs", "N", "episodes to run (10)", 1, kMillion, options.runs),
       integer("--first-run", "N",
@@ -198,21 +207,24 @@ std::vector<Option> option_table(SolverOptions& options) {
           "--trials", "N",
           "most trials a step; without --time, results of modes with one thread repeat exactly (no limit)", 1,
           UINT64_MAX, planner.trial_limit),
-      {"--threads", "N", "threads of modes parallel and hyp, and of a self-test (one for each core)",
+      {"--threads", "N",
+       "threads of modes parallel and hyp, and of a self-test (one for each core); of mode pomcp (1)",
        "an integer from 1 to 1024",
        [&](const std::string& text) {
          return read_integer(text, 1, kMostThreads, planner.threads) &&
                 read_integer(text, 1, kMostThreads, selftest.threads);
        }},
-      integer(
-          "--in-flight", "F",
-          "trials at a time, at least one a thread (64 in mode gpu, 256 in mode hyp, otherwise one a thread)",
-          1, 4096, planner.in_flight),
+      integer("--in-flight", "F",
+              "trials at a time, at least one a thread (64 in mode gpu and of pomcp on a GPU, 256 in mode "
+              "hyp, otherwise one a thread)",
+              1, 4096, planner.in_flight),
       number("--observation-loss", "C", "how far trials in flight keep apart, of the root's gap (1)", 0.0,
              1e3, planner.observation_loss),
-      number("--exploration", "C",
-             "how far actions that few trials took are preferred, of the root's gap (0: not at all)", 0.0,
-             1e3, planner.exploration),
+      number(
+          "--exploration", "C",
+          "how far actions that few trials took are preferred, of the root's gap (0: not at all; 0.3 in mode "
+          "pomcp)",
+          0.0, 1e3, planner.exploration),
       {"--device", "DEVICE",
        "where leaves are expanded: auto (a GPU in modes gpu and hyp), cpu, cuda or cuda:N (auto)",
        "auto, cpu, cuda or cuda:N",
@@ -272,6 +284,8 @@ const char* mode_name(Mode mode) {
       return "gpu";
     case Mode::kHyp:
       return "hyp";
+    case Mode::kPomcp:
+      return "pomcp";
     case Mode::kRollout:
       return "rollout";
     case Mode::kDefault:
@@ -308,6 +322,7 @@ bool parse_options(int argc, const char* const* argv, const Machine& machine, So
   const std::vector<Option> table = option_table(options);
   bool has_mode = false;
   options.planner.in_flight = options.planner.threads = options.planner.memory_bytes = 0;
+  options.planner.exploration = -1.0;
   for (int i = 1; i < argc; ++i) {
     std::string name = argv[i];
     const std::size_t equals = name.find('=');

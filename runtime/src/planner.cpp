@@ -17,7 +17,8 @@ std::size_t evaluator_bytes(const PlannerOptions& options, int action_count) {
   const bool is_regularised = options.pruning > 0.0;
   const auto actions = static_cast<std::size_t>(action_count);
   const std::size_t tables = is_regularised ? actions : std::min(actions, kLookedAt);
-  const std::size_t tree = Expansion::bytes(actions, is_regularised ? 2 : 1) + sizeof(Node) +
+  const std::size_t arrays = is_regularised || options.mode == Mode::kPomcp ? 2 : 1;
+  const std::size_t tree = Expansion::bytes(actions, arrays) + sizeof(Node) +
                            tables * (sizeof(ActionTable) + kGroups * sizeof(Child));
   const std::size_t rows = actions * (sizeof(ActionRow) + kGroups * sizeof(ChildRow));
   const std::size_t members = wants_gpu(options.mode) ? 0 : options.scenarios / 5 * kMemberBytes;
@@ -48,14 +49,27 @@ EvaluatorOptions evaluator_options(const PlannerOptions& options, const ModelDes
           options.patience};
 }
 
+namespace {
+
+TreeOptions tree_options(const PlannerOptions& options, const ModelDescriptor& model, std::size_t threads) {
+  const bool is_pomcp = options.mode == Mode::kPomcp;
+  return {options.memory_bytes - evaluator_bytes(options, model.action_count),
+          options.depth,
+          model.discount,
+          is_pomcp ? 0.0 : options.pruning,
+          std::min(options.threads, threads),
+          is_pomcp || options.exploration > 0.0,
+          is_pomcp};
+}
+
+}  // namespace
+
 Planner::Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor& model,
                  const PlannerOptions& options)
     : evaluator_(evaluator.release()),
       options_(options),
       horizon_(model.horizon),
-      search_(options, {options.memory_bytes - evaluator_bytes(options, model.action_count), options.depth,
-                        model.discount, options.pruning, std::min(options.threads, evaluator_->threads()),
-                        options.exploration > 0.0}),
+      search_(options, tree_options(options, model, evaluator_->threads())),
       leaf_sizes_(options.scenarios + 1) {
   candidates_.reserve(static_cast<std::size_t>(model.action_count));
   actions_.reserve(static_cast<std::size_t>(model.action_count));

@@ -69,6 +69,10 @@ void Search::add_leaf_sizes(std::vector<std::uint64_t>& leaf_sizes) {
 
 int Search::best_action(int default_action) const {
   const Node& root = shared_.tree.root();
+  if (shared_.tree.keeps_values()) {
+    const std::uint32_t best = root.expanded() == nullptr ? kNoIndex : shared_.tree.best_value(root, 0.0);
+    return best == kNoIndex ? default_action : root.expanded()->rows[best].action;
+  }
   double best = root.child->default_value;
   int action = default_action;
   const Expansion* const expansion = root.expanded();

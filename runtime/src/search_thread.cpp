@@ -238,10 +238,17 @@ void SearchThread::backup(Node& node) {
   backup_time_ = Clock::now() - start;
 }
 
+SearchThread::Progress SearchThread::walk(Node*& node, bool has_expanded) {
+  if (shared_.options.mode != Mode::kPomcp) return walk_by_bounds(node, has_expanded);
+  if (!has_expanded) return walk_by_values(node);
+  backup(*node);  // a trial of POMCP expands one leaf
+  return Progress::kEnded;
+}
+
 // One trial (Algorithm 2, EXPLORE), from an expanded node down: to a leaf, or to where the excess uncertainty
 // is gone. Where everything below a node is in expansion it goes on from the parent. `node` becomes where a
 // trial without effect is; any other is backed up, or has been backed out of.
-SearchThread::Progress SearchThread::walk(Node*& node, bool has_expanded) {
+SearchThread::Progress SearchThread::walk_by_bounds(Node*& node, bool has_expanded) {
   const PlannerOptions& options = shared_.options;
   const BranchRule rule =
       tree_.branch_rule({options.target_ratio, options.observation_loss, options.exploration});

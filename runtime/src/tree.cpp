@@ -21,7 +21,8 @@ Tree::Tree(const TreeOptions& options)
     : pool_(options.memory_bytes, options.threads),
       makers_(options.threads, Maker(pool_)),
       pruning_(options.pruning),
-      counts_actions_(options.counts_actions) {
+      counts_actions_(options.counts_actions),
+      keeps_values_(options.keeps_values) {
   double power = 1.0;
   for (int depth = 0; depth <= options.max_depth; ++depth, power *= options.discount) {
     discounts_.push_back(power);
@@ -84,6 +85,10 @@ bool Tree::expand(std::size_t thread, Node& leaf, const LeafResult& result) {
     expansion->largest.store(best.value, std::memory_order_relaxed);
     expansion->best.store(best.place, std::memory_order_relaxed);
   }
+  if (keeps_values_) {
+    for (std::uint32_t a = 0; a < expansion->action_count; ++a)
+      new (expansion->value_sums() + a) std::atomic<double>(row_lower(expansion->rows[a], leaf.depth));
+  }
   leaf.expansion.store(expansion, std::memory_order_release);
   refresh(leaf, lower);
   open(leaf);
@@ -92,14 +97,14 @@ bool Tree::expand(std::size_t thread, Node& leaf, const LeafResult& result) {
 
 Expansion* Tree::make_expansion(Maker& maker, const LeafResult& result) const {
   const std::size_t actions = result.actions.size();
-  const std::uint32_t bound_arrays = is_regularised() ? 2 : 1;
-  Expansion* const place = get(maker.memory.take<Expansion>(Expansion::bytes(actions, bound_arrays)));
+  const std::uint32_t arrays = is_regularised() || keeps_values_ ? 2 : 1;
+  Expansion* const place = get(maker.memory.take<Expansion>(Expansion::bytes(actions, arrays)));
   if (place == nullptr) return nullptr;
   Expansion* const expansion = new (place) Expansion{result.handle,
                                                      result.actions.begin(),
                                                      result.children.begin(),
                                                      static_cast<std::uint32_t>(actions),
-                                                     bound_arrays,
+                                                     arrays,
                                                      {-std::numeric_limits<double>::infinity()},
                                                      {kNoIndex},
                                                      {0}};

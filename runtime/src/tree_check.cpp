@@ -54,6 +54,7 @@ class TreeCheck {
       const double upper = expansion.uppers()[a].load();
       largest = a == 0 ? upper : std::max(largest, upper);
       if (tree_.action_lower(node, a) > child.lower.load()) return "an action has a larger lower bound";
+      if (tree_.keeps_values() && !std::isfinite(tree_.mean_value(node, a))) return "a value is not finite";
       const ActionTable* const table = tree_.table(expansion, a);
       if (table == nullptr) continue;
       const char* const wrong = check_table(node, expansion, a, *table);

@@ -25,8 +25,8 @@ namespace hypgen::testing {
 namespace {
 
 TEST(Allocation, NoneInASearch) {
-  for (const Mode mode :
-       {Mode::kDespot, Mode::kParallel, Mode::kGpu, Mode::kHyp, Mode::kRollout, Mode::kDefault}) {
+  for (const Mode mode : {Mode::kDespot, Mode::kParallel, Mode::kGpu, Mode::kHyp, Mode::kPomcp,
+                          Mode::kRollout, Mode::kDefault}) {
     PlannerOptions options = trials(50);
     options.mode = mode;
     options.threads = has_many_threads(mode) ? 3 : 1;

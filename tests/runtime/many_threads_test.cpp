@@ -129,12 +129,13 @@ TEST(ManyThreads, DoAllTrialsAndNoMore) {
   });
 }
 
-TEST(ManyThreads, RegularisedAndExploringTreesHold) {
+TEST(ManyThreads, RegularisedExploringAndPomcpsTreesHold) {
   PlannerOptions options = by_threads(4, 16, 500);
   unsigned seed = 0;
   repeat([&] {
-    options.pruning = seed % 3 == 0 ? 0.0 : 0.1;
-    options.exploration = seed % 3 == 1 ? 0.0 : 0.5;
+    options.pruning = seed % 4 == 0 ? 0.0 : 0.1;
+    options.exploration = seed % 4 == 1 ? 0.0 : 0.5;
+    options.mode = seed % 4 == 3 ? Mode::kPomcp : Mode::kParallel;
     EXPECT_EQ(plan(rock_sample_descriptor<4, 3>(), options, {++seed}).status, Status::kTrialLimit);
   });
 }

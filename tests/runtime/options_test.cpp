@@ -99,10 +99,27 @@ TEST(Options, ThreadsHaveATrialEach) {
   ASSERT_TRUE(parse({"--mode", "despot"}, options, error));
   EXPECT_EQ(options.planner.threads, 1U);
   EXPECT_EQ(error_of({"--mode", "gpu", "--threads", "2"}),
-            "--threads: mode gpu searches with one; modes parallel and hyp with several");
+            "--threads: mode gpu searches with one; modes parallel, hyp and pomcp with several");
   EXPECT_NE(error_of({"--mode", "parallel", "--threads", "0"}), "");
   ASSERT_TRUE(parse({"--selftest", "--threads", "3"}, options, error));
   EXPECT_EQ(options.selftest.threads, 3);
+}
+
+TEST(Options, PomcpExploresByItself) {
+  std::string error;
+  SolverOptions options;
+  ASSERT_TRUE(parse({"--mode", "pomcp"}, options, error)) << error;
+  EXPECT_EQ(options.planner.threads, 1U);
+  EXPECT_EQ(options.planner.in_flight, 1U);
+  EXPECT_EQ(options.planner.exploration, 0.3);
+  ASSERT_TRUE(parse({"--mode", "pomcp", "--threads", "3", "--exploration", "0"}, options, error)) << error;
+  EXPECT_EQ(options.planner.threads, 3U);
+  EXPECT_EQ(options.planner.exploration, 0.0);
+  ASSERT_TRUE(parse({"--mode", "pomcp", "--device", "cuda"}, options, error)) << error;
+  EXPECT_EQ(options.planner.in_flight, 64U);
+  ASSERT_TRUE(parse({"--mode", "despot"}, options, error)) << error;
+  EXPECT_EQ(options.planner.exploration, 0.0);
+  EXPECT_EQ(error_of({"--mode", "pomcp", "--pruning", "0.1"}), "--pruning: mode pomcp has no regularisation");
 }
 
 TEST(Options, NamesWhatIsWrong) {
@@ -113,7 +130,7 @@ TEST(Options, NamesWhatIsWrong) {
   EXPECT_EQ(error_of({"--seed", "-1"}), "--seed: bad value \"-1\"; expected an integer from 0 (64 bits)");
   EXPECT_EQ(error_of({"--time", "0"}), "--time: bad value \"0\"; expected a number from 0.0001 to 1e+06");
   EXPECT_EQ(error_of({"--mode", "fast"}),
-            "--mode: bad value \"fast\"; expected despot, parallel, gpu, hyp, rollout or default");
+            "--mode: bad value \"fast\"; expected despot, parallel, gpu, hyp, pomcp, rollout or default");
   EXPECT_EQ(error_of({"--quiet=1"}), "--quiet takes no value");
   for (const char* bad : {"-1", "1x", "", "nan", "1e9"}) EXPECT_NE(error_of({"--time", bad}), "");
   EXPECT_NE(error_of({"--xi", "1.5"}), "");

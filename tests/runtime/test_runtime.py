@@ -63,7 +63,7 @@ def test_tree_and_search_take_no_lock(build: Path) -> None:
     if names is None:
         pytest.skip("needs nm")
     compile_target(build, "hypgen_runtime")
-    sources = ("tree", "tree_bounds", "tree_choice", "search_thread")
+    sources = ("tree", "tree_bounds", "tree_choice", "pomcp", "search_thread")
     objects = [next(build.rglob(f"{name}.cpp.o")) for name in sources]
     done = subprocess.run([names, "-u", *map(str, objects)], capture_output=True, text=True, check=True)
     assert "pthread_mutex" not in done.stdout

@@ -14,12 +14,14 @@ enum class Mode {
   kParallel,  // the same by several threads
   kGpu,       // by one, with many trials in flight, on a GPU
   kHyp,       // by several, on a GPU: HyP-DESPOT
+  kPomcp,     // actions by their mean return and UCB1
   kRollout,   // one-ply rollouts of the default policy, sequential halving over the actions
   kDefault,   // the default policy alone
 };
 
 constexpr bool wants_gpu(Mode mode) { return mode == Mode::kGpu || mode == Mode::kHyp; }
 constexpr bool has_many_threads(Mode mode) { return mode == Mode::kParallel || mode == Mode::kHyp; }
+constexpr bool may_have_threads(Mode mode) { return has_many_threads(mode) || mode == Mode::kPomcp; }
 
 struct PlannerOptions {
   Mode mode = Mode::kDespot;
@@ -31,7 +33,7 @@ struct PlannerOptions {
   double target_ratio = 0.95;                                             // xi
   double pruning = 0.0;                                                   // lambda
   double observation_loss = 1.0;                                          // c_o
-  double exploration = 0.0;                                               // c_a
+  double exploration = 0.0;                                               // c_a; kPomcp: UCB1's constant
   std::size_t in_flight = 1;                                              // F, trials at a time; 1 is DESPOT
   std::size_t threads = 1;                                                // N, of the search
   double gap = 1e-3;  // the search ends when the root's bounds are this close

@@ -26,7 +26,8 @@ class Search {
   // the evaluator's stay in use until the next search.
   void run(LeafEvaluator& evaluator, const RootResult& root, const SearchSetup& setup, Decision& decision);
 
-  // The best lower bound; the default policy's action if it is as good, or if following the policy is.
+  // The best lower bound; the default policy's action if it is as good, or if following the policy is. Of
+  // POMCP the best mean value.
   int best_action(int default_action) const;
 
   std::size_t threads() const { return shared_.threads.size(); }

@@ -105,6 +105,8 @@ class alignas(kCacheLine) SearchThread {
   void send();
   Progress timed_walk(Node*& node, bool has_expanded);
   Progress walk(Node*& node, bool has_expanded);
+  Progress walk_by_bounds(Node*& node, bool has_expanded);
+  Progress walk_by_values(Node* node);
   void backup(Node& node);
   bool claim(Node& leaf);
   Branch choose(Node& node, const BranchRule& rule);

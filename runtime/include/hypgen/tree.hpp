@@ -35,6 +35,7 @@ struct TreeOptions {
   double pruning = 0.0;  // lambda, the regularisation constant
   std::size_t threads = 1;
   bool counts_actions = false;  // how often each was taken
+  bool keeps_values = false;    // what trials that took it have earned. Not with regularisation
 };
 
 // How trials choose, in units of the root's gap.
@@ -99,6 +100,14 @@ class Tree {
   ChildChoice best_child(ActionTable& table, const BranchRule& rule) const;
   BranchRule branch_rule(const BranchRatios& ratios) const;
 
+  // POMCP's choice. `best_value` gives the action of the largest mean value with UCB1's bonus, of c times
+  // that of all scenarios (0: the best there is); `draw_child` a group by its share of so many scenarios.
+  std::uint32_t best_value(const Node& node, double exploration) const;
+  double mean_value(const Node& node, std::uint32_t action) const;
+  Child& draw_child(ActionTable& table, std::uint32_t scenarios, std::uint32_t word) const;
+  // Adds what a trial has earned that has come to `node`, for the actions that it took.
+  void add_return(Node& node);
+
   // The child's node, made if it is not there yet; null if there is no room.
   Node* visit(std::size_t thread, Node& parent, std::uint32_t action, ActionTable& table, Child& child);
 
@@ -135,6 +144,7 @@ class Tree {
   const ActionTable* table(const Expansion& expansion, std::uint32_t action) const;
   bool is_regularised() const { return pruning_ > 0.0; }
   bool counts_actions() const { return counts_actions_; }
+  bool keeps_values() const { return keeps_values_; }
   double pruning() const { return pruning_; }
   // What one scenario at that depth counts of the root's value: gamma^depth / K.
   double weight(int depth) const;
@@ -188,6 +198,7 @@ class Tree {
   std::vector<double> discounts_;
   double pruning_;
   bool counts_actions_;
+  bool keeps_values_;
   double scenario_share_ = 0.0;  // 1 / K
 };
 

@@ -61,11 +61,11 @@ struct alignas(kCacheLine) ActionTable {
 
 // What is known of a node's actions, in the order of the evaluator's rows.
 struct alignas(kCacheLine) Expansion {
-  std::uint64_t handle;        // the evaluator's. Plain, as all up to `bound_arrays`
+  std::uint64_t handle;        // the evaluator's. Plain, as all up to `arrays`
   const ActionRow* rows;       // of its actions, the evaluator's
   const ChildRow* child_rows;  // of their groups
   std::uint32_t action_count;
-  std::uint32_t bound_arrays;   // 2 with regularisation, otherwise 1
+  std::uint32_t arrays;         // of numbers by action: 2 with regularisation or values, otherwise 1
   std::atomic<double> largest;  // of the upper bounds: the result of a scan
   // The place of the largest upper bound, the first of equals; kNoIndex: no action is legal. Whoever lowers
   // that bound scans. For those who walk down it is a hint.
@@ -75,18 +75,20 @@ struct alignas(kCacheLine) Expansion {
   // Reward and the children's upper bounds: added to by who moves one of those.
   std::atomic<double>* uppers() { return reinterpret_cast<std::atomic<double>*>(this + 1); }
   const std::atomic<double>* uppers() const { return reinterpret_cast<const std::atomic<double>*>(this + 1); }
-  // The same without regularisation, if `bound_arrays` is 2.
+  // The same without regularisation, if the tree is regularised.
   std::atomic<double>* plain_uppers() { return uppers() + action_count; }
   const std::atomic<double>* plain_uppers() const { return uppers() + action_count; }
+  // POMCP's: what the default policy earns after the action, and what each trial that took it has earned,
+  // each as if of all scenarios. Added to by a trial that has ended, after it has raised the visits.
+  std::atomic<double>* value_sums() { return uppers() + action_count; }
+  const std::atomic<double>* value_sums() const { return uppers() + action_count; }
   // Each set once, from none, by compare-exchange: acq_rel, read with acquire.
   using Table = std::atomic<Ref<ActionTable>>;
-  Table* tables() { return reinterpret_cast<Table*>(uppers() + bound_arrays * action_count); }
-  const Table* tables() const {
-    return reinterpret_cast<const Table*>(uppers() + bound_arrays * action_count);
-  }
+  Table* tables() { return reinterpret_cast<Table*>(uppers() + arrays * action_count); }
+  const Table* tables() const { return reinterpret_cast<const Table*>(uppers() + arrays * action_count); }
 
-  static std::size_t bytes(std::size_t actions, std::size_t bound_arrays) {
-    return sizeof(Expansion) + actions * (bound_arrays * sizeof(std::atomic<double>) + sizeof(Table));
+  static std::size_t bytes(std::size_t actions, std::size_t arrays) {
+    return sizeof(Expansion) + actions * (arrays * sizeof(std::atomic<double>) + sizeof(Table));
   }
 };
 static_assert(sizeof(Expansion) == kCacheLine);
