@@ -68,9 +68,10 @@ def entry(reference: Reference, nodes: tuple[ast.Expr, ...], span: Span, scope: 
 
 def _alone(label: str, scope: Scope) -> str:
     """Return how a scalar is written here, of this member of a family and of others."""
-    element, _, name = label.rpartition(".")
-    if not element or scope.program.element(element).binder is None:
-        return f"write {name if element == scope.element else label} alone"
+    element, _, name = label.partition(".")  # a record's field has another dot, a param's no element
+    is_element = name and isinstance(scope.program.symbols.globals.get(element), ast.Element)
+    if not is_element or scope.program.element(element).binder is None:
+        return f"write {name if is_element and element == scope.element else label} alone"
     other = f"{element}[..].{name}"
     return (
         f"write {name} for this member, {other} for another" if element == scope.element else f"write {other}"

@@ -80,6 +80,19 @@ NASTY = {
 }
 
 
+# What the long runs found.
+FOUND = {
+    "an index of a record's field": HEAD
+    + "record R { x: bool }\nelement e { visible r: R  init r = R(true)  r' = R(r.x[1]) }\n",
+    "an index of a param's field": HEAD + "record R { x: bool }\nparam p: R = R(true)\nreward r = p.x[1]\n",
+}
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_what_failed_once(name: str, tmp_path: Path) -> None:
+    assert check(FOUND[name].encode(), tmp_path) == "E0303"
+
+
 @pytest.mark.parametrize("name", NASTY)
 def test_what_is_large_or_deep_is_refused_or_read(name: str, tmp_path: Path) -> None:
     check(NASTY[name].encode(), tmp_path)
