@@ -13,7 +13,7 @@ from belief_program import beliefs
 from hypgen.codegen.driver import generate
 from hypgen.dsl import driver
 
-MODEL = Path(__file__).parent / "models" / "corridor.pomdp"
+MODELS = Path(__file__).parent / "models"
 PLACES, STEPS = 10, 480
 WET, GOES, FEELS = 0.3, {0: 0.7, 1: 0.95}, 0.95  # constants of the model
 
@@ -36,7 +36,7 @@ def exact(rows: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 def error(folder: Path, change: Callable[[str], str], particles: int) -> float:
     """Return how far the particles are from the posterior of the map, on average."""
-    model = driver.load(MODEL).model
+    model = driver.load(MODELS / "corridor.pomdp").model
     header = change(next(t for path, t in generate(model).items() if path.endswith(".hpp")))
     rows = beliefs(header, model.name, "ParticleBelief", folder, particles, STEPS)
     goes_on = rows[:, 0] == 0
@@ -55,3 +55,13 @@ def test_unread_cells_keep_their_prior(tmp_path: Path) -> None:
 
     assert error(tmp_path / "many", kept, 20_000) < 0.006
     assert error(tmp_path / "redrawn", kept, 1_000) < 0.6 * error(tmp_path / "copied", without, 1_000)
+
+
+def test_what_an_unread_value_depends_on_is_kept(tmp_path: Path) -> None:
+    model = driver.load(MODELS / "soil.pomdp").model
+    header = next(t for path, t in generate(model).items() if path.endswith(".hpp"))
+    rows = beliefs(header, model.name, "ParticleBelief", tmp_path / "soil", 5_000, 60)
+    found = rows[rows[:, 0] == 0, 3:].reshape(-1, 12, 8)[:, :, 1]
+    clay, wet = found[:, :5], found[:, 5:10]
+    assert clay.max() > 0.9
+    assert np.abs(wet - (0.05 + 0.9 * clay)).max() < 0.05  # as nothing else is known of it
