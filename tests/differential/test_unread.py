@@ -15,6 +15,7 @@ from hypgen.dsl import driver
 
 MODELS = Path(__file__).parent / "models"
 PLACES, STEPS = 10, 480
+DEPLETED, IMPOSSIBLE = 7, 8  # values of hypgen::Status
 WET, GOES, FEELS = 0.3, {0: 0.7, 1: 0.95}, 0.95  # constants of the model
 
 
@@ -65,3 +66,23 @@ def test_what_an_unread_value_depends_on_is_kept(tmp_path: Path) -> None:
     clay, wet = found[:, :5], found[:, 5:10]
     assert clay.max() > 0.9
     assert np.abs(wet - (0.05 + 0.9 * clay)).max() < 0.05  # as nothing else is known of it
+
+
+def test_copies_that_drew_anew_are_one_hypothesis(tmp_path: Path) -> None:
+    text = (MODELS / "corridor.pomdp").read_text()
+    told = "if act == stay then robot.code % 2 == 0 else robot.code // 2 % 2 == 0"
+    code = "hidden fixed code: 0 .. 99\n  init code ~ uniform(0, 99)\n  hidden x"
+    text = text.replace("hidden x", code).replace(
+        "observe feels", f"observe told: bool ~ {told}\nobserve feels"
+    )
+    text = text.replace("reward dry", "observe tens: 0 .. 9 ~ robot.code // 10\nreward dry")
+    text = text.replace("noisy(floor.wet[robot.x'], 0.95)", "floor.wet[robot.x']")
+    text = text.replace("if act == go then 0.95 else 0.7", "if act == go then 1 else 0")
+    text = text.replace("type Place = 0 .. 9", "type Place = 0 .. 99")
+    path = tmp_path / "codes.pomdp"
+    path.write_text(text)
+    model = driver.load(path).model
+    header = next(t for name, t in generate(model).items() if name.endswith(".hpp"))
+    status = beliefs(header, model.name, "ParticleBelief", tmp_path / "codes", 40, 600)[:, 0]
+    assert DEPLETED in status
+    assert IMPOSSIBLE not in status

@@ -116,7 +116,9 @@ class ParticleBelief final : public Belief {
     std::vector<typename T::State> states(now_.size());
     particles.copy_to(fixed.data(), states.data());
     particles.copy_history_to(history_);
-    for (std::size_t i = 0; i < now_.size(); ++i) now_[i] = {all_read(fixed[i]), states[i], weights[i], 0};
+    for (std::uint32_t i = 0; i < now_.size(); ++i) {
+      now_[i] = {all_read(fixed[i]), states[i], weights[i], i};
+    }
     hypotheses_ = count_distinct();
     return true;
   }
@@ -269,14 +271,19 @@ class ParticleBelief final : public Belief {
     return T::step(params(), now_[particle].fixed, now_[particle].state, action, draws, next).terminal;
   }
 
+  // How many hypotheses there are. Copies that draw anew what they have not read differ and are one still.
   std::size_t count_distinct() const {
     std::set<std::string> distinct;
     for (const Particle& particle : now_) {
       if (!(particle.weight > 0.0)) continue;
-      const typename M::Fixed fixed = plain(particle.fixed);
-      std::string bytes(sizeof fixed + sizeof particle.state, '\0');
-      std::memcpy(bytes.data(), &fixed, sizeof fixed);
-      std::memcpy(bytes.data() + sizeof fixed, &particle.state, sizeof particle.state);
+      std::string bytes;
+      if constexpr (kTracks) {
+        bytes = std::to_string(particle.origin);
+      } else {
+        bytes.resize(sizeof particle.fixed + sizeof particle.state);
+        std::memcpy(bytes.data(), &particle.fixed, sizeof particle.fixed);
+        std::memcpy(bytes.data() + sizeof particle.fixed, &particle.state, sizeof particle.state);
+      }
       distinct.insert(std::move(bytes));
     }
     return distinct.size();
