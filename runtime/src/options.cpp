@@ -166,6 +166,11 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
   if (planner.memory_bytes == 0) planner.memory_bytes = default_memory(planner.mode);
   if (planner.threads == 0 || options.selftest.wanted)
     planner.threads = has_many_threads(planner.mode) ? machine.cores : 1;
+  if (!has_mode && planner.signature && planner.threads > 1) {
+    error =
+        "--signature: trees of several threads differ from run to run; leave out --threads or name a --mode";
+    return false;
+  }
   if (planner.threads > 1 && !may_have_threads(planner.mode)) {
     error = std::string("--threads: mode ") + mode_name(planner.mode) +
             " searches with one; modes parallel, hyp and pomcp with several";

@@ -60,6 +60,10 @@ TEST(Options, TheModeMakesTheMostOfTheMachine) {
   EXPECT_EQ(mode(with_gpu, {"--threads", "1"}), Mode::kGpu);
   EXPECT_EQ(mode(with_gpu, {"--signature"}), Mode::kDespot);
   EXPECT_EQ(mode(with_gpu, {"--signature", "--mode", "hyp"}), Mode::kHyp);
+  SolverOptions threaded;
+  std::string error;
+  EXPECT_FALSE(parse({"--signature", "--threads", "2"}, threaded, error, several));
+  EXPECT_NE(error.find("name a --mode"), std::string::npos) << error;
   const Machine unasked{4, []() -> bool { throw "a GPU is looked for"; }};
   for (const char* words : {"--mode=despot", "--selftest", "--trace=x", "--help"}) mode(unasked, {words});
 }
