@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from hypgen import __version__
-from hypgen.codegen import descriptor, views
+from hypgen.codegen import descriptor, unread, views
 from hypgen.codegen.belief_functions import BeliefFunctions
 from hypgen.codegen.cpp import literal, scalar, stored
 from hypgen.codegen.expr_printer import Context
@@ -35,7 +35,6 @@ from hypgen.codegen.partition import partition
 from hypgen.codegen.partitioned_step import PartitionedStep
 from hypgen.codegen.policy_functions import PolicyFunctions, uncalled_lets
 from hypgen.codegen.tabulate import DerivedTable, tabulate
-from hypgen.codegen.unread import is_redrawn, redrawn
 from hypgen.codegen.value_types import enum_view, history_view, joint_view, record_view, words_view
 from hypgen.dsl import ir
 from hypgen.dsl.types import Type, length_of, size_of
@@ -81,12 +80,17 @@ def _header(context: Context, derived: tuple[DerivedTable, ...], banner: str) ->
     partitioned = PartitionedStep(interface, packed.state)
     factors = FactorFunctions(interface) if model.factors else None
     bases = [*([] if packed.history.fields else ["NoHistory"]), *([] if factors else ["NotFactored"])]
-    tracks = bool(redrawn(model))
+    tracks = bool(unread.redrawn(model))
     whole = {variable for table in derived for variable in table.variables} & names.bits.keys()
     return views.Header(
         banner=banner,
         name=names.model,
-        constants=(*_constants(model), *partitioned.constants(), *(factors.constants() if factors else [])),
+        constants=(
+            *_constants(model),
+            *unread.constants(model),
+            *partitioned.constants(),
+            *(factors.constants() if factors else []),
+        ),
         types=(
             *(enum_view(e, names) for e in model.enums),
             *(record_view(r, names) for r in model.records),
@@ -179,7 +183,6 @@ def _sections(
     beliefs = BeliefFunctions(factors) if factors else None
     history = [] if model.history.is_empty else HistoryFunctions(interface, beliefs).all()
     entries = {t.name: context.names.struct.unique(f"compute_{t.name}") for t in derived}
-    site_test = is_redrawn(model, context.names)
     sections = [
         ("Constant arrays", [_table(t, context) for t in model.tables]),
         ("Functions of the model", [*model_functions(context), *lets(context, uncalled_lets(context))]),
@@ -218,7 +221,7 @@ def _sections(
                 *partitioned.all(),
                 interface.observe(),
                 interface.filter(),
-                *([site_test] if site_test else []),
+                *unread.functions(model, context.names, pack(model).fixed),
                 *(beliefs.all() if beliefs else []),
                 *history,
                 *PolicyFunctions(interface).all(),

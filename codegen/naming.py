@@ -53,7 +53,7 @@ _CONCEPT = _words(
 PARAMETERS = _words(
     "params fixed state next draws action key value in out error values weight rest chosen result"
     " history after now weights unit variable to_fixed to_state stage part sum run last"
-    " FixedWord Tracking is_redrawn"
+    " FixedWord Tracking redrawn_word is_word_read"
 )
 
 

@@ -1,71 +1,89 @@
-"""Which initial draws particles may make anew as long as nothing has read them (``hypgen/unread.hpp``)."""
+"""Which initial values particles may draw anew as long as nothing has read them (``hypgen/unread.hpp``)."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
 
 from hypgen.codegen import views
+from hypgen.codegen.layout import WORD, Block, Field
 from hypgen.codegen.naming import Names, takes_word
 from hypgen.dsl import ir
-from hypgen.dsl.ir_walk import Node, walk
+from hypgen.dsl.types import length_of
 
 
 def redrawn(model: ir.Model) -> tuple[ir.Assign, ...]:
-    """Return the inits whose draws belong to one entry of a hidden fixed variable each.
+    """Return the inits of hidden fixed variables that draw: those of single values first.
 
-    Not of a variable that inits of fixed ones come to read: a particle keeps what was read, so what depends
-    on it has to be drawn given that same value. None without a variable that has entries: what is a single
-    value is soon read. None either where the belief is a product of posteriors.
+    None without a variable that has entries: what is a single value is soon read. None either where the
+    belief is a product of posteriors.
     """
     if model.factored:
         return ()
     variables = {v.name: v for v in model.variables}
-    read = _read_for(model, [a.dist for a in model.inits if variables[a.variable].fixed])
     times = Counter(a.site.path for a in model.inits)
-    found = tuple(
+    found = [
         a
         for a in model.inits
         if variables[a.variable].fixed
         and not variables[a.variable].visible
-        and a.variable not in read
         and takes_word(a.dist)
         and times[a.site.path] == 1
+    ]
+    return tuple(sorted(found, key=lambda a: bool(a.binders))) if any(a.binders for a in found) else ()
+
+
+def constants(model: ir.Model) -> tuple[str, ...]:
+    """Return how many random words those inits take, and how many of them are single values'."""
+    counts = [length_of(tuple(b.type for b in a.binders)) for a in redrawn(model)]
+    singles = sum(not a.binders for a in redrawn(model))
+    if not counts:
+        return ()
+    return (
+        f"static constexpr int kRedrawnWords = {sum(counts)};",
+        f"static constexpr int kRedrawnSingles = {singles};",
     )
-    return found if any(a.binders for a in found) else ()
 
 
-def _read_for(model: ir.Model, nodes: Iterable[Node]) -> set[str]:
-    """Return the variables whose initial values the nodes depend on, through functions, lets and inits."""
-    functions = {f.name: f.body for f in model.functions}
-    lets = {x.name: x.dist for x in model.all_lets}
-    inits = {a.variable: a.dist for a in model.inits}
-    seen: set[tuple[str, str]] = set()
-    body: Node
-    left = list(nodes)
-    while left:
-        for node in walk(left.pop()):
-            match node:
-                case ir.StateRead(variable=name):
-                    place, body = ("variable", name), inits[name]
-                case ir.Call(function=name):
-                    place, body = ("function", name), functions[name]
-                case ir.LetRead(let=name):
-                    place, body = ("let", name), lets[name]
-                case _:
-                    continue
-            if place not in seen:
-                seen.add(place)
-                left.append(body)
-    return {name for kind, name in seen if kind == "variable"}
-
-
-def is_redrawn(model: ir.Model, names: Names) -> views.Function | None:
-    """Return the test whether a site's draws may be made anew, if any may."""
-    found = redrawn(model)
-    if not found:
-        return None
-    tests = " || ".join(f"site == Site::{names.sites[a.site.path]}" for a in found)
-    return views.Function(
-        (), ("HYPGEN_FN static bool is_redrawn(std::uint32_t site) {",), (f"return {tests};",)
+def functions(model: ir.Model, names: Names, fixed: Block) -> tuple[views.Function, ...]:
+    """Return the number of a site's word among them, and whether the value of a word was read."""
+    fields = {field.variable: field for field in fixed.fields}
+    sites, reads, first = [], [], 0
+    for assign in redrawn(model):
+        offset = f"{first} + " if first else ""
+        site = f"Site::{names.sites[assign.site.path]}"
+        sites.append(f"if (site == {site}) return {offset}static_cast<int>(index);")
+        field = fields[assign.variable]
+        reads.append((first, field))
+        first += field.length
+    if not sites:
+        return ()
+    return (
+        views.Function(
+            ("// Which of the words that particles may draw anew is drawn there; -1 if none is.",),
+            ("HYPGEN_FN static int redrawn_word(std::uint32_t site, std::uint32_t index) {",),
+            (*sites, "return -1;"),
+        ),
+        views.Function(
+            ("// Whether the value that was drawn with that word has been read.",),
+            ("HYPGEN_FN static bool is_word_read(const Fixed& fixed, int word) {",),
+            (
+                *(
+                    f"if (word >= {start}) return {_is_read(field, start)};"
+                    for start, field in reversed(reads[1:])
+                ),
+                f"return {_is_read(reads[0][1], 0)};",
+            ),
+        ),
     )
+
+
+def _is_read(field: Field, start: int) -> str:
+    if not field.width:
+        return "true"  # a single possible value has no bits
+    if field.length == 1:
+        return f"bits::was_read(fixed.words[{field.word}], {field.shift}, {field.width})"
+    entry = f"(word - {start})" if start else "word"
+    place = entry if field.stride == 1 else f"{entry} * {field.stride}"
+    place = f"({field.shift} + {place})" if field.shift else place
+    base = f"{field.word} + " if field.word else ""
+    return f"bits::was_read(fixed.words[{base}{place} / {WORD}], {place} % {WORD}, {field.width})"

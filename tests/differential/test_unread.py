@@ -47,9 +47,9 @@ def error(folder: Path, change: Callable[[str], str], particles: int) -> float:
 
 def test_unread_cells_keep_their_prior(tmp_path: Path) -> None:
     def without(header: str) -> str:
-        test = "return site == Site::init_floor_wet;"
+        test = "if (site == Site::init_floor_wet) return static_cast<int>(index);"
         assert test in header
-        return header.replace(test, "return site == 0;")
+        return header.replace(test, "static_cast<void>(site + index);")
 
     def kept(header: str) -> str:
         return header
@@ -62,9 +62,10 @@ def test_what_an_unread_value_depends_on_is_kept(tmp_path: Path) -> None:
     model = driver.load(MODELS / "soil.pomdp").model
     header = next(t for path, t in generate(model).items() if path.endswith(".hpp"))
     rows = beliefs(header, model.name, "ParticleBelief", tmp_path / "soil", 5_000, 60)
-    found = rows[rows[:, 0] == 0, 3:].reshape(-1, 12, 8)[:, :, 1]
-    clay, wet = found[:, :5], found[:, 5:10]
+    found = rows[rows[:, 0] == 0, 3:].reshape(-1, 13, 8)[:, :, 1]
+    clay, wet, first = found[:, :5], found[:, 5:10], found[:, 10]
     assert clay.max() > 0.9
+    assert (first == wet[:, 0]).all()
     assert np.abs(wet - (0.05 + 0.9 * clay)).max() < 0.05  # as nothing else is known of it
 
 

@@ -31,10 +31,8 @@ class ParticleBelief final : public Belief {
     visible_.assign(visible, visible + M::kVisibleCount);
     now_.resize(next_.size());
     for (std::uint32_t i = 0; i < now_.size(); ++i) {
-      PhiloxDraws draws(key_, i, 0);
-      T::import_visible(visible, now_[i].fixed, now_[i].state);
-      T::init_hidden(params(), draws, now_[i].fixed, now_[i].state);
       now_[i].origin = i;
+      draw_initial(now_[i]);
       now_[i].weight = 1.0 / static_cast<double>(now_.size());
     }
     hypotheses_ = count_distinct();
@@ -117,7 +115,10 @@ class ParticleBelief final : public Belief {
     particles.copy_to(fixed.data(), states.data());
     particles.copy_history_to(history_);
     for (std::uint32_t i = 0; i < now_.size(); ++i) {
-      now_[i] = {all_read(fixed[i]), states[i], weights[i], i};
+      now_[i].fixed = all_read(fixed[i]);
+      now_[i].state = states[i];
+      now_[i].weight = weights[i];
+      now_[i].origin = i;
     }
     hypotheses_ = count_distinct();
     return true;
@@ -136,7 +137,12 @@ class ParticleBelief final : public Belief {
   static constexpr bool kTracks = Tracked<M>::kAny;
   using T = typename Tracked<M>::Model;  // as M, but for the type of the words of Fixed
 
-  struct Particle {
+  // The words of a particle's own: at first, and of each of the two proposals.
+  static constexpr std::uint32_t kFirstSite = site_id("belief:first");
+  static constexpr std::uint32_t kAllSite = site_id("belief:all");
+  static constexpr std::uint32_t kEntriesSite = site_id("belief:entries");
+
+  struct Particle : Tracked<M>::Own {
     typename T::Fixed fixed;
     typename T::State state;
     double weight;
@@ -180,18 +186,51 @@ class ParticleBelief final : public Belief {
     }
   }
 
-  // Draws what a particle has not read anew.
+  // Draws a particle's initial values, and forgets which of them others read for that.
+  void draw_initial(Particle& particle) const {
+    T::import_visible(visible_.data(), particle.fixed, particle.state);
+    PhiloxDraws draws(key_, particle.origin, 0);
+    if constexpr (kTracks) {
+      for (std::uint32_t w = 0; w < M::kRedrawnWords; ++w) particle.words[w] = draws.word(kFirstSite, w);
+      OwnDraws<M> own(draws, particle.words);
+      T::init_hidden(params(), own, particle.fixed, particle.state);
+      for (TrackedWord& word : particle.fixed.words) word.read = 0;
+      particle.start = particle.state;
+    } else {
+      T::init_hidden(params(), draws, particle.fixed, particle.state);
+    }
+  }
+
+  // Draws what a particle has not read anew: all of it, and then entries only, which are more likely to leave
+  // what was read as it is.
   void redraw_unread(Particle& particle, const PhiloxDraws& fresh) const {
     if constexpr (kTracks) {
-      typename T::Fixed fixed;
-      typename T::State state;
-      T::import_visible(visible_.data(), fixed, state);
-      RedrawnDraws<M> draws(PhiloxDraws(key_, particle.origin, 0), fresh);
-      T::init_hidden(params(), draws, fixed, state);
-      for (std::size_t i = 0; i < kFixedWords; ++i) {
-        TrackedWord& word = particle.fixed.words[i];
-        word.value = (word.value & word.read) | (fixed.words[i].value & ~word.read);
+      if (M::kRedrawnSingles > 0) propose(particle, fresh, kAllSite, 0);
+      propose(particle, fresh, kEntriesSite, M::kRedrawnSingles);
+    }
+  }
+
+  // Draws words from `first` on anew whose values were not read, if what was read stays the same, and what
+  // the rest of the state began with.
+  void propose(Particle& particle, const PhiloxDraws& fresh, std::uint32_t purpose, int first) const {
+    if constexpr (kTracks) {
+      Particle other = particle;
+      PhiloxDraws words = fresh;
+      for (int w = first; w < M::kRedrawnWords; ++w) {
+        if (!T::is_word_read(particle.fixed, w))
+          other.words[w] = words.word(purpose, static_cast<std::uint32_t>(w));
       }
+      typename T::State state;
+      T::import_visible(visible_.data(), other.fixed, state);
+      OwnDraws<M> draws(PhiloxDraws(key_, particle.origin, 0), other.words);
+      T::init_hidden(params(), draws, other.fixed, state);
+      if (std::memcmp(&state, &particle.start, sizeof state) != 0) return;
+      for (std::size_t i = 0; i < kFixedWords; ++i) {
+        TrackedWord& word = other.fixed.words[i];
+        word.read = particle.fixed.words[i].read;
+        if (((word.value ^ particle.fixed.words[i].value) & word.read) != 0) return;
+      }
+      particle = other;
     }
   }
 
@@ -205,8 +244,7 @@ class ParticleBelief final : public Belief {
     for (std::uint32_t i = 0; i < now_.size(); ++i) {
       const Particle& from = now_[i];
       PhiloxDraws draws = draws_of(i, round);
-      next_[i].fixed = from.fixed;
-      next_[i].origin = from.origin;
+      next_[i] = from;
       if (round > 0) redraw_unread(next_[i], draws);
       const double density =
           T::filter(params(), next_[i].fixed, from.state, action, key, draws, next_[i].state);

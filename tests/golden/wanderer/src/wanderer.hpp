@@ -26,6 +26,8 @@ struct WandererOf : NoHistory, NotFactored {
   static constexpr int kVariableCount = 9;
   static constexpr bool kHasLower = true;
   using Key = std::uint64_t;
+  static constexpr int kRedrawnWords = 5;
+  static constexpr int kRedrawnSingles = 0;
   static constexpr int kStages = 2;
   static constexpr int kMaxWarps = 1;
 
@@ -345,8 +347,15 @@ struct WandererOf : NoHistory, NotFactored {
     return weight;
   }
 
-  HYPGEN_FN static bool is_redrawn(std::uint32_t site) {
-    return site == Site::init_map_wall;
+  // Which of the words that particles may draw anew is drawn there; -1 if none is.
+  HYPGEN_FN static int redrawn_word(std::uint32_t site, std::uint32_t index) {
+    if (site == Site::init_map_wall) return static_cast<int>(index);
+    return -1;
+  }
+
+  // Whether the value that was drawn with that word has been read.
+  HYPGEN_FN static bool is_word_read(const Fixed& fixed, int word) {
+    return bits::was_read(fixed.words[word / 32], word % 32, 1);
   }
 
   // sample.pomdp:22: policy default
