@@ -10,12 +10,14 @@ from hypgen.codegen.naming import Names, takes_word
 from hypgen.dsl import ir
 from hypgen.dsl.types import length_of
 
+MOST = 4_096  # words that a particle keeps: 16 kB, and thousands of particles have them
+
 
 def redrawn(model: ir.Model) -> tuple[ir.Assign, ...]:
     """Return the inits of hidden fixed variables that draw: those of single values first.
 
     None without a variable that has entries: what is a single value is soon read. None either where the
-    belief is a product of posteriors.
+    belief is a product of posteriors, or where the words would take too much memory.
     """
     if model.factored:
         return ()
@@ -29,12 +31,18 @@ def redrawn(model: ir.Model) -> tuple[ir.Assign, ...]:
         and takes_word(a.dist)
         and times[a.site.path] == 1
     ]
-    return tuple(sorted(found, key=lambda a: bool(a.binders))) if any(a.binders for a in found) else ()
+    if not any(a.binders for a in found) or sum(_words(a) for a in found) > MOST:
+        return ()
+    return tuple(sorted(found, key=lambda a: bool(a.binders)))
+
+
+def _words(init: ir.Assign) -> int:
+    return length_of(tuple(b.type for b in init.binders))
 
 
 def constants(model: ir.Model) -> tuple[str, ...]:
     """Return how many random words those inits take, and how many of them are single values'."""
-    counts = [length_of(tuple(b.type for b in a.binders)) for a in redrawn(model)]
+    counts = [_words(a) for a in redrawn(model)]
     singles = sum(not a.binders for a in redrawn(model))
     if not counts:
         return ()

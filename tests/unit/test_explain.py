@@ -107,3 +107,10 @@ def test_what_is_drawn_when_read_is_named() -> None:
     model = load(Path(__file__).parent.parent / "differential" / "models" / "corridor.pomdp").model
     assert explain(model)["belief"]["drawn_when_read"] == ["floor.wet"]
     assert "; copies draw anew what they have not read of floor.wet\n" in text(model)
+
+
+def test_too_many_values_are_not_drawn_when_read(tmp_path: Path) -> None:
+    text = (Path(__file__).parent.parent / "differential" / "models" / "corridor.pomdp").read_text()
+    large = tmp_path / "large.pomdp"
+    large.write_text(text.replace("0 .. 9", "0 .. 4096"))
+    assert explain(load(large).model)["belief"]["drawn_when_read"] == []
