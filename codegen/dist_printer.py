@@ -73,7 +73,7 @@ class DistPrinter:
                 self.sample(inner, word, sink)
             case picks.WeightedPick(value=value):
                 drawn = printer.scope.unique("word")
-                self.code.add(f"const std::uint32_t {drawn} = {word};")
+                self.code.add(f"const auto {drawn} = {word};")
                 self._at_position(_position(drawn, dist.bounds()), value, sink)
             case picks.UniformPick(count=count, value=value):
                 self._at_position(f"dist::uniform({word}, {printer.text(count)})", value, sink)
@@ -102,7 +102,7 @@ class DistPrinter:
             printer.emit(last, sink)
             return
         drawn = printer.scope.unique("word")
-        self.code.add(f"const std::uint32_t {drawn} = {word};")
+        self.code.add(f"const auto {drawn} = {word};")
         bounds: list[str] = []
         for _, probability in entries:
             share = f"math::threshold({printer.text(probability)})"
@@ -145,7 +145,7 @@ class DistPrinter:
         """Add up the weights, then go to the first match that the word does not pass."""
         printer, code, binder = self.printer, self.code, dist.binders[0]
         drawn, everything, passed, picked = map(printer.scope.unique, ("word", "all", "passed", "picked"))
-        code.add(f"const std::uint32_t {drawn} = {word};")
+        code.add(f"const auto {drawn} = {word};")
         code.add(f"dist::WeightSum {everything};")
         code.add(f"{scalar(binder.type)} {picked} = {printer.first(binder)};")
         self._matches(

@@ -141,8 +141,9 @@ class Bins {
         count_(count) {}
 
   /// The first bin that the word does not pass: near the quantile's, so that few probabilities are computed.
-  HYPGEN_FN std::int32_t draw(std::uint32_t word) const {
-    const double place = (static_cast<double>(law_.quantile(word)) - low_) / width_;
+  template <class Word>
+  HYPGEN_FN std::int32_t draw(Word word) const {
+    const double place = (static_cast<double>(law_.quantile(typical(word))) - low_) / width_;
     std::int32_t bin = math::detail::saturate(std::floor(place * count_), 0, count_ - 1);
     while (bin > 0 && word < up_to(bin - 1)) --bin;
     while (bin < count_ - 1 && word >= up_to(bin)) ++bin;

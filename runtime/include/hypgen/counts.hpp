@@ -93,8 +93,8 @@ class Reach {
 };
 
 /// The first count of low .. high that the word does not pass; high takes what is left.
-template <class Masses>
-HYPGEN_FN std::int32_t count(std::uint32_t word, Reach<Masses> reach, std::int32_t low, std::int32_t high) {
+template <class Word, class Masses>
+HYPGEN_FN std::int32_t count(Word word, Reach<Masses> reach, std::int32_t low, std::int32_t high) {
   std::int32_t k = low;
   while (k < high && word >= reach.up_to(k)) ++k;
   return k;
@@ -107,7 +107,8 @@ HYPGEN_FN double count_density(std::int32_t k, Reach<Masses> reach, std::int32_t
   return share((k == high ? kWords : reach.up_to(k)) - before);
 }
 
-HYPGEN_FN std::int32_t poisson(std::uint32_t word, float mean, Truncation truncation, std::int32_t low,
+template <class Word>
+HYPGEN_FN std::int32_t poisson(Word word, float mean, Truncation truncation, std::int32_t low,
                                std::int32_t high) {
   return count(word, Reach<PoissonMasses>(PoissonMasses(mean), truncation), low, high);
 }
@@ -139,8 +140,9 @@ struct Binomial {
   }
 };
 
-HYPGEN_FN std::int32_t binomial(std::uint32_t word, std::int32_t trials, float probability,
-                                Truncation truncation, std::int32_t low, std::int32_t high) {
+template <class Word>
+HYPGEN_FN std::int32_t binomial(Word word, std::int32_t trials, float probability, Truncation truncation,
+                                std::int32_t low, std::int32_t high) {
   if (trials <= low) return low;
   const Binomial law = Binomial::of(trials, probability, truncation, low, high);
   return law.failures ? trials - count(~word, law.reach, law.low, law.high)

@@ -1,7 +1,9 @@
 // How a random word becomes a value, and the probability of each value: by inverse CDF over 2^32 words.
 //
 // Generated models draw and weigh by these. A density counts the words that give a value, so that sampler
-// and filter agree to the last word even where a probability was clipped or rounded.
+// and filter agree to the last word even where a probability was clipped or rounded. Samplers are templates
+// over the word, which may also be an interval of words (exact/enumerating_draws.hpp): they compare it, or
+// ask for its `piece_of` equal pieces.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +17,10 @@
 namespace hypgen::dist {
 
 /// true with probability p.
-HYPGEN_FN bool bernoulli(std::uint32_t word, float p) { return word < math::threshold(p); }
+template <class Word>
+HYPGEN_FN bool bernoulli(Word word, float p) {
+  return word < math::threshold(p);
+}
 
 HYPGEN_FN double bernoulli_density(bool value, float p) {
   const std::uint64_t t = math::threshold(p);
@@ -23,16 +28,18 @@ HYPGEN_FN double bernoulli_density(bool value, float p) {
 }
 
 /// One of 0 .. count - 1, each with the same probability.
-HYPGEN_FN std::int32_t uniform(std::uint32_t word, std::int32_t count) {
-  return static_cast<std::int32_t>((std::uint64_t{word} * static_cast<std::uint64_t>(count)) >> 32);
+template <class Word>
+HYPGEN_FN std::int32_t uniform(Word word, std::int32_t count) {
+  return static_cast<std::int32_t>(piece_of(word, 0, static_cast<std::uint64_t>(count)));
 }
 
 /// One of low .. high, each with the same probability, or low if that lies above high; clamped into least ..
 /// most.
-HYPGEN_FN std::int32_t uniform_int(std::uint32_t word, std::int32_t low, std::int32_t high,
-                                   std::int32_t least, std::int32_t most) {
+template <class Word>
+HYPGEN_FN std::int32_t uniform_int(Word word, std::int32_t low, std::int32_t high, std::int32_t least,
+                                   std::int32_t most) {
   const std::int64_t count = high < low ? 1 : std::int64_t{high} - low + 1;
-  const auto position = (std::uint64_t{word} * static_cast<std::uint64_t>(count)) >> 32;
+  const std::uint64_t position = piece_of(word, 0, static_cast<std::uint64_t>(count));
   const std::int64_t drawn = low + static_cast<std::int64_t>(position);
   return static_cast<std::int32_t>(drawn < least ? least : drawn > most ? most : drawn);
 }
@@ -51,13 +58,17 @@ HYPGEN_FN double uniform_int_density(std::int32_t value, std::int32_t low, std::
 HYPGEN_FN std::int32_t reached(std::uint32_t word, std::uint32_t bound) {
   return 1 - static_cast<std::int32_t>((std::uint64_t{word} - std::uint64_t{bound}) >> 63);
 }
+template <class Word>
+HYPGEN_FN std::int32_t reached(Word word, std::uint32_t bound) {
+  return word < bound ? 0 : 1;
+}
 
 /// `value`, one of 0 .. count - 1, with probability p, else uniformly one of the others.
-HYPGEN_FN std::int32_t noisy(std::uint32_t word, std::int32_t value, float p, std::int32_t count) {
+template <class Word>
+HYPGEN_FN std::int32_t noisy(Word word, std::int32_t value, float p, std::int32_t count) {
   const std::uint64_t t = math::threshold(p);
   if (word < t || count == 1) return value;
-  const auto other =
-      static_cast<std::int32_t>((word - t) * static_cast<std::uint64_t>(count - 1) / (kWords - t));
+  const auto other = static_cast<std::int32_t>(piece_of(word, t, static_cast<std::uint64_t>(count - 1)));
   return other < value ? other : other + 1;
 }
 

@@ -14,6 +14,14 @@ inline constexpr std::uint64_t kWords = std::uint64_t{1} << 32;
 /// The probability of `words` out of all words.
 HYPGEN_FN double share(std::uint64_t words) { return static_cast<double>(words) * (1.0 / 4294967296.0); }
 
+/// In which of `pieces` equal pieces of the words from `first` on a word lies.
+HYPGEN_FN std::uint64_t piece_of(std::uint32_t word, std::uint64_t first, std::uint64_t pieces) {
+  return (word - first) * pieces / (kWords - first);
+}
+
+/// A word to start a search for the word's value from.
+HYPGEN_FN std::uint32_t typical(std::uint32_t word) { return word; }
+
 /// R(x): the number of words that a cumulative probability takes, rounded to nearest; 0 for NaN.
 HYPGEN_FN std::uint64_t words_of(double probability) {
   const double scaled = std::floor(probability * 4294967296.0 + 0.5);

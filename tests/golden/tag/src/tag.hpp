@@ -153,7 +153,7 @@ struct Tag : NoHistory {
   // tag.pomdp:50: cell'
   template <class D>
   HYPGEN_FN static void update_opponent(const Params& params, const State& state, D& draws, State& next) {
-    const std::uint32_t word = draws.word(Site::opponent_cell, 0);
+    const auto word = draws.word(Site::opponent_cell, 0);
     const std::int32_t entry = dist::reached(word, 0x33333340u) + dist::reached(word, 0x66666680u)
         + dist::reached(word, 0x999999C0u) + dist::reached(word, 0xCCCCCD00u);
     next.set_opponent_cell(params.opponent_cell_table_2[state.opponent_cell()][state.robot_cell()][entry]);

@@ -151,7 +151,7 @@ struct WandererOf : NoHistory, NotFactored {
   template <class D>
   HYPGEN_FN static std::int32_t observe_bot_bump(const State& state, D& draws, const State& next,
       std::int32_t b) {
-    const std::uint32_t word = draws.word(Site::observe_bot_bump, b);
+    const auto word = draws.word(Site::observe_bot_bump, b);
     const std::uint64_t below = math::threshold(0.25f);
     const std::uint64_t below_2 = below + math::threshold(0.5f);
     const std::uint64_t below_3 = below_2 + math::threshold(0.125f);
