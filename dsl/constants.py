@@ -7,7 +7,7 @@ from functools import partial
 from math import prod
 from typing import TYPE_CHECKING
 
-from hypgen.dsl import ast, distances, entries, grids, ir
+from hypgen.dsl import ast, distances, entries, grids, ir, word_lists
 from hypgen.dsl.closures import Value
 from hypgen.dsl.mistakes import Mistake, gather, mistake
 from hypgen.dsl.quantifiers import bind_all, bind_types, values_of
@@ -59,7 +59,8 @@ def entries_of(
             )
         return (entries.scalar(node, scope, element, f"'{name}'").value,)
     if grids.is_grid(node):
-        grids.require_glyphs(element, node.span, name)
+        if not grids.has_glyphs(element):
+            return word_lists.listed(node, element, prod(map(size_of, indices)), name)
         indices = flat_indices(indices) if isinstance(node, ast.ArrayLiteral) else indices
     match node:
         case ast.Literal(_, str()) if len(indices) == 1:

@@ -17,16 +17,9 @@ def is_grid(node: ast.Expr) -> bool:
     return isinstance(node, ast.Literal) and isinstance(node.value, str)
 
 
-def require_glyphs(element: Type, span: Span, name: str) -> None:
-    """Raise unless ``element``, of which the array ``name`` is, can be written in glyphs."""
-    if not isinstance(element, Enum) or not element.glyphs:
-        what = f"enum '{element}' has no glyphs" if isinstance(element, Enum) else f"'{name}' is of {element}"
-        raise mistake(
-            "E0311",
-            f"a string writes variants by their glyphs, and {what}",
-            span,
-            'give the variants glyphs, as in enum Cell { floor ".", wall "#" }, or write a list',
-        )
+def has_glyphs(element: Type) -> bool:
+    """Return whether strings write values of ``element`` by glyphs; of other types they list words."""
+    return isinstance(element, Enum) and bool(element.glyphs)
 
 
 def row(node: ast.Literal, element: Type, index: Type, name: str) -> tuple[int, ...]:

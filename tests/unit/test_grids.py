@@ -1,8 +1,11 @@
 """Arrays that strings of glyphs write."""
 
+import re
+
 import pytest
 
 from hypgen.dsl import ast, ir
+from hypgen.dsl.diagnostics import ModelError
 from hypgen.dsl.lower import lower
 from hypgen.dsl.parser import parse, parse_expression
 from hypgen.dsl.source import Source
@@ -53,3 +56,34 @@ def test_records_of_records_spread_to_all_their_fields() -> None:
 def test_params_and_settings_take_grids() -> None:
     model = load('param map: Cell[Pos] = ["...", "..."]', map='["##.", ".##"]')
     assert model.params[0].default == (1, 1, 0, 0, 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("declared", "values"),
+    [
+        ('float[Row, Col] = ["0 0.5 -1", "1e3 2 3"]', (0.0, 0.5, -1.0, 1000.0, 2.0, 3.0)),
+        ('float[Row, Col] = ["0 0.5", "-1 1e3 2", "3"]', (0.0, 0.5, -1.0, 1000.0, 2.0, 3.0)),
+        ('prob[Row] = " 0.5  1 "', (0.5, 1.0)),
+        ('Col[Row] = "-1 1"', (-1, 1)),
+        ('bool[Row] = "true false"', (True, False)),
+        ('Act[Row] = "go go"', (0, 0)),
+    ],
+)
+def test_strings_list_entries_in_order(declared: str, values: tuple[float, ...]) -> None:
+    [table] = load(f"const table: {declared}").tables
+    assert table.values == values
+
+
+@pytest.mark.parametrize(
+    ("declared", "told"),
+    [
+        ('float[Row] = "1 nan"', "'nan' is no value of 'float'"),
+        ('Col[Row] = "0 2"', "'2' is no value of '-1 .. 1'"),
+        ('prob[Row] = "0 1.5"', "'1.5' is no value of 'prob'"),
+        ('float[Row] = "1 2 3"', "takes 2 entries, but 3 are listed"),
+        ('float[Row, Col] = ["1 2 3", [1, 2, 3]]', "strings stand beside other entries"),
+    ],
+)
+def test_words_that_do_not_fit_are_told(declared: str, told: str) -> None:
+    with pytest.raises(ModelError, match=re.escape(told)):
+        load(f"const table: {declared}")
