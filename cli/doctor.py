@@ -52,6 +52,7 @@ def command() -> int:
     line("CMake", program(toolchain.find_cmake))
     line("Ninja", program(toolchain.find_ninja))
     line("nlohmann-json", toolchain.find_json)
+    line("Eigen", toolchain.find_eigen)
     line("cache", lambda: cache.folder("solvers").parent)
     hints: list[str] = []
     line("CUDA", lambda: _cuda(hints))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
+from collections.abc import Iterable
 
 from hypgen.codegen import views
 from hypgen.codegen.cpp import Code, from_int32, value_of, wrapped
@@ -31,7 +32,12 @@ _MAX_VARIABLE_NAMES = 4096
 
 def main_view(context: Context, project: views.Project) -> views.Main:
     """Return the view of ``main.cpp``."""
-    return _Descriptor(context).view(project)
+    return _Descriptor(context).view(project, exact=False)
+
+
+def exact_view(context: Context, project: views.Project) -> views.Main:
+    """Return the view of ``exact.cpp``, which names the values of states too."""
+    return _Descriptor(context).view(project, exact=True)
 
 
 def _string(text: str) -> str:
@@ -44,14 +50,19 @@ class _Descriptor:
         self.model = context.model
         scope = Scope(
             {"std", "hypgen", "descriptor", "main", "Model", "names", "action_names", "observation_name"}
+            | {"value_names", "exact", "model"}
         )
         coded: list[Enum | Record] = [*self.model.enums, *self.model.records]
         self.name_functions = {t.name: scope.unique(f"name_of_{t.name}") for t in coded}
 
-    def view(self, project: views.Project) -> views.Main:
+    def view(self, project: views.Project, exact: bool) -> views.Main:
         """Return the view."""
-        functions = [self._type_name(t) for t in self._named_types()]
+        shown: list[Type] = [self.model.action.type, *(k.type for k in self.model.key)]
+        shown += [p.type for p in self.model.params]
+        shown += [v.type for v in self.model.variables] if exact else []
+        functions = [self._type_name(t) for t in self._named_types(shown)]
         functions += [self._action_names(), self._observation_name()]
+        functions += [self._value_names()] if exact else []
         return views.Main(
             project.banner,
             f"{project.stem}.hpp",
@@ -60,10 +71,8 @@ class _Descriptor:
             self._settings(project),
         )
 
-    def _named_types(self) -> list[Enum | Record]:
-        """Return the enums and records that something to be shown needs, contained ones first."""
-        shown: list[Type] = [self.model.action.type, *(k.type for k in self.model.key)]
-        shown += [p.type for p in self.model.params]
+    def _named_types(self, shown: Iterable[Type]) -> list[Enum | Record]:
+        """Return the enums and records that naming values of some types takes, contained ones first."""
         found: dict[str, Enum | Record] = {}
 
         def visit(type_: Type) -> None:
@@ -158,6 +167,17 @@ class _Descriptor:
         code.add(f"return {joined};" if parts else 'return "none";')
         key = "key" if parts else ""
         head = f"std::string observation_name(hypgen::KeyWords {key}) {{".replace(" )", ")")
+        return views.Function((), (head,), tuple(code.lines))
+
+    def _value_names(self) -> views.Function:
+        """Return C++ for the names of all values of a state, in the order of ``export_state``."""
+        code = Code()
+        code.add("std::vector<std::string> names;")
+        for variable in self.model.variables:
+            with code.block(f"for (int i = 0; i < {length_of(variable.indices)}; ++i, ++values)"):
+                code.add(f"names.push_back({self._name(variable.type, '*values')});")
+        code.add("return names;")
+        head = "std::vector<std::string> value_names(const std::int32_t* values) {"
         return views.Function((), (head,), tuple(code.lines))
 
     def _settings(self, project: views.Project) -> tuple[str, ...]:

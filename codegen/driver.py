@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hypgen.codegen.lowering import lower
-from hypgen.codegen.render import render
+from hypgen.codegen.render import render, render_exact
 from hypgen.dsl import ir
 
 
@@ -11,3 +11,9 @@ def generate(model: ir.Model) -> dict[str, str]:
     """Return the project's files, keyed by their paths; the same model gives the same bytes."""
     header, main, project = lower(model)
     return render(header, main, project)
+
+
+def generate_exact(model: ir.Model) -> dict[str, str]:
+    """Return the files of the exact solver's program."""
+    header, main, project = lower(model, exact=True)
+    return render_exact(header, main, project)

@@ -40,15 +40,15 @@ from hypgen.dsl import ir
 from hypgen.dsl.types import Type, length_of, size_of
 
 
-def lower(model: ir.Model) -> tuple[views.Header, views.Main, views.Project]:
-    """Return the views of the three kinds of files."""
+def lower(model: ir.Model, exact: bool = False) -> tuple[views.Header, views.Main, views.Project]:
+    """Return the views of the three kinds of files; ``exact``: for the exact solver's program."""
     names = Names(model)
     tabulated, derived = tabulate(with_field_reads(model), names)
     context = context_of(tabulated, derived, names, belief_reads(model))
     project = _project(model)
     return (
         _header(context, derived, project.banner),
-        descriptor.main_view(context, project),
+        (descriptor.exact_view if exact else descriptor.main_view)(context, project),
         project,
     )
 

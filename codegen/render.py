@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -12,7 +13,27 @@ _TEMPLATES = Path(__file__).parent / "templates"
 
 
 def render(header: views.Header, main: views.Main, project: views.Project) -> dict[str, str]:
-    """Return the project's files, keyed by their paths."""
+    """Return the files of a solver's project, keyed by their paths."""
+    templates = {
+        f"src/{project.stem}.hpp": "model.hpp.j2",
+        "src/main.cpp": "main.cpp.j2",
+        "src/device.cu": "device.cu.j2",
+        "src/device_digests.cu": "device_digests.cu.j2",
+        "CMakeLists.txt": "CMakeLists.txt.j2",
+        "README.md": "README.md.j2",
+    }
+    return _render(templates, header, main, project)
+
+
+def render_exact(header: views.Header, main: views.Main, project: views.Project) -> dict[str, str]:
+    """Return the files of the exact solver's program, keyed by their paths."""
+    templates = {f"src/{project.stem}.hpp": "model.hpp.j2", "src/exact.cpp": "exact.cpp.j2"}
+    return _render(templates, header, main, project)
+
+
+def _render(
+    templates: Mapping[str, str], header: views.Header, main: views.Main, project: views.Project
+) -> dict[str, str]:
     environment = Environment(
         loader=FileSystemLoader(_TEMPLATES),
         undefined=StrictUndefined,
@@ -23,17 +44,7 @@ def render(header: views.Header, main: views.Main, project: views.Project) -> di
     )
     environment.filters["function_text"] = _function_text
     values = {"model": header, "main": main, "project": project}
-    return {
-        path: environment.get_template(template).render(values)
-        for path, template in {
-            f"src/{project.stem}.hpp": "model.hpp.j2",
-            "src/main.cpp": "main.cpp.j2",
-            "src/device.cu": "device.cu.j2",
-            "src/device_digests.cu": "device_digests.cu.j2",
-            "CMakeLists.txt": "CMakeLists.txt.j2",
-            "README.md": "README.md.j2",
-        }.items()
-    }
+    return {path: environment.get_template(name).render(values) for path, name in templates.items()}
 
 
 def _function_text(function: views.Function, indent: str) -> str:

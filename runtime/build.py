@@ -10,7 +10,7 @@ import json
 import os
 import shlex
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,11 +18,11 @@ from pathlib import Path
 from hypgen.runtime import cache
 from hypgen.runtime.build_errors import call
 from hypgen.runtime.cuda_toolchain import CudaBuild, nvcc_command
-from hypgen.runtime.toolchain import Tools, cpu_features, find_tools
+from hypgen.runtime.toolchain import Tools, cpu_features, find_eigen, find_tools
 
 RUNTIME_FOLDER = Path(__file__).parent
 RUNTIME_PARTS = ("CMakeLists.txt", "cmake", "include", "src")
-LIBRARY = "libhypgen_runtime.a"
+EXACT_MAIN = "src/exact.cpp"  # a project with it is the exact solver's program
 NVCC_FLAGS = "cmake/nvcc_flags.txt"  # what CMake reads too
 CHANGES = {
     "model": "the model or its settings changed",
@@ -41,6 +41,15 @@ class Step:
 
     what: str
     reason: str
+
+
+@dataclass(frozen=True)
+class Library:
+    """A target of the runtime's CMake project; ``eigen``: headers that it and its users take too, if any."""
+
+    target: str
+    what: str
+    eigen: Path | None = None
 
 
 Report = Callable[[Step], None]
@@ -64,7 +73,8 @@ def build_solver(
     tools = find_tools()
     name = solver_name(files)
     base = _components(tools)
-    library = _runtime_library(tools, base, report)
+    libraries = _libraries(files)
+    folders = [_library(library, tools, base, report) for library in libraries]
     code = cache.digest(*(part for item in sorted(files.items()) for part in item))
     components = {"model": model, "code": code, **base, "target": _target(cuda)}
     key = cache.digest(code, *base.values(), components["target"])
@@ -75,15 +85,19 @@ def build_solver(
     report(Step(f"{name}{_suffix(cuda)}", "" if found else reason))
     if found is None:
         found = cache.make(
-            "solvers", key, lambda to: _compile(files, tools, library, cuda, to / name), again=again
+            "solvers",
+            key,
+            lambda to: _compile(files, tools, libraries, folders, cuda, to / name),
+            again=again,
         )
     cache.write_record("records", cache.digest(origin), components)
     return found / name
 
 
 def solver_name(files: Mapping[str, str]) -> str:
-    """Return what the project's executable is called: its model header's name."""
-    return next(Path(path).stem for path in sorted(files) if path.endswith(".hpp"))
+    """Return what the project's executable is called: its model header's name, and which program it is."""
+    model = next(Path(path).stem for path in sorted(files) if path.endswith(".hpp"))
+    return f"{model}_exact" if EXACT_MAIN in files else model
 
 
 def runtime_files() -> dict[str, Path]:
@@ -132,19 +146,27 @@ def _reason(components: Mapping[str, str], before: Mapping[str, str]) -> str:
     return ", ".join(CHANGES[name] for name in changed) or "no longer in the cache"
 
 
-def _runtime_library(tools: Tools, components: dict[str, str], report: Report) -> Path:
-    """Return the folder with the runtime's library and the flags that it was compiled with."""
-    key = cache.digest(*components.values())
+def _libraries(files: Mapping[str, str]) -> list[Library]:
+    """Return what a project is linked with, users of others first."""
+    runtime = Library("hypgen_runtime", "hypgen's runtime")
+    if EXACT_MAIN not in files:
+        return [runtime]
+    return [Library("hypgen_exact", "hypgen's exact solver", find_eigen()), runtime]
+
+
+def _library(library: Library, tools: Tools, components: dict[str, str], report: Report) -> Path:
+    """Return the folder with a library and the flags that it was compiled with."""
+    key = cache.digest(library.target, str(library.eigen), *components.values())
     found = cache.entry("runtime", key)
     if found is None:
-        report(Step("hypgen's runtime", _reason(components, cache.read_record("records", "runtime"))))
-        found = cache.make("runtime", key, lambda to: _build_runtime(tools, to))
-        cache.write_record("records", "runtime", components)
+        report(Step(library.what, _reason(components, cache.read_record("records", library.target))))
+        found = cache.make("runtime", key, lambda to: _build_library(library, tools, to))
+        cache.write_record("records", library.target, components)
     return found
 
 
-def _build_runtime(tools: Tools, to: Path) -> None:
-    """Build the runtime with its own CMake project, and keep the library and the compiler flags."""
+def _build_library(library: Library, tools: Tools, to: Path) -> None:
+    """Build a library with the runtime's own CMake project, and keep it and the compiler flags."""
     build = to / "build"
     generator = ["-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={tools.ninja.path}"] if tools.ninja else []
     settings = {
@@ -154,18 +176,21 @@ def _build_runtime(tools: Tools, to: Path) -> None:
         "HYPGEN_JSON_INCLUDE_DIR": tools.json_include,
         "HYPGEN_WERROR": "OFF",  # another compiler may warn about more
     }
+    if library.eigen is not None:
+        settings["HYPGEN_EIGEN_INCLUDE_DIR"] = library.eigen
     definitions = [f"-D{name}={value}" for name, value in settings.items()]
     configure = [str(tools.cmake.path), "-S", str(RUNTIME_FOLDER), "-B", str(build), *generator, *definitions]
-    call(configure, "hypgen's runtime", tools)
-    call(
-        [str(tools.cmake.path), "--build", str(build), "--target", "hypgen_runtime"],
-        "hypgen's runtime",
-        tools,
-    )
-    shutil.copy(next(build.rglob(LIBRARY)), to / LIBRARY)
+    call(configure, library.what, tools)
+    call([str(tools.cmake.path), "--build", str(build), "--target", library.target], library.what, tools)
+    archive = _archive(library)
+    shutil.copy(next(build.rglob(archive)), to / archive)
     commands = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
     (to / "flags.json").write_text(json.dumps(_shared_flags(commands[0]["command"])), encoding="utf-8")
     shutil.rmtree(build)
+
+
+def _archive(library: Library) -> str:
+    return f"lib{library.target}.a"
 
 
 def _shared_flags(command: str) -> list[str]:
@@ -184,19 +209,26 @@ def _shared_flags(command: str) -> list[str]:
 
 
 def _compile(
-    files: Mapping[str, str], tools: Tools, library: Path, cuda: CudaBuild | None, executable: Path
+    files: Mapping[str, str],
+    tools: Tools,
+    libraries: Sequence[Library],
+    folders: Sequence[Path],
+    cuda: CudaBuild | None,
+    executable: Path,
 ) -> None:
-    """Compile the model's translation units, side by side, and link them with the runtime."""
+    """Compile the model's translation units, side by side, and link them with the libraries."""
     project = executable.parent / "project"
     for name, text in files.items():
         path = project / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
-    flags = json.loads((library / "flags.json").read_text(encoding="utf-8"))
+    flags = json.loads((folders[-1] / "flags.json").read_text(encoding="utf-8"))
     include = [f"-I{project / 'src'}", f"-I{RUNTIME_FOLDER / 'include'}", "-isystem", str(tools.json_include)]
+    include += [word for library in libraries if library.eigen for word in ("-isystem", str(library.eigen))]
     compiler = [str(tools.compiler.path), *flags, *include]
     units = {name: compiler for name in sorted(files) if name.endswith(".cpp")}
-    link = [str(library / LIBRARY), "-pthread"]
+    archives = [str(at / _archive(of)) for of, at in zip(libraries, folders, strict=True)]
+    link = [*archives, "-pthread"]
     if cuda is not None:
         units = {name: [*command, "-DHYPGEN_CUDA"] for name, command in units.items()}
         texts = (RUNTIME_FOLDER / NVCC_FLAGS).read_text(encoding="utf-8").split()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import importlib.metadata
 import importlib.util
 import os
 import platform
@@ -88,6 +89,19 @@ def find_json() -> Path:
         if (folder / "nlohmann" / "json.hpp").is_file():
             return folder
     raise ToolchainError("the headers of nlohmann-json are missing", "run `pip install nlohmann-json`")
+
+
+def find_eigen() -> Path:
+    """Return the folder that holds ``Eigen/Core``, which only the exact solver takes."""
+    try:
+        listed = importlib.metadata.files("cmeel-eigen") or []
+    except importlib.metadata.PackageNotFoundError:
+        listed = []
+    wheels = [Path(str(f.locate())).parent.parent for f in listed if f.match("*/eigen3/Eigen/Core")]
+    for folder in (Path("/usr/local/include/eigen3"), Path("/usr/include/eigen3"), *wheels):
+        if (folder / "Eigen" / "SparseCore").is_file():
+            return folder
+    raise ToolchainError("the headers of Eigen are missing", "run `pip install cmeel-eigen`")
 
 
 @functools.cache

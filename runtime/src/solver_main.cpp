@@ -1,8 +1,6 @@
 #include "hypgen/solver_main.hpp"
 
 #include <algorithm>
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <memory>
@@ -12,6 +10,7 @@
 
 #include "hypgen/device_choice.hpp"
 #include "hypgen/episode.hpp"
+#include "hypgen/interrupt.hpp"
 #include "hypgen/json_lines.hpp"
 #include "hypgen/options.hpp"
 #include "hypgen/params.hpp"
@@ -23,15 +22,6 @@ namespace hypgen {
 namespace {
 
 constexpr int kDone = 0, kFailed = 1, kWrongUse = 2, kInterrupted = 130;
-
-// The runtime's one variable outside objects: a signal handler reaches nothing else.
-std::atomic<bool> interrupted{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-extern "C" void on_interrupt(int signal) {
-  interrupted = true;
-  std::signal(signal, SIG_DFL);  // a second one ends the process
-}
 
 int complain(const ModelDescriptor& model, const std::string& message, int code) {
   std::fprintf(stderr, "%s: %s\n", model.name.c_str(), message.c_str());
@@ -89,10 +79,9 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
   planner.prepare(*belief);
   tell_of_threads(model, planner.threads(), planning.threads);
 
-  interrupted = false;
-  std::signal(SIGINT, on_interrupt);
+  catch_interrupts();
   const int steps = model.horizon > 0 ? std::min(model.horizon, options.steps) : options.steps;
-  const EpisodeLimits limits{steps, model.discount, [&] { return ends || interrupted.load(); },
+  const EpisodeLimits limits{steps, model.discount, [&] { return ends || interrupted(); },
                              options.stop_on_depletion};
   RunTotals totals;
   {
@@ -106,7 +95,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
       lines.write(step);
       progress.update(step.episode - options.first_run, step.step, totals.returns.mean());
     };
-    for (std::uint64_t run = 0; run < options.runs && !ends && !interrupted; ++run) {
+    for (std::uint64_t run = 0; run < options.runs && !ends && !interrupted(); ++run) {
       const EpisodeRecord record =
           run_episode(planner, *belief, *world, model.visible_count, options.first_run + run, limits, report);
       lines.write(record);
@@ -123,7 +112,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
   if (!lines.complete())
     return complain(model, options.json_file + ": some lines could not be written", kFailed);
   if (ends) return kFailed;
-  return interrupted ? kInterrupted : kDone;
+  return interrupted() ? kInterrupted : kDone;
 }
 
 int solve(const ModelDescriptor& model, int argc, char** argv) {

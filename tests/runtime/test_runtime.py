@@ -19,6 +19,7 @@ def configure(build: Path) -> None:
     definitions = [
         f"-DCMAKE_CXX_COMPILER={tools.compiler.path}",
         f"-DHYPGEN_JSON_INCLUDE_DIR={tools.json_include}",
+        f"-DHYPGEN_EIGEN_INCLUDE_DIR={toolchain.find_eigen()}",
         "-DCMAKE_BUILD_TYPE=Release",
         "-DHYPGEN_WERROR=ON",
     ]

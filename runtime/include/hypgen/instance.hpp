@@ -5,6 +5,7 @@
 #include <string>
 
 #include "hypgen/cpu_evaluator.hpp"
+#include "hypgen/describe.hpp"
 #include "hypgen/descriptor.hpp"
 #include "hypgen/factored_belief.hpp"
 #include "hypgen/particle_belief.hpp"
@@ -59,14 +60,10 @@ std::unique_ptr<ModelInstance> make_instance(const ParamValues& values, std::str
   return std::make_unique<TypedInstance<M>>(std::move(params));
 }
 
-// A descriptor with what the type knows filled in.
+// A descriptor with what the type knows filled in, and all that a solver makes.
 template <class M>
 ModelDescriptor make_descriptor() {
-  ModelDescriptor descriptor;
-  descriptor.action_count = M::kActionCount;
-  descriptor.visible_count = M::kVisibleCount;
-  descriptor.variable_count = M::kVariableCount;
-  descriptor.factored = M::kFactored;
+  ModelDescriptor descriptor = describe<M>();
   if constexpr (IsPartitioned<M>::value) descriptor.most_warps = M::kMaxWarps;
   descriptor.create = &make_instance<M>;
   return descriptor;

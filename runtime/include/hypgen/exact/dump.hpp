@@ -1,0 +1,25 @@
+// An enumerated model as JSON lines, for programs that read it.
+//
+//   {"type":"model", "name", "hash", "discount", "horizon" (0: none), "variables": [name, ..],
+//    "actions": [name, ..], "observations": [name, ..], "states": N}
+//   {"type":"start", "probability", "class", "belief": [[state, probability], ..]}           for each class
+//   {"type":"state", "state", "class", "step" (where there is a horizon), "values": [text, ..]}   in order
+//   {"type":"row", "state", "action", "reward", "outcomes": [[observation, next state, probability], ..]}
+//       for each action that is legal in the state, state after state; outcomes are sorted, and what their
+//       probabilities lack of 1 ends the episode
+//   {"type":"end"}
+//
+// States, actions and observations are numbered from 0. States of one class agree in all that is visible.
+#pragma once
+
+#include <string>
+
+#include "hypgen/exact/exact_model.hpp"
+#include "hypgen/exact/instance.hpp"
+
+namespace hypgen::exact {
+
+// False if the file cannot be written; "-" is standard output.
+bool dump(const ExactDescriptor& descriptor, const ExactModel& model, const std::string& file);
+
+}  // namespace hypgen::exact

@@ -1,0 +1,51 @@
+#include "exact_options.hpp"
+
+#include <vector>
+
+#include "option_table.hpp"
+
+namespace hypgen::exact {
+
+namespace {
+
+constexpr std::uint64_t kMillion = 1000000;
+
+std::vector<Option> option_table(ExactOptions& options) {
+  EnumerationLimits& limits = options.limits;
+  return {
+      number("--time", "SECONDS", "time to solve, once all states are known (60)", 0.0, 1e9, options.time),
+      number("--gap", "GAP", "stop where upper and lower bound are as close as this (0.001)", 0.0, 1e9,
+             options.gap),
+      mebibytes("--memory", "memory in MiB (4096)", limits.bytes),
+      integer("--max-states", "N", "most states (1000000)", 1, 1000 * kMillion, limits.states),
+      integer("--max-outcomes", "N",
+              "most outcomes: a state, an action, an observation and a next state (100000000)", 1,
+              1000 * kMillion, limits.outcomes),
+      file("--param", "JSON file that sets the model's params", options.param_file),
+      file("--json", "write the result as a JSON object; - for standard output", options.json_file),
+      file("--policy", "write the policy there", options.policy_file),
+      file("--dump", "write states, actions, observations and outcomes as JSON lines instead of solving",
+           options.dump_file),
+      toggle("--quiet", "no table, no progress", options.quiet),
+      toggle("--help", "print this and exit", options.help),
+      toggle("--version", "print the model and its hash and exit", options.version),
+  };
+}
+
+}  // namespace
+
+bool parse_options(int argc, const char* const* argv, ExactOptions& options, std::string& error) {
+  std::vector<std::string> given;
+  return read_options(option_table(options), argc, argv, given, error);
+}
+
+std::string help_text(const ModelDescriptor& model, const std::string& program) {
+  ExactOptions defaults;
+  return "Enumerates the POMDP " + model.name +
+         " and bounds its value from both sides.\n\nUsage: " + program +
+         " [options]\n\nOptions (defaults in brackets):\n" + help_lines(option_table(defaults)) +
+         "\nExamples:\n  " + program + " --gap 0.01\n  " + program + " --time 600 --json -\n" +
+         help_params(model);
+}
+
+}  // namespace hypgen::exact

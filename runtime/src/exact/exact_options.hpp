@@ -1,0 +1,30 @@
+// The command line of the exact solver.
+#pragma once
+
+#include <string>
+
+#include "hypgen/descriptor.hpp"
+#include "hypgen/exact/enumeration.hpp"
+
+namespace hypgen::exact {
+
+struct ExactOptions {
+  EnumerationLimits limits;
+  double time = 60.0;
+  double gap = 1e-3;
+  std::string param_file;
+  std::string json_file;
+  std::string policy_file;
+  std::string dump_file;
+  bool quiet = false;
+  bool help = false;
+  bool version = false;
+};
+
+// False and `error` on an unknown option or a bad value.
+bool parse_options(int argc, const char* const* argv, ExactOptions& options, std::string& error);
+
+// What --help prints.
+std::string help_text(const ModelDescriptor& model, const std::string& program);
+
+}  // namespace hypgen::exact
