@@ -1,0 +1,58 @@
+// Policies on the exact belief of a small model.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "hypgen/exact/exact_model.hpp"
+
+namespace hypgen::exact {
+
+// A number for all that the solver reads of a model: policies of one model are refused for another.
+std::uint64_t model_hash(const ExactModel& model);
+
+// A policy's file is of another model, or damaged.
+class PolicyError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Vectors of values for each class of states, each with an action: acts by the vector with the largest
+// expected value. With alpha vectors that is worth at least `value` wherever it starts; Q-values of the MDP
+// make it QMDP.
+class AlphaPolicy {
+ public:
+  struct Vector {
+    int action;
+    std::vector<double> values;  // of each state of the class
+  };
+
+  AlphaPolicy() = default;
+  // `vectors` of each class, in the order of `ExactModel::class_begin`; none where nothing is legal.
+  AlphaPolicy(const ExactModel& model, std::vector<std::vector<Vector>> vectors);
+
+  // The action at a belief over states of one class; -1 where nothing is legal. Of equals the first.
+  int action(const SparseBelief& belief) const;
+  // The largest expected value; 0 where nothing is legal.
+  double value(const SparseBelief& belief) const;
+
+  const std::vector<std::vector<Vector>>& vectors() const { return vectors_; }
+
+ private:
+  const Vector* best(const SparseBelief& belief, double& value) const;
+
+  std::vector<int> seen_;
+  std::vector<int> class_begin_;
+  std::vector<std::vector<Vector>> vectors_;
+};
+
+// Text: a line with the model's hash, one for each class, one for each vector; reading it back gives equal
+// numbers.
+void write_policy(std::ostream& out, const ExactModel& model, const AlphaPolicy& policy);
+// Throws PolicyError.
+AlphaPolicy read_policy(std::istream& in, const ExactModel& model);
+
+}  // namespace hypgen::exact

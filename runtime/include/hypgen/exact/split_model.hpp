@@ -1,0 +1,63 @@
+// An enumerated model class by class, in the order in which its solver walks through it.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "hypgen/exact/exact_model.hpp"
+
+namespace hypgen::exact {
+
+// What is seen after an action: an observation, and with it the class of the next state.
+struct Outcome {
+  int observation;
+  int next_class;
+  int begin;  // its columns: [begin, end)
+  int end;
+};
+
+// One legal action in all states of a class. A column is a pair (outcome, next state) that can occur.
+struct ClassAction {
+  int action;
+  std::vector<double> reward;  // of each state of the class
+  std::vector<int> row_begin;  // state i of the class has the entries row_begin[i] .. row_begin[i + 1] - 1
+  std::vector<int> column;     // of each entry, ascending within a row
+  std::vector<double> weight;  // of each entry: the pair's probability
+  std::vector<Outcome> outcomes;
+  std::vector<int> next;        // of each column: a state of the model
+  std::vector<int> outcome_of;  // of each column
+};
+
+class SplitModel {
+ public:
+  // Throws std::invalid_argument if the model has neither a discount below 1 nor a horizon.
+  explicit SplitModel(const ExactModel& model);
+
+  int classes() const { return static_cast<int>(actions_.size()); }
+  int states() const { return class_begin_.back(); }
+  int first(int of_class) const { return class_begin_[static_cast<std::size_t>(of_class)]; }
+  int size(int of_class) const { return first(of_class + 1) - first(of_class); }
+  const std::vector<ClassAction>& actions(int of_class) const {
+    return actions_[static_cast<std::size_t>(of_class)];
+  }
+  double discount() const { return discount_; }
+  // The sum of the discounts of all steps that can be taken.
+  double steps() const { return steps_; }
+  double largest_reward() const { return largest_reward_; }
+  // No value is larger.
+  double most() const { return largest_reward_ * steps_; }
+  // What all rounding together can change of a value, for each unit of the largest value.
+  double rounding() const { return rounding_; }
+
+ private:
+  void add_class(const ExactModel& model, int of_class, std::vector<int>& local);
+
+  double discount_;
+  double steps_;
+  double largest_reward_ = 0.0;
+  double rounding_ = 0.0;
+  std::vector<int> class_begin_;
+  std::vector<std::vector<ClassAction>> actions_;  // of each class, those that are legal there
+};
+
+}  // namespace hypgen::exact

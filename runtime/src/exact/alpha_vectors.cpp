@@ -1,0 +1,96 @@
+#include "hypgen/exact/alpha_vectors.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace hypgen::exact {
+namespace {
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+std::size_t bytes_of(const AlphaVector& vector) {
+  return sizeof(AlphaVector) + vector.values.size() * sizeof(double) + vector.states.size() * sizeof(int);
+}
+
+}  // namespace
+
+const AlphaVector* AlphaVector::current() const {
+  const AlphaVector* vector = this;
+  while (vector->better != nullptr) vector = vector->better;
+  return vector;
+}
+
+const AlphaVector* AlphaVectors::add(AlphaVector vector) {
+  for (const AlphaVector* old : vectors_) {
+    if (dominates(*old, vector)) return old;
+  }
+  all_.push_back(std::make_unique<AlphaVector>(std::move(vector)));
+  AlphaVector& added = *all_.back();
+  added.sum = 0.0;
+  for (std::size_t s = 0; s < worst_.size(); ++s) added.sum += value(added, static_cast<int>(s));
+  for (const auto& old : all_) {
+    if (old->better != nullptr || old.get() == &added || !dominates(added, *old)) continue;
+    old->better = &added;
+    bytes_ -= bytes_of(*old);
+    old->values = {};
+    old->states = {};
+    bytes_ += bytes_of(*old);
+  }
+  vectors_.erase(std::remove_if(vectors_.begin(), vectors_.end(),
+                                [](const AlphaVector* one) { return one->better != nullptr; }),
+                 vectors_.end());
+  vectors_.push_back(&added);
+  bytes_ += bytes_of(added);
+  if (usual_ == nullptr || added.sum > usual_->sum) usual_ = &added;
+  return &added;
+}
+
+bool AlphaVectors::dominates(const AlphaVector& a, const AlphaVector& b) const {
+  if (b.states.empty()) {
+    for (std::size_t s = 0; s < worst_.size(); ++s) {
+      if (value(a, static_cast<int>(s)) < b.values[s]) return false;
+    }
+    return true;
+  }
+  for (std::size_t i = 0; i < b.states.size(); ++i) {
+    if (value(a, b.states[i]) < b.values[i]) return false;
+  }
+  return true;
+}
+
+double AlphaVectors::value(const AlphaVector& vector, int state) const {
+  if (vector.states.empty()) return vector.values[index(state)];
+  const auto at = std::lower_bound(vector.states.begin(), vector.states.end(), state);
+  if (at == vector.states.end() || *at != state) return worst_[index(state)];
+  return vector.values[static_cast<std::size_t>(at - vector.states.begin())];
+}
+
+double AlphaVectors::value(const AlphaVector& vector, const ClassBelief& belief) const {
+  double sum = 0.0;
+  if (vector.states.empty()) {
+    for (std::size_t i = 0; i < belief.states.size(); ++i) {
+      sum += belief.probabilities[i] * vector.values[index(belief.states[i])];
+    }
+    return sum;
+  }
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < belief.states.size(); ++i) {
+    const int state = belief.states[i];
+    while (at < vector.states.size() && vector.states[at] < state) ++at;
+    const bool known = at < vector.states.size() && vector.states[at] == state;
+    sum += belief.probabilities[i] * (known ? vector.values[at] : worst_[index(state)]);
+  }
+  return sum;
+}
+
+void AlphaVectors::raise(const ClassBelief& belief, std::uint64_t from, double& best_value,
+                         const AlphaVector*& best) const {
+  for (auto it = vectors_.rbegin(); it != vectors_.rend() && (*it)->number >= from; ++it) {
+    const double now = value(**it, belief);
+    if (best != nullptr && now <= best_value) continue;
+    best_value = now;
+    best = *it;
+  }
+}
+
+}  // namespace hypgen::exact

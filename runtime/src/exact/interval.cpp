@@ -1,0 +1,321 @@
+#include "hypgen/exact/interval.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "hypgen/exact/belief_graph.hpp"
+#include "hypgen/exact/bounds.hpp"
+#include "hypgen/exact/split_model.hpp"
+
+namespace hypgen::exact {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// A trial goes down until what a belief adds to the interval at the start is this part of it.
+constexpr double kTrialTarget = 0.5;
+// Improvements below this part of the largest value are not worth a vector or a point.
+constexpr double kNothing = 1e-12;
+constexpr double kSecondsBetweenReports = 0.2;
+// Nodes may take this part of the memory; they are forgotten when they do, and made again from the start.
+constexpr double kNodeShare = 0.6;
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+struct Start {
+  double probability;
+  int of_class;
+  ClassBelief belief;
+};
+
+std::vector<Start> starts_of(const ExactModel& model) {
+  std::vector<Start> starts;
+  for (const ExactStart& from : model.starts) {
+    Start start{from.probability, -1, {}};
+    for (SparseBelief::InnerIterator entry(from.belief); entry; ++entry) {
+      if (entry.value() <= 0.0) continue;
+      const auto state = static_cast<int>(entry.index());
+      start.of_class = model.seen[index(state)];
+      start.belief.states.push_back(state - model.class_begin[index(start.of_class)]);
+      start.belief.probabilities.push_back(entry.value());
+    }
+    starts.push_back(std::move(start));
+  }
+  return starts;
+}
+
+// A policy with a vector for each action: columns of a class's Q-values.
+AlphaPolicy policy_of(const ExactModel& model, const SplitModel& split, const ActionValues& q) {
+  std::vector<std::vector<AlphaPolicy::Vector>> all(q.size());
+  for (int c = 0; c < split.classes(); ++c) {
+    const std::size_t width = split.actions(c).size();
+    for (std::size_t a = 0; a < width; ++a) {
+      AlphaPolicy::Vector vector{split.actions(c)[a].action, {}};
+      for (std::size_t at = a; at < q[index(c)].size(); at += width) {
+        vector.values.push_back(q[index(c)][at]);
+      }
+      all[index(c)].push_back(std::move(vector));
+    }
+  }
+  return AlphaPolicy(model, std::move(all));
+}
+
+class IntervalSearch {
+ public:
+  IntervalSearch(const ExactModel& model, const IntervalOptions& options, const IntervalProgress& progress)
+      : begin_(Clock::now()),
+        model_(model),
+        split_(model),
+        options_(options),
+        progress_(progress),
+        graph_(split_),
+        starts_(starts_of(model)) {
+    result_.mdp = result_.qmdp = result_.fib = result_.upper = split_.most();
+    result_.blind = result_.lower = -split_.most();
+  }
+
+  IntervalSolution solve();
+
+ private:
+  void bound_simply();
+  void find_best_blind(const StateValues& worst);
+  void add_vectors(const ClassPolicy& policy, const StateValues& values);
+  void find_starts();
+  void search();
+  void trial(int start_node, double target);
+  int most_uncertain(int node, int choice, double target);
+  void bound_start();
+  bool make_room();
+  bool keep_going();
+  bool is_close() const;
+  double expected_at_start(const StateValues& values) const;
+  double best_at_start(const ActionValues& values) const;
+  AlphaPolicy alpha_policy() const;
+
+  Clock::time_point begin_;
+  const ExactModel& model_;
+  SplitModel split_;
+  const IntervalOptions& options_;
+  const IntervalProgress& progress_;
+  BeliefGraph graph_;
+  std::vector<Start> starts_;
+  std::vector<int> start_nodes_;
+  IntervalSolution solution_;
+  IntervalResult& result_ = solution_.result;
+  double largest_value_ = 0.0;
+  double last_report_ = 0.0;
+  bool stopped_ = false;
+};
+
+double IntervalSearch::expected_at_start(const StateValues& values) const {
+  double sum = 0.0;
+  for (const Start& start : starts_) {
+    for (std::size_t i = 0; i < start.belief.states.size(); ++i) {
+      sum += start.probability * start.belief.probabilities[i] *
+             values[index(split_.first(start.of_class) + start.belief.states[i])];
+    }
+  }
+  return sum;
+}
+
+double IntervalSearch::best_at_start(const ActionValues& values) const {
+  double sum = 0.0;
+  for (const Start& start : starts_) {
+    sum += start.probability *
+           best_value(split_, values, start.of_class, start.belief.states, start.belief.probabilities);
+  }
+  return sum;
+}
+
+bool IntervalSearch::keep_going() {
+  if (stopped_) return false;
+  result_.seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+  if (result_.seconds - last_report_ >= kSecondsBetweenReports) {
+    last_report_ = result_.seconds;
+    stopped_ = !progress_(result_);
+    if (stopped_) result_.end = IntervalEnd::kStopped;
+  }
+  if (!stopped_ && result_.seconds >= options_.seconds) {
+    stopped_ = true;
+    result_.end = IntervalEnd::kTime;
+  }
+  return !stopped_;
+}
+
+// The bounds that need no search, from the widest to the narrowest.
+void IntervalSearch::bound_simply() {
+  const KeepGoing going = [this] { return keep_going(); };
+  const StateValues mdp = mdp_values(split_, going);
+  const StateValues worst = worst_values(split_, going);
+  largest_value_ = split_.largest_reward();
+  for (const StateValues* values : {&mdp, &worst}) {
+    for (const double value : *values) largest_value_ = std::max(largest_value_, std::abs(value));
+  }
+  result_.slack = split_.rounding() * largest_value_;
+  result_.mdp = expected_at_start(mdp) + result_.slack;
+  result_.lower = expected_at_start(worst) - result_.slack;
+  ActionValues q = qmdp_values(split_, mdp);
+  result_.upper = result_.qmdp = best_at_start(q) + result_.slack;
+  solution_.qmdp = policy_of(model_, split_, q);
+  q = fib_values(split_, std::move(q), going);
+  result_.upper = result_.fib = best_at_start(q) + result_.slack;
+  for (int c = 0; c < split_.classes(); ++c) {
+    const auto from = worst.begin() + split_.first(c);
+    graph_.add_class(AlphaVectors(std::vector<double>(from, from + split_.size(c))),
+                     Sawtooth(std::move(q[index(c)]), index(split_.size(c)), split_.actions(c).size()));
+  }
+  // Any policy is worth at least the worst values, this one too.
+  add_vectors(blind_policy(split_, 0), worst);
+  find_best_blind(worst);
+}
+
+void IntervalSearch::find_best_blind(const StateValues& worst) {
+  ClassPolicy best_policy = blind_policy(split_, 0);
+  StateValues best_values = worst;
+  for (int action = 0; action < static_cast<int>(model_.actions.size()) && keep_going(); ++action) {
+    ClassPolicy policy = blind_policy(split_, action);
+    StateValues values = policy_values(split_, policy, [this] { return keep_going(); });
+    add_vectors(policy, values);
+    if (expected_at_start(values) <= expected_at_start(best_values)) continue;
+    best_policy = std::move(policy);
+    best_values = std::move(values);
+  }
+  result_.lower = result_.blind = expected_at_start(best_values) - result_.slack;
+  std::vector<std::vector<AlphaPolicy::Vector>> vectors(index(split_.classes()));
+  for (int c = 0; c < split_.classes(); ++c) {
+    if (best_policy[index(c)] < 0) continue;
+    const auto from = best_values.begin() + split_.first(c);
+    vectors[index(c)].push_back({split_.actions(c)[index(best_policy[index(c)])].action,
+                                 std::vector<double>(from, from + split_.size(c))});
+  }
+  solution_.blind = AlphaPolicy(model_, std::move(vectors));
+}
+
+void IntervalSearch::add_vectors(const ClassPolicy& policy, const StateValues& values) {
+  for (int c = 0; c < split_.classes(); ++c) {
+    const auto from = values.begin() + split_.first(c);
+    AlphaVector vector;
+    vector.choice = policy[index(c)];
+    vector.values.assign(from, from + split_.size(c));
+    graph_.add(c, std::move(vector));
+  }
+}
+
+void IntervalSearch::find_starts() {
+  start_nodes_.clear();
+  for (const Start& start : starts_) start_nodes_.push_back(graph_.node_of(start.of_class, start.belief));
+}
+
+void IntervalSearch::bound_start() {
+  double lower = 0.0;
+  double upper = 0.0;
+  for (std::size_t i = 0; i < starts_.size(); ++i) {
+    lower += starts_[i].probability * graph_.lower(start_nodes_[i]);
+    upper += starts_[i].probability * graph_.upper(start_nodes_[i]);
+  }
+  result_.lower = std::max(result_.lower, lower - result_.slack);
+  result_.upper = std::min(result_.upper, upper + result_.slack);
+  result_.beliefs = graph_.nodes();
+  result_.points = graph_.points();
+  result_.vectors = graph_.vectors();
+}
+
+bool IntervalSearch::is_close() const {
+  const double size = std::max({1.0, std::abs(result_.lower), std::abs(result_.upper)});
+  return result_.upper - result_.lower <= options_.gap * size;
+}
+
+// The successor whose interval is wider than the target by most, weighted; -1 if none is.
+int IntervalSearch::most_uncertain(int node, int choice, double target) {
+  int next = -1;
+  double most = 0.0;
+  const std::size_t successors = graph_[node].choices[index(choice)].successors.size();
+  for (std::size_t i = 0; i < successors; ++i) {
+    const Successor successor = graph_[node].choices[index(choice)].successors[i];
+    const double excess =
+        successor.probability * (graph_.upper(successor.node) - graph_.lower(successor.node) - target);
+    if (excess <= most) continue;
+    most = excess;
+    next = successor.node;
+  }
+  return next;
+}
+
+void IntervalSearch::trial(int node, double target) {
+  std::vector<int> path;
+  while (node >= 0 && keep_going()) {
+    path.push_back(node);
+    const int choice = graph_.best_choice(node);
+    target /= split_.discount();
+    node = choice < 0 ? -1 : most_uncertain(node, choice, target);
+  }
+  for (auto it = path.rbegin(); it != path.rend(); ++it) graph_.back_up(*it, kNothing * largest_value_);
+}
+
+// Keeps to the memory; false if vectors and points alone do not.
+bool IntervalSearch::make_room() {
+  graph_.prune_points();
+  const auto room = static_cast<double>(options_.bytes);
+  if (static_cast<double>(graph_.bound_bytes()) > (1.0 - kNodeShare) * room) return false;
+  if (static_cast<double>(graph_.node_bytes()) > kNodeShare * room) {
+    graph_.clear();
+    find_starts();
+  }
+  return true;
+}
+
+void IntervalSearch::search() {
+  find_starts();
+  bound_start();
+  while (!is_close() && keep_going()) {
+    std::size_t widest = 0;
+    double width = 0.0;
+    for (std::size_t i = 0; i < starts_.size(); ++i) {
+      const int node = start_nodes_[i];
+      const double now = starts_[i].probability * (graph_.upper(node) - graph_.lower(node));
+      if (now > width) widest = i;
+      width = std::max(width, now);
+    }
+    trial(start_nodes_[widest], kTrialTarget * (result_.upper - result_.lower));
+    ++result_.iterations;
+    bound_start();
+    if (!make_room()) {
+      result_.end = IntervalEnd::kMemory;
+      return;
+    }
+  }
+  if (is_close()) result_.end = IntervalEnd::kConverged;
+}
+
+AlphaPolicy IntervalSearch::alpha_policy() const {
+  std::vector<std::vector<AlphaPolicy::Vector>> all(index(split_.classes()));
+  for (int c = 0; c < split_.classes(); ++c) {
+    const AlphaVectors& lower = graph_.lower_bounds()[index(c)];
+    for (const AlphaVector* vector : lower.vectors()) {
+      if (vector->choice < 0) continue;
+      AlphaPolicy::Vector full{split_.actions(c)[index(vector->choice)].action, {}};
+      for (int s = 0; s < split_.size(c); ++s) full.values.push_back(lower.value(*vector, s));
+      all[index(c)].push_back(std::move(full));
+    }
+  }
+  return AlphaPolicy(model_, std::move(all));
+}
+
+IntervalSolution IntervalSearch::solve() {
+  bound_simply();
+  search();
+  result_.seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+  solution_.alpha = alpha_policy();
+  return std::move(solution_);
+}
+
+}  // namespace
+
+IntervalSolution solve_interval(const ExactModel& model, const IntervalOptions& options,
+                                const IntervalProgress& progress) {
+  return IntervalSearch(model, options, progress).solve();
+}
+
+}  // namespace hypgen::exact
