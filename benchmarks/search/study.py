@@ -99,7 +99,8 @@ def gaps(played: Played, only_first: bool) -> dict[int, float]:
     """Return the mean gap between the root's bounds in each episode, of its first decision or of all."""
     found: dict[int, list[float]] = {}
     for step in played.steps:
-        if step["step"] == 0 or not only_first:
+        is_wanted = step["step"] == 0 or not only_first
+        if is_wanted and step["upper"] is not None:
             found.setdefault(step["episode"], []).append(step["upper"] - step["lower"])
     return {episode: interval(values)[0] for episode, values in found.items()}
 

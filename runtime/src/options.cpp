@@ -131,9 +131,9 @@ Option mebibytes(const char* name, const char* help, std::size_t& bytes) {
 }
 
 // A GPU fills memory many times faster.
-std::size_t default_memory(Mode mode) {
+std::size_t default_memory(const SolverOptions& options) {
   constexpr std::size_t kGibibyte = std::size_t{1} << 30;
-  if (!wants_gpu(mode)) return kGibibyte;
+  if (!wants_device(options)) return kGibibyte;
   const auto machine =
       static_cast<std::size_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(sysconf(_SC_PAGE_SIZE));
   return std::clamp(machine / 8, kGibibyte, 8 * kGibibyte);
@@ -163,7 +163,7 @@ Mode default_mode(const SolverOptions& options, const Machine& machine) {
 bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std::string& error) {
   PlannerOptions& planner = options.planner;
   if (!has_mode) planner.mode = default_mode(options, machine);
-  if (planner.memory_bytes == 0) planner.memory_bytes = default_memory(planner.mode);
+  if (planner.memory_bytes == 0) planner.memory_bytes = default_memory(options);
   if (planner.threads == 0 || options.selftest.wanted)
     planner.threads = has_many_threads(planner.mode) ? machine.cores : 1;
   if (!has_mode && planner.signature && planner.threads > 1) {
@@ -231,7 +231,8 @@ std::vector<Option> option_table(SolverOptions& options) {
           "pomcp)",
           0.0, 1e3, planner.exploration),
       {"--device", "DEVICE",
-       "where leaves are expanded: auto (a GPU in modes gpu and hyp), cpu, cuda or cuda:N (auto)",
+       "where leaves are expanded: auto (a GPU in modes gpu and hyp, and with --require-gpu), cpu, cuda or "
+       "cuda:N (auto)",
        "auto, cpu, cuda or cuda:N",
        [&](const std::string& text) { return read_device(text, options.device, options.device_index); }},
       toggle("--require-gpu", "end with an error rather than plan on the CPU", options.require_gpu),

@@ -46,12 +46,12 @@ struct PlannerOptions {
 };
 
 // What to do, and what is known about it. `lower` and `upper` bound the value of the belief (regularised if
-// pruning is on), up to sampling error.
+// pruning is on), up to sampling error; they are NaN where nothing was searched.
 struct Decision {
   int action = -1;
   Status status = Status::kOk;
-  double lower = 0.0;
-  double upper = 0.0;
+  double lower = std::numeric_limits<double>::quiet_NaN();
+  double upper = std::numeric_limits<double>::quiet_NaN();
   std::uint64_t trials = 0;
   std::uint64_t expansions = 0;
   std::uint64_t nodes = 0;           // that trials visited
