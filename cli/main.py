@@ -15,7 +15,7 @@ from hypgen.dsl.diagnostics import did_you_mean
 
 SECTIONS = {
     "Write a model": ("new", "check", "error", "fmt", "sim", "explain"),
-    "Solve it": ("compile", "run", "verify"),
+    "Solve it": ("compile", "run", "solve", "verify"),
     "This machine": ("doctor",),
 }
 COMMANDS = tuple(name for names in SECTIONS.values() for name in names)

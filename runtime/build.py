@@ -78,10 +78,9 @@ def build_solver(
     code = cache.digest(*(part for item in sorted(files.items()) for part in item))
     components = {"model": model, "code": code, **base, "target": _target(cuda)}
     key = cache.digest(code, *base.values(), components["target"])
+    record = cache.digest(origin, name)
     found = None if again else cache.entry("solvers", key)
-    reason = (
-        "as asked for" if again else _reason(components, cache.read_record("records", cache.digest(origin)))
-    )
+    reason = "as asked for" if again else _reason(components, cache.read_record("records", record))
     report(Step(f"{name}{_suffix(cuda)}", "" if found else reason))
     if found is None:
         found = cache.make(
@@ -90,7 +89,7 @@ def build_solver(
             lambda to: _compile(files, tools, libraries, folders, cuda, to / name),
             again=again,
         )
-    cache.write_record("records", cache.digest(origin), components)
+    cache.write_record("records", record, components)
     return found / name
 
 

@@ -12,6 +12,7 @@ import pytest
 
 from hypgen.cli import main
 from hypgen.cli.error_index import BEGINNING, Entry, Example, entries
+from hypgen.codegen.enumerable import not_enumerable
 from hypgen.dsl import driver, ir
 from hypgen.dsl.diagnostics import ModelError
 from hypgen.dsl.eval_distributions import Evaluator
@@ -124,6 +125,9 @@ def told(entry: Entry, example: Example) -> tuple[set[str], str]:
         return {f.diagnostic.code for f in found}, "\n".join(f.render(model.sources) for f in found)
     if entry.code.startswith("W") and isinstance(model, driver.Loaded):
         return {d.code for d in model.warnings}, render_all(model.warnings, model.sources)
+    if entry.code == "E0812" and isinstance(model, driver.Loaded):
+        found = not_enumerable(model.model)
+        return {d.code for d in found}, render_all(found, model.sources)
     return set(), ""
 
 
@@ -153,7 +157,7 @@ Messages = dict[str, tuple[set[str], str, set[str], str]]
 
 
 def test_every_code_has_its_entry() -> None:
-    files = [*(ROOT / "dsl").glob("*.py"), *(ROOT / "cli").glob("*.py")]
+    files = [*(ROOT / "dsl").glob("*.py"), *(ROOT / "codegen").glob("*.py"), *(ROOT / "cli").glob("*.py")]
     code = re.compile(r'"([EC]0\d{3}|W0\d)"')
     used = {found for file in files for found in code.findall(file.read_text())}
     assert used == set(ENTRIES)

@@ -11,7 +11,7 @@ namespace hypgen::exact {
 namespace {
 
 // What one step may have: more paths than outcomes are equal outcomes, and cost time alone.
-constexpr std::size_t kMostPaths = 10000000;
+constexpr std::size_t kMostPaths = 1000000;
 constexpr std::size_t kStatesBetweenLooks = 256;
 constexpr std::size_t kEntryBytes = sizeof(Entry) + sizeof(double) + sizeof(int);  // found, and in the matrix
 

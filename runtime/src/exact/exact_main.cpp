@@ -6,17 +6,23 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <sstream>
+#include <stdexcept>
 #include <string>
 
 #include "exact_options.hpp"
 #include "hypgen/exact/dump.hpp"
 #include "hypgen/exact/enumeration.hpp"
+#include "hypgen/exact/interval.hpp"
 #include "hypgen/interrupt.hpp"
 #include "hypgen/params.hpp"
+#include "solve_report.hpp"
 
 namespace hypgen::exact {
 
 namespace {
+
+using Clock = std::chrono::steady_clock;
 
 constexpr int kDone = 0, kFailed = 1, kWrongUse = 2, kInterrupted = 130;
 
@@ -44,32 +50,83 @@ class StatusLine {
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
   bool shown_;
   Clock::time_point next_{};
 };
 
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
 Enumeration enumerate_model(const ExactDescriptor& model, const ExactInstance& instance,
-                            const ExactOptions& options) {
+                            const ExactOptions& options, SolveReport& report) {
   StatusLine line(!options.quiet);
-  return enumerate(instance.outcomes(), model.descriptor.discount, model.descriptor.horizon, options.limits,
-                   [&](const EnumerationCounts& counts) {
-                     line.show(std::to_string(counts.expanded) + " of " + std::to_string(counts.states) +
-                               " states so far, " + std::to_string(counts.outcomes) + " outcomes");
-                     return !interrupted();
-                   });
+  const Clock::time_point start = Clock::now();
+  Enumeration result =
+      enumerate(instance.outcomes(), model.descriptor.discount, model.descriptor.horizon, options.limits,
+                [&](const EnumerationCounts& counts) {
+                  report.counts = counts;
+                  line.show(std::to_string(counts.expanded) + " of " + std::to_string(counts.states) +
+                            " states so far, " + std::to_string(counts.outcomes) + " outcomes");
+                  return !interrupted();
+                });
+  report.classes = result.model.classes();
+  report.actions = static_cast<int>(result.model.actions.size());
+  report.observations = result.model.observations;
+  report.starts = result.model.starts.size();
+  report.enumeration_seconds = seconds_since(start);
+  return result;
+}
+
+IntervalSolution solve_model(const ExactModel& model, const ExactOptions& options) {
+  StatusLine line(!options.quiet);
+  IntervalOptions interval;
+  interval.seconds = options.time;
+  interval.gap = options.gap;
+  interval.bytes = options.limits.bytes;
+  return solve_interval(model, interval, [&](const IntervalResult& result) {
+    line.show(status_line(result));
+    return !interrupted();
+  });
+}
+
+// Writes `text`, to standard output for "-".
+bool write(const std::string& text, const std::string& file) {
+  std::FILE* const out = file == "-" ? stdout : std::fopen(file.c_str(), "w");
+  if (out == nullptr) return false;
+  const bool written = std::fwrite(text.data(), 1, text.size(), out) == text.size();
+  return (out == stdout ? std::fflush(out) : std::fclose(out)) == 0 && written;
+}
+
+bool write(const ExactModel& model, const AlphaPolicy& policy, const std::string& file) {
+  std::ostringstream text;
+  write_policy(text, model, policy);
+  return write(text.str(), file);
 }
 
 int run(const ExactDescriptor& model, const ExactInstance& instance, const ExactOptions& options) {
   catch_interrupts();
-  const Enumeration enumeration = enumerate_model(model, instance, options);
+  SolveReport report;
+  const Enumeration enumeration = enumerate_model(model, instance, options, report);
   if (enumeration.stopped) return complain(model, enumeration.problem, kInterrupted);
   if (!enumeration.problem.empty()) return complain(model, enumeration.problem, kFailed);
+  const auto fail = [&](const std::string& file) {
+    return complain(model, file + ": cannot be written", kFailed);
+  };
   if (!options.dump_file.empty()) {
-    if (dump(model, enumeration.model, options.dump_file)) return kDone;
-    return complain(model, options.dump_file + ": cannot be written", kFailed);
+    return dump(model, enumeration.model, options.dump_file) ? kDone : fail(options.dump_file);
   }
-  return kDone;
+  const IntervalSolution solution = solve_model(enumeration.model, options);
+  report.result = solution.result;
+  if (!options.quiet)
+    std::fputs(table(model.descriptor, report).c_str(), options.json_file == "-" ? stderr : stdout);
+  if (!options.json_file.empty() && !write(json(model.descriptor, report), options.json_file)) {
+    return fail(options.json_file);
+  }
+  if (!options.policy_file.empty() && !write(enumeration.model, solution.alpha, options.policy_file)) {
+    return fail(options.policy_file);
+  }
+  return solution.result.end == IntervalEnd::kStopped ? kInterrupted : kDone;
 }
 
 int solve(const ExactDescriptor& model, int argc, char** argv) {
@@ -103,6 +160,8 @@ int exact_main(const ExactDescriptor& model, int argc, char** argv) {
     return solve(model, argc, argv);
   } catch (const std::bad_alloc&) {
     return complain(model, "not enough memory; --memory and --max-outcomes lower the need", kFailed);
+  } catch (const std::invalid_argument& problem) {
+    return complain(model, problem.what(), kWrongUse);
   } catch (const std::exception& problem) {
     return complain(model, std::string("internal error: ") + problem.what(), kFailed);
   }

@@ -14,7 +14,8 @@ std::vector<Option> option_table(ExactOptions& options) {
   EnumerationLimits& limits = options.limits;
   return {
       number("--time", "SECONDS", "time to solve, once all states are known (60)", 0.0, 1e9, options.time),
-      number("--gap", "GAP", "stop where upper and lower bound are as close as this (0.001)", 0.0, 1e9,
+      number("--gap", "GAP",
+             "stop where upper and lower bound are so close, relative to a value above 1 (0.001)", 0.0, 1e9,
              options.gap),
       mebibytes("--memory", "memory in MiB (4096)", limits.bytes),
       integer("--max-states", "N", "most states (1000000)", 1, 1000 * kMillion, limits.states),

@@ -1,0 +1,102 @@
+#include "solve_report.hpp"
+
+#include <cstdarg>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace hypgen::exact {
+
+namespace {
+
+__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
+  char text[256];
+  std::va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text, sizeof text, pattern, arguments);
+  va_end(arguments);
+  return text;
+}
+
+std::string row(const char* name, const std::string& value) { return format("%-16s", name) + value + "\n"; }
+
+const char* end_name(IntervalEnd end) {
+  switch (end) {
+    case IntervalEnd::kConverged:
+      return "converged";
+    case IntervalEnd::kTime:
+      return "time";
+    case IntervalEnd::kMemory:
+      return "memory";
+    case IntervalEnd::kStopped:
+      return "interrupted";
+  }
+  return "unknown";
+}
+
+const char* end_text(IntervalEnd end) {
+  switch (end) {
+    case IntervalEnd::kConverged:
+      return "the gap that was asked for is reached";
+    case IntervalEnd::kTime:
+      return "the time is over; --time gives more";
+    case IntervalEnd::kMemory:
+      return "the memory is full; --memory gives more";
+    case IntervalEnd::kStopped:
+      return "interrupted";
+  }
+  return "unknown";
+}
+
+}  // namespace
+
+std::string table(const ModelDescriptor& model, const SolveReport& report) {
+  const IntervalResult& result = report.result;
+  return row("model", model.name + format(": %zu states, %d actions, %d observations, %zu outcomes",
+                                          report.counts.states, report.actions, report.observations,
+                                          report.counts.outcomes)) +
+         row("value",
+             format("%.6g .. %.6g (gap %.3g)", result.lower, result.upper, result.upper - result.lower)) +
+         row("upper bounds", format("MDP %.6g, QMDP %.6g, FIB %.6g", result.mdp, result.qmdp, result.fib)) +
+         row("lower bound", format("best fixed action %.6g", result.blind)) +
+         row("search", format("%llu trials, %zu beliefs, %zu vectors, %zu points",
+                              static_cast<unsigned long long>(result.iterations), result.beliefs,
+                              result.vectors, result.points)) +
+         row("seconds",
+             format("%.2f to enumerate, %.2f to solve: ", report.enumeration_seconds, result.seconds) +
+                 end_text(result.end));
+}
+
+std::string json(const ModelDescriptor& model, const SolveReport& report) {
+  const IntervalResult& result = report.result;
+  const nlohmann::ordered_json object = {
+      {"type", "solve"},
+      {"model", model.name},
+      {"hash", model.hash},
+      {"status", end_name(result.end)},
+      {"lower", result.lower},
+      {"upper", result.upper},
+      {"gap", result.upper - result.lower},
+      {"states", report.counts.states},
+      {"classes", report.classes},
+      {"actions", report.actions},
+      {"observations", report.observations},
+      {"outcomes", report.counts.outcomes},
+      {"starts", report.starts},
+      {"bounds", {{"mdp", result.mdp}, {"qmdp", result.qmdp}, {"fib", result.fib}, {"blind", result.blind}}},
+      {"trials", result.iterations},
+      {"beliefs", result.beliefs},
+      {"vectors", result.vectors},
+      {"points", result.points},
+      {"slack", result.slack},
+      {"enumeration_seconds", report.enumeration_seconds},
+      {"seconds", result.seconds}};
+  return object.dump() + "\n";
+}
+
+std::string status_line(const IntervalResult& result) {
+  return format("value %.6g .. %.6g (gap %.3g), %llu trials, %.0f s", result.lower, result.upper,
+                result.upper - result.lower, static_cast<unsigned long long>(result.iterations),
+                result.seconds);
+}
+
+}  // namespace hypgen::exact

@@ -1,0 +1,59 @@
+"""``hypgen solve``: from a model file to a proven interval. One build serves all tests."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from hypgen.cli.common import Exit
+
+ROOT = Path(__file__).parent.parent.parent
+HYPGEN = [sys.executable, "-c", "from hypgen.cli.main import main; main()", "solve"]
+TIGER = str(ROOT / "examples" / "tiger.pomdp")
+
+
+def solve(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*HYPGEN, *arguments], capture_output=True, text=True)
+
+
+def test_tiger_is_bounded_from_both_sides(tmp_path: Path) -> None:
+    policy = tmp_path / "tiger.policy"
+    done = solve(TIGER, "--json", "--gap", "1e-4", "--policy", str(policy))
+    assert done.returncode == Exit.OK, done.stderr
+    result = json.loads(done.stdout)
+    assert result["lower"] <= 19.3714 <= result["upper"] < result["lower"] + 0.002
+    assert (result["states"], result["actions"], result["observations"], result["outcomes"]) == (2, 3, 2, 20)
+    bounds = result["bounds"]
+    assert bounds["blind"] <= result["lower"] and result["upper"] <= bounds["fib"] <= bounds["qmdp"]
+    assert result["status"] == "converged" and policy.read_text()
+    table = solve(TIGER).stdout
+    assert "Tiger: 2 states, 3 actions" in table and "the gap that was asked for is reached" in table
+
+
+def test_limits_say_what_was_found() -> None:
+    done = solve(TIGER, "--max-states", "1")
+    assert done.returncode == Exit.DIFFERENT
+    assert "more than 1 states (2 states found, 1 of them expanded, 10 outcomes)" in done.stderr
+    assert "raise --max-states" in done.stderr
+
+
+def test_an_interrupt_prints_what_is_proven() -> None:
+    started = subprocess.Popen(
+        [*HYPGEN, TIGER, "--gap", "0", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    time.sleep(2)
+    started.send_signal(signal.SIGINT)
+    printed, _ = started.communicate(timeout=30)
+    if started.returncode == Exit.OK:  # it was faster
+        return
+    assert started.returncode == Exit.INTERRUPTED
+    assert json.loads(printed)["status"] == "interrupted"
+
+
+def test_a_continuous_draw_is_refused_before_anything_is_compiled() -> None:
+    done = solve(str(ROOT / "examples" / "light_dark.pomdp"))
+    assert done.returncode == Exit.MISTAKE
+    assert "error[E0812]: 'robot.slip_y' is drawn from a continuous law" in done.stderr
+    assert "compiling" not in done.stderr
