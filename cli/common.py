@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import enum
+import math
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -14,6 +16,7 @@ import click
 if TYPE_CHECKING:
     from hypgen.dsl.diagnostics import Diagnostic, ModelError
     from hypgen.dsl.driver import Loaded
+    from hypgen.dsl.foreign.reader import Imported
     from hypgen.dsl.source import Source
     from hypgen.runtime.cuda_toolchain import CudaBuild
 
@@ -97,10 +100,64 @@ def choose_cuda(target: str, arch: str, nvcc: str) -> CudaBuild | None:
 
 
 def load(model: Path, instance: Path | None, settings: tuple[str, ...]) -> Loaded:
-    """Return the checked model that the options of ``model_options`` describe."""
-    from hypgen.dsl import driver
+    """Return the checked model that the options of ``model_options`` describe.
 
-    return driver.load(model, instance=instance, settings=settings)
+    A file in another format is imported on the way, and the user told so.
+    """
+    from hypgen.dsl import driver
+    from hypgen.dsl.source import Source
+
+    given = None
+    imported = import_foreign(model, None, None)
+    if imported is not None:
+        say(f"note: {model}: {describe_import(imported)}; imported (`hypgen import` writes the model)")
+        given = Source(f"{model} (imported)", imported.text)
+    return driver.load(model, instance=instance, settings=settings, given=given)
+
+
+def import_foreign(path: Path, name: str | None, horizon: int | None) -> Imported | None:
+    """Return what a file in another format comes to, None for any other file."""
+    from hypgen.dsl.foreign import reader
+
+    content = reader.read(path)
+    return None if content is None else reader.import_text(str(path), content, name, horizon)
+
+
+def describe_import(imported: Imported) -> str:
+    """Return in words what was imported."""
+    model = imported.model
+    sizes = []
+    for variables, noun in (
+        (model.states, "state"),
+        (model.actions, "action"),
+        (model.observations, "observation"),
+    ):
+        number = math.prod(v.size for v in variables)
+        sizes.append(f"{number} {noun}{'' if number == 1 else 's'}")
+    return " ".join(
+        [f"{model.format}, {', '.join(sizes)}", *(f"({note.rstrip('.')})" for note in model.notes)]
+    )
+
+
+def write_whole(path: Path, text: str, force: bool) -> None:
+    """Write a file whole or not at all; refuse to replace one unless told to."""
+    taken = click.ClickException(f"{path} is there already: choose another name, or add --force.")
+    if path.exists() and not force:
+        raise taken
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+        if force:
+            temporary.replace(path)
+        else:
+            os.link(temporary, path)  # fails where a file has come to be in the meantime
+    except FileExistsError:
+        raise taken from None
+    except OSError as error:
+        raise click.ClickException(f"{path} cannot be written: {error.strerror}.") from None
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
 
 
 def require_params(loaded: Loaded, more: str = "") -> None:

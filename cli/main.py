@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import keyword
 import os
 import sys
 from collections.abc import Sequence
@@ -16,6 +17,7 @@ from hypgen.dsl.diagnostics import did_you_mean
 SECTIONS = {
     "Write a model": ("new", "check", "error", "fmt", "sim", "explain"),
     "Solve it": ("compile", "run", "solve", "verify"),
+    "Other formats": ("import",),
     "This machine": ("doctor",),
 }
 COMMANDS = tuple(name for names in SECTIONS.values() for name in names)
@@ -32,7 +34,8 @@ class LazyGroup(click.Group):
         """Return the command called ``cmd_name``: ``command`` of the module of that name."""
         if cmd_name not in COMMANDS:
             return None
-        module = importlib.import_module(f"hypgen.cli.{cmd_name}")
+        own = f"{cmd_name}_" if keyword.iskeyword(cmd_name) else cmd_name  # `import` can name no module
+        module = importlib.import_module(f"hypgen.cli.{own}")
         command: click.Command = module.command
         return command
 

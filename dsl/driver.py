@@ -10,10 +10,12 @@ from pathlib import Path
 
 from hypgen.dsl import ast, imports, ir
 from hypgen.dsl.diagnostics import Diagnostic, ModelError, did_you_mean
+from hypgen.dsl.foreign.formats import recognise
 from hypgen.dsl.parser import parse, parse_expression
 from hypgen.dsl.source import Source, Span
 
 MAX_BYTES = 4_000_000
+_HEAD = 65_536
 
 _SETTING = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*=(?!=)(.*)", re.DOTALL)
 
@@ -38,19 +40,30 @@ class LoadedLibrary:
     sources: dict[str, Source]
 
 
-def load(path: FilePath, *, instance: FilePath | None = None, settings: Iterable[str] = ()) -> Loaded:
+def load(
+    path: FilePath,
+    *,
+    instance: FilePath | None = None,
+    settings: Iterable[str] = (),
+    given: Source | None = None,
+) -> Loaded:
     """Return the checked model of ``path``, which may be an instance file itself; raises ``ModelError``.
 
-    ``settings`` are ``name=value`` texts. They win over the instance, and the last of a name wins.
+    ``settings`` are ``name=value`` texts. They win over the instance, and the last of a name wins. ``given``
+    stands for the content of ``path``, such as a text made from it.
     """
-    loaded = load_any(path, instance=instance, settings=settings)
+    loaded = load_any(path, instance=instance, settings=settings, given=given)
     if isinstance(loaded, Loaded):
         return loaded
     raise _not_a_model(loaded.ast)
 
 
 def load_any(
-    path: FilePath, *, instance: FilePath | None = None, settings: Iterable[str] = ()
+    path: FilePath,
+    *,
+    instance: FilePath | None = None,
+    settings: Iterable[str] = (),
+    given: Source | None = None,
 ) -> Loaded | LoadedLibrary:
     """Return what ``load`` returns, or a library that has been checked by itself; raises ``ModelError``."""
     sources: dict[str, Source] = {}
@@ -59,7 +72,7 @@ def load_any(
         return _read(path, sources, cited)
 
     try:
-        file, assigned = _read_files(os.fspath(path), instance, sources)
+        file, assigned = _read_files(os.fspath(path), instance, sources, given)
         texts = len(sources)
         complete = imports.resolve(file, read)
         imported = list(sources.values())[texts:]
@@ -101,6 +114,15 @@ def read_source(path: str, cited: Span | None = None) -> Source:
 
 def decode_source(path: str, content: bytes, cited: Span | None = None) -> Source:
     """Return what ``read_source`` does for a file's content."""
+    try:
+        return _decoded(path, content, cited)
+    except ModelError as error:
+        head = Source(path, content[:_HEAD].decode("latin-1"))
+        foreign = recognise(head)  # those may be larger, and in other encodings
+        raise error if foreign is None else ModelError([foreign], {path: head}) from None
+
+
+def _decoded(path: str, content: bytes, cited: Span | None) -> Source:
     if len(content) > MAX_BYTES:
         remedy = "a model is a description, not a table: declare large tables as params"
         raise _failure("E0006", f"'{path}' is larger than {MAX_BYTES // 1_000_000} MB", remedy, cited)
@@ -118,10 +140,12 @@ def decode_source(path: str, content: bytes, cited: Span | None = None) -> Sourc
 
 
 def _read_files(
-    path: str, instance: FilePath | None, sources: dict[str, Source]
+    path: str, instance: FilePath | None, sources: dict[str, Source], given: Source | None
 ) -> tuple[ast.ModelFile | ast.LibraryFile, tuple[ast.Assignment, ...]]:
     """Return the model and the instance's assignments, whichever of the two ``path`` names; or a library."""
-    file = _read(path, sources)
+    if given is not None:
+        sources[given.name] = given
+    file = _read(path, sources) if given is None else parse(given)
     if isinstance(file, ast.LibraryFile):
         return file, ()
     if isinstance(file, ast.ModelFile):

@@ -13,7 +13,7 @@ from lark import Lark, Token, Tree, UnexpectedInput
 
 from hypgen.dsl import ast
 from hypgen.dsl.diagnostics import Diagnostic, ModelError
-from hypgen.dsl.foreign_formats import recognise
+from hypgen.dsl.foreign.formats import recognise
 from hypgen.dsl.source import Source, Span
 from hypgen.dsl.syntax_errors import explain
 from hypgen.dsl.tree_builder import build

@@ -9,13 +9,13 @@ from hypgen.dsl.source import Source, Span
 
 _BLANK = re.compile(r"(?:\s+|#[^\n]*)*")
 _CASSANDRA = re.compile(
-    r"(discount|values|states|actions|observations|start(?:\s+(?:include|exclude))?|[TOR])\s*:"
+    r"(discount|values|states|actions|observations|start(?:\s+(?:include|exclude))?|[TOR])\s*:", re.IGNORECASE
 )
-_XML = re.compile(r"<\?xml|<pomdpx", re.IGNORECASE)
+_XML = re.compile(r"<\?xml|<!|<pomdpx", re.IGNORECASE)
 
 _REMEDY = (
-    "hypgen reads its own language: a file that starts with `model Name`, as in examples/tiger.pomdp; "
-    "a command that imports other formats comes with a later release"
+    "`hypgen import FILE -o NEW.pomdp` writes it as a model of this language; "
+    "run, sim, compile and the like take the file as it is"
 )
 
 
