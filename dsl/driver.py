@@ -116,10 +116,12 @@ def decode_source(path: str, content: bytes, cited: Span | None = None) -> Sourc
     """Return what ``read_source`` does for a file's content."""
     try:
         return _decoded(path, content, cited)
-    except ModelError as error:
+    except ModelError:
         head = Source(path, content[:_HEAD].decode("latin-1"))
         foreign = recognise(head)  # those may be larger, and in other encodings
-        raise error if foreign is None else ModelError([foreign], {path: head}) from None
+        if foreign is None or "\0" in head.text:
+            raise
+        raise ModelError([foreign], {path: head}) from None
 
 
 def _decoded(path: str, content: bytes, cited: Span | None) -> Source:

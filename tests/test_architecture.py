@@ -60,6 +60,13 @@ def test_dsl_imports_lark_and_only_its_interpreter_numpy(path: Path) -> None:
     assert own_layers(path) <= {"dsl"}
 
 
+@pytest.mark.parametrize("path", sorted((LAYERS["dsl"] / "foreign").glob("*.py")), ids=lambda p: p.name)
+def test_other_formats_are_read_by_what_knows_nothing_of_the_language(path: Path) -> None:
+    modules = {".".join(n.split(".")[:3]) for n in imports(path) if n.startswith("hypgen.")}
+    assert modules <= {f"hypgen.dsl.{name}" for name in ("diagnostics", "foreign", "source")}
+    assert foreign(path) == set()
+
+
 @pytest.mark.parametrize("path", python_files("codegen"), ids=lambda p: p.name)
 def test_codegen_sees_the_ir_and_never_the_syntax_tree(path: Path) -> None:
     assert foreign(path) <= {"jinja2"}

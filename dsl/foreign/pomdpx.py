@@ -147,7 +147,12 @@ class _Reader:
             return []
         assert parent is not None
         found = [self._axis(parent, n) for n in names]
-        return None if None in found else [a for a in found if a is not None]
+        known = [a for a in found if a is not None]
+        twice = next((a for n, a in enumerate(known) if a in known[:n]), None)
+        if twice is not None:
+            message = f"'{twice.name}' is a parent twice"
+            self.trouble.add("E0911", message, parent.text_start, len(twice.name), "name it once")
+        return None if len(known) < len(names) or twice is not None else known
 
     def _laws(self, part: Element, kind: str) -> tuple[Law, ...]:
         """Return the laws of all state variables (at the start, or after a step) or of all observations."""

@@ -14,7 +14,8 @@ from hypgen.dsl.foreign.rows import TOLERANCE
 from hypgen.dsl.foreign.trouble import Trouble
 from hypgen.dsl.foreign.xml_tree import Element
 
-MAX_ENTRIES = 2_000_000  # of a table, and of what is written into all of them
+MAX_ROWS = 2_000_000
+MAX_WRITTEN = 10_000_000  # entries of a table, those that are written again included
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _MOST_NESTED = 100
 
@@ -58,23 +59,20 @@ class Tables:
 
     def law(self, element: Element, parents: list[Axis], own: Axis) -> list[dict[int, float]] | None:
         """Return the rows of a law; None after a mistake."""
-        rows: list[dict[int, float]] = [
-            {} for _ in range(self._checked(element, [*parents, own]) // own.size)
-        ]
-        target = _Target([*parents, own], rows, [])
-        return rows if self._fill(element, target, "ProbTable") else None
+        rows: list[dict[int, float]] = [{} for _ in range(self._checked(element, parents))]
+        return rows if self._fill(element, _Target([*parents, own], rows, []), "ProbTable") else None
 
     def values(self, element: Element, parents: list[Axis]) -> list[float] | None:
         """Return the values of a function; None after a mistake."""
         target = _Target(parents, None, [0.0] * self._checked(element, parents))
         return target.values if self._fill(element, target, "ValueTable") else None
 
-    def _checked(self, element: Element, axes: list[Axis]) -> int:
-        size = count([a.size for a in axes])
-        if size > MAX_ENTRIES:
-            message = (
-                f"a table over {' x '.join(str(a.size) for a in axes)} values has more than {MAX_ENTRIES}"
-            )
+    def _checked(self, element: Element, parents: list[Axis]) -> int:
+        """Return how many rows a table has."""
+        size = count([a.size for a in parents])
+        if size > MAX_ROWS:
+            sizes = " x ".join(str(a.size) for a in parents)
+            message = f"a table of {sizes} rows is larger than {MAX_ROWS}"
             remedy = "make the model smaller, or split the variables"
             raise self.trouble.stop("E0912", message, element.start, 10, remedy)
         return size
@@ -111,7 +109,7 @@ class Tables:
     ) -> Iterator[tuple[int, ...]]:
         """Yield the places of all combinations; there may not be too many in all."""
         target.written += count([len(r) for r in ranges])
-        if target.written > 4 * MAX_ENTRIES:
+        if target.written > MAX_WRITTEN:
             remedy = "write each entry once"
             message = "entries are written again and again, millions of them"
             raise self.trouble.stop("E0912", message, element.start, len(element.tag) + 1, remedy)
@@ -138,11 +136,30 @@ class Tables:
             ranges.append(found)
         listed = [n for n, word in enumerate(words) if word == "-"]
         sizes = [target.axes[n].size for n in listed]
+        if (
+            numbers.text == "identity"
+            and target.rows is not None
+            and self._identity(entry, target, ranges, listed)
+        ):
+            return
         values = self._numbers(numbers, target, sizes, listed)
         if values is None:
             return
         for at in self._write(target, ranges, entry):
             self._set(target, at, values[position([at[n] for n in listed], sizes)])
+
+    def _identity(
+        self, entry: Element, target: _Target, ranges: Sequence[Sequence[int]], listed: list[int]
+    ) -> bool:
+        """Write the rows of an identity of child and parent, which may be large; False if it is none."""
+        last = len(target.axes) - 1
+        if len(listed) != 2 or listed[1] != last or target.axes[listed[0]].size != target.axes[last].size:
+            return False
+        assert target.rows is not None
+        sizes = [a.size for a in target.axes[:-1]]
+        for at in self._write(target, ranges[:-1], entry):
+            target.rows[position(at, sizes)] = {at[listed[0]]: 1.0}
+        return True
 
     def _value(self, word: str, axis: Axis, place: Element) -> Sequence[int] | None:
         if word in ("*", "-"):
@@ -160,9 +177,10 @@ class Tables:
         """Return the numbers of an entry, one for each combination of the values marked ``-``."""
         text, size = element.text, count(sizes)
         if text == "identity":
-            if len(sizes) == 2 and sizes[0] == sizes[1]:
-                return [float(a == b) for a in range(sizes[0]) for b in range(sizes[0])]
             self._add("E0903", "'identity' needs two '-' of like variables", element, "give the numbers")
+            return None
+        if size > MAX_WRITTEN:
+            self._add("E0912", f"an entry stands for more than {MAX_WRITTEN}", element, "write them apart")
             return None
         if text == "uniform":
             last = target.axes[-1].size
