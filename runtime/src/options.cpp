@@ -4,16 +4,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstdlib>
-#include <functional>
-#include <sstream>
 #include <thread>
 #include <vector>
 
 #include "hypgen/device.hpp"
 #include "hypgen/device_choice.hpp"
+#include "option_table.hpp"
 
 namespace hypgen {
 
@@ -24,34 +21,6 @@ constexpr std::uint64_t kMillion = 1000000;
 constexpr std::size_t kGpuInFlight = 64, kHypInFlight = 256;
 constexpr std::size_t kMostThreads = 1024;
 constexpr double kPomcpExploration = 0.3;  // docs/results/threads.md
-
-// An option: what its value must be, and where it goes. Without a metavar it is a switch.
-struct Option {
-  const char* name;
-  const char* metavar;
-  const char* help;
-  std::string expected;
-  std::function<bool(const std::string&)> take;
-};
-
-bool read_double(const std::string& text, double low, double high, double& out) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !(low <= value && value <= high)) return false;
-  out = value;
-  return true;
-}
-
-template <class T>
-bool read_integer(const std::string& text, std::uint64_t low, std::uint64_t high, T& out) {
-  if (text.empty() || !std::all_of(text.begin(), text.end(), [](char c) { return '0' <= c && c <= '9'; }))
-    return false;
-  errno = 0;
-  const unsigned long long value = std::strtoull(text.c_str(), nullptr, 10);
-  if (errno != 0 || value < low || value > high) return false;
-  out = static_cast<T>(value);
-  return true;
-}
 
 bool read_mode(const std::string& text, Mode& mode) {
   for (const Mode candidate : {Mode::kDespot, Mode::kParallel, Mode::kGpu, Mode::kHyp, Mode::kPomcp,
@@ -85,49 +54,6 @@ bool read_device(const std::string& text, DeviceKind& kind, int& index) {
 bool read_on_depletion(const std::string& text, bool& stop) {
   stop = text == "stop";
   return stop || text == "continue";
-}
-
-bool read_text(const std::string& text, std::string& out) {
-  out = text;
-  return !text.empty();
-}
-
-bool set(bool& flag) {
-  flag = true;
-  return true;
-}
-
-Option number(const char* name, const char* metavar, const char* help, double low, double high, double& out) {
-  std::ostringstream range;
-  range << "a number from " << low << " to " << high;
-  return {name, metavar, help, range.str(),
-          [=, &out](const std::string& text) { return read_double(text, low, high, out); }};
-}
-
-template <class T>
-Option integer(const char* name, const char* metavar, const char* help, std::uint64_t low, std::uint64_t high,
-               T& out) {
-  const std::string most = high == UINT64_MAX ? " (64 bits)" : " to " + std::to_string(high);
-  return {name, metavar, help, "an integer from " + std::to_string(low) + most,
-          [=, &out](const std::string& text) { return read_integer(text, low, high, out); }};
-}
-
-Option file(const char* name, const char* help, std::string& out) {
-  return {name, "FILE", help, "the name of a file",
-          [&out](const std::string& text) { return read_text(text, out); }};
-}
-
-Option toggle(const char* name, const char* help, bool& out) {
-  return {name, nullptr, help, "", [&out](const std::string&) { return set(out); }};
-}
-
-Option mebibytes(const char* name, const char* help, std::size_t& bytes) {
-  return {name, "MIB", help, "an integer from 1 to 1000000", [&bytes](const std::string& text) {
-            std::size_t mib = 0;
-            if (!read_integer(text, 1, kMillion, mib)) return false;
-            bytes = mib << 20;
-            return true;
-          }};
 }
 
 // A GPU fills memory many times faster.
@@ -326,38 +252,11 @@ Machine this_machine(const DeviceSupport* device) {
 bool parse_options(int argc, const char* const* argv, const Machine& machine, SolverOptions& options,
                    std::string& error) {
   const std::vector<Option> table = option_table(options);
-  bool has_mode = false;
   options.planner.in_flight = options.planner.threads = options.planner.memory_bytes = 0;
   options.planner.exploration = -1.0;
-  for (int i = 1; i < argc; ++i) {
-    std::string name = argv[i];
-    const std::size_t equals = name.find('=');
-    const bool joined = equals != std::string::npos;
-    std::string value = joined ? name.substr(equals + 1) : "";
-    name = name.substr(0, equals);
-    const auto found =
-        std::find_if(table.begin(), table.end(), [&](const Option& o) { return name == o.name; });
-    if (found == table.end()) {
-      error = "unknown option " + name + "; --help lists the options";
-      return false;
-    }
-    if (found->metavar == nullptr && joined) {
-      error = name + " takes no value";
-      return false;
-    }
-    if (found->metavar != nullptr && !joined) {
-      if (++i == argc) {
-        error = name + " needs a value: " + found->expected;
-        return false;
-      }
-      value = argv[i];
-    }
-    if (!found->take(value)) {
-      error = name + ": bad value \"" + value + "\"; expected " + found->expected;
-      return false;
-    }
-    has_mode |= name == "--mode";
-  }
+  std::vector<std::string> given;
+  if (!read_options(table, argc, argv, given, error)) return false;
+  const bool has_mode = std::find(given.begin(), given.end(), "--mode") != given.end();
   if (!complete(options, has_mode, machine, error)) return false;
   options.trace.seed = options.selftest.seed = options.planner.seed;
   options.selftest.steps = static_cast<std::uint32_t>(options.steps);
@@ -371,20 +270,11 @@ std::string help_text(const ModelDescriptor& model, const std::string& program) 
   std::string text = "Plans online for the POMDP " + model.name +
                      " and acts in a simulated world.\n\nUsage: " + program +
                      " [options]\n\nOptions (defaults in brackets):\n";
-  for (const Option& option : option_table(defaults)) {
-    std::string head =
-        std::string("  ") + option.name + (option.metavar ? std::string(" ") + option.metavar : "");
-    head.resize(std::max<std::size_t>(head.size() + 2, 30), ' ');
-    text += head + option.help + "\n";
-  }
+  text += help_lines(option_table(defaults));
   text += "\nWith the defaults, an episode of 90 steps takes 9 seconds.\n\nExamples:\n  " + program +
           " --runs 1 --time 1 --json run.jsonl\n  " + program +
           " --mode despot --trials 500 --seed 7 --signature\n  " + program + " --mode default --runs 1000\n";
-  if (!model.params.empty()) {
-    text += "\nParams (set by --param FILE, a JSON object):";
-    for (const ParamSpec& param : model.params) text += " " + param.name;
-    text += "\n";
-  }
+  text += help_params(model);
   return text;
 }
 
