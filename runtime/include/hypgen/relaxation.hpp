@@ -5,37 +5,27 @@
 // draws.
 #pragma once
 
+#include <algorithm>
+#include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <limits>
+#include <thread>
 #include <vector>
 
 #include "hypgen/exact/enumerating_draws.hpp"
 #include "hypgen/model.hpp"
+#include "hypgen/outcomes.hpp"
 #include "hypgen/span.hpp"
 
 namespace hypgen::relaxation {
 
-// The choices and outcomes of all states, one after the other. Terminal outcomes are left out: they are worth
-// nothing.
-struct Outcomes {
-  // Leaves no states; keeps the memory.
-  void clear();
-
-  std::vector<std::int64_t> first_choice = {0};   // of each state, and one more: where the last one's end
-  std::vector<std::int64_t> first_outcome = {0};  // of each choice, likewise
-  std::vector<double> reward;                     // expected, of each choice
-  std::vector<std::int32_t> next;                 // of each outcome
-  std::vector<double> probability;
-};
-
-// What knowing the state is worth from each state: never too little, and too much by rounding alone where the
-// iteration comes to its end. `may_stop`: an episode may end after any step.
-std::vector<double> worth(const Outcomes& outcomes, double discount, bool may_stop);
-
-// The least float that is not below `value`, with room for the rounding of sums.
-float rounded_up(double value);
+// A float above `value`, with room for the rounding of sums.
+inline float rounded_up(double value) {
+  return std::nextafter(static_cast<float>(value + 1e-6 * std::abs(value)),
+                        std::numeric_limits<float>::infinity());
+}
 
 // More outcomes than this take seconds, and 12 bytes each.
 constexpr std::size_t kMostOutcomes = std::size_t{1} << 26;
@@ -141,16 +131,25 @@ void fill_one(const Group<Params, Fixed, State>& group, const Params& params, do
   }
 }
 
-// Does jobs 0 .. count - 1, side by side where there are several cores; the outcomes are for a job to use.
-void run_jobs(std::size_t count, const std::function<void(std::size_t job, Outcomes&)>& run);
+// Threads that fill tables: what they enumerate takes up to some hundred MiB each.
+constexpr std::size_t kMostThreads = 8;
 
-// Fills the tables of all groups.
+// Fills the tables of all groups, side by side where there are several cores.
 template <class Params, class Fixed, class State, std::size_t count>
 void fill(const Group<Params, Fixed, State> (&groups)[count], const Params& params, double discount,
           bool may_stop) {
-  run_jobs(count, [&](std::size_t job, Outcomes& outcomes) {
-    fill_one(groups[job], params, discount, may_stop, outcomes);
-  });
+  std::atomic<std::size_t> taken{0};
+  const auto work = [&] {
+    Outcomes outcomes;
+    for (std::size_t i = taken++; i < count; i = taken++) {
+      fill_one(groups[i], params, discount, may_stop, outcomes);
+    }
+  };
+  std::vector<std::thread> threads;
+  const std::size_t cores = std::thread::hardware_concurrency();
+  for (std::size_t i = 1; i < std::min({count, cores, kMostThreads}); ++i) threads.emplace_back(work);
+  work();
+  for (std::thread& thread : threads) thread.join();
 }
 
 }  // namespace hypgen::relaxation

@@ -1,12 +1,33 @@
-#include "hypgen/relaxation.hpp"
+// A small decision process with every outcome, and what its states are worth.
+#pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <thread>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
 
 namespace hypgen::relaxation {
-namespace {
+
+// The choices and outcomes of all states, one after the other. Terminal outcomes are left out: they are worth
+// nothing.
+struct Outcomes {
+  std::vector<std::int64_t> first_choice = {0};   // of each state, and one more: where the last one's end
+  std::vector<std::int64_t> first_outcome = {0};  // of each choice, likewise
+  std::vector<double> reward;                     // expected, of each choice
+  std::vector<std::int32_t> next;                 // of each outcome
+  std::vector<double> probability;
+
+  // Leaves no states; keeps the memory.
+  void clear() {
+    first_choice.assign(1, 0);
+    first_outcome.assign(1, 0);
+    reward.clear();
+    next.clear();
+    probability.clear();
+  }
+};
 
 // Outcomes looked at in all sweeps together: about a second.
 constexpr double kMostWork = 1e9;
@@ -77,42 +98,12 @@ class Iteration {
   std::vector<double> values_;
 };
 
-// Threads that fill tables: what they enumerate takes up to some hundred MiB each.
-constexpr std::size_t kMostThreads = 8;
-
-}  // namespace
-
-void Outcomes::clear() {
-  first_choice.assign(1, 0);
-  first_outcome.assign(1, 0);
-  reward.clear();
-  next.clear();
-  probability.clear();
-}
-
-void run_jobs(std::size_t count, const std::function<void(std::size_t job, Outcomes&)>& run) {
-  std::atomic<std::size_t> taken{0};
-  const auto work = [&] {
-    Outcomes outcomes;
-    for (std::size_t job = taken++; job < count; job = taken++) run(job, outcomes);
-  };
-  std::vector<std::thread> threads;
-  const std::size_t wanted =
-      std::min<std::size_t>({count, std::thread::hardware_concurrency(), kMostThreads});
-  for (std::size_t i = 1; i < wanted; ++i) threads.emplace_back(work);
-  work();
-  for (std::thread& thread : threads) thread.join();
-}
-
-std::vector<double> worth(const Outcomes& outcomes, double discount, bool may_stop) {
+// What knowing the state is worth from each state: never too little, and too much by rounding alone where the
+// iteration comes to its end. `may_stop`: an episode may end after any step.
+inline std::vector<double> worth(const Outcomes& outcomes, double discount, bool may_stop) {
   Iteration iteration(outcomes, discount, may_stop);
   iteration.run();
   return iteration.bound();
-}
-
-float rounded_up(double value) {
-  return std::nextafter(static_cast<float>(value + 1e-6 * std::abs(value)),
-                        std::numeric_limits<float>::infinity());
 }
 
 }  // namespace hypgen::relaxation
