@@ -39,6 +39,7 @@ class Reader:
     """Finds the reads of one model's expressions."""
 
     def __init__(self, model: ir.Model) -> None:
+        self.model = model
         self._families = {e.name: e.binder for e in model.elements if e.binder is not None}
         self._variables = {v.name: v for v in model.variables}
         self._functions = {f.name: f for f in model.functions}
@@ -168,4 +169,8 @@ def _value(e: ir.Expr, values: Values) -> int | None:
             return int(value)
         case ir.Local(name=name):
             return values.get(name)
+        case ir.MakeVariant(enum=enum, variant=name, argument=argument):
+            inner, variant = _value(argument, values), enum.variant(name)
+            if inner is not None and variant is not None and variant.argument is not None:
+                return enum.offsets[name] + inner - low_of(variant.argument)
     return None
