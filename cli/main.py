@@ -16,7 +16,7 @@ from hypgen.dsl.diagnostics import did_you_mean
 
 SECTIONS = {
     "Write a model": ("new", "check", "error", "fmt", "sim", "explain"),
-    "Solve it": ("compile", "run", "solve", "verify"),
+    "Solve it": ("compile", "run", "solve", "compare", "verify"),
     "Other formats": ("import",),
     "This machine": ("doctor",),
 }

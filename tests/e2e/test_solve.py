@@ -7,6 +7,8 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
 from hypgen.cli.common import Exit
 
 ROOT = Path(__file__).parent.parent.parent
@@ -57,3 +59,16 @@ def test_a_continuous_draw_is_refused_before_anything_is_compiled() -> None:
     assert done.returncode == Exit.MISTAKE
     assert "error[E0812]: 'robot.slip_y' is drawn from a continuous law" in done.stderr
     assert "compiling" not in done.stderr
+
+
+def test_policies_of_the_solver_play_the_same_episodes_as_planners() -> None:
+    options = ("--runs", "4", "--trials", "20", "--steps", "30", "--seed", "3", "--json")
+    modes = ("--modes", "default,despot,alpha,qmdp,blind")
+    done = subprocess.run([*HYPGEN[:-1], "compare", TIGER, *options, *modes], capture_output=True, text=True)
+    assert done.returncode == Exit.OK, done.stderr
+    found = json.loads(done.stdout)
+    returns = {policy["name"]: policy["returns"] for policy in found["policies"]}
+    assert [policy["problem"] for policy in found["policies"]] == [None] * 5
+    assert all(len(one) == 4 for one in returns.values())
+    assert returns["blind"] == pytest.approx(returns["default"])  # both only listen
+    assert found["value"]["lower"] < 19.372 < found["value"]["upper"] + 0.02

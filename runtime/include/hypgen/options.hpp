@@ -6,7 +6,6 @@
 #include <functional>
 #include <string>
 
-#include "hypgen/bounds_check.hpp"
 #include "hypgen/descriptor.hpp"
 #include "hypgen/planner.hpp"
 #include "hypgen/selftest.hpp"
@@ -36,7 +35,6 @@ struct SolverOptions {
   bool version = false;
   TraceOptions trace;  // with an empty file: no trace
   SelftestOptions selftest;
-  BoundsCheckOptions bounds;
 };
 
 // What a machine has, for options that are not given.

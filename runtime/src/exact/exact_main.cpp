@@ -5,11 +5,14 @@
 #include <chrono>
 #include <cstdio>
 #include <exception>
+#include <fstream>
 #include <new>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "episodes.hpp"
 #include "exact_options.hpp"
 #include "hypgen/exact/dump.hpp"
 #include "hypgen/exact/enumeration.hpp"
@@ -90,18 +93,62 @@ IntervalSolution solve_model(const ExactModel& model, const ExactOptions& option
   });
 }
 
-// Writes `text`, to standard output for "-".
-bool write(const std::string& text, const std::string& file) {
-  std::FILE* const out = file == "-" ? stdout : std::fopen(file.c_str(), "w");
-  if (out == nullptr) return false;
-  const bool written = std::fwrite(text.data(), 1, text.size(), out) == text.size();
-  return (out == stdout ? std::fflush(out) : std::fclose(out)) == 0 && written;
-}
+// A file, or standard output for "-".
+class OutputFile {
+ public:
+  explicit OutputFile(const std::string& file) : out_(file == "-" ? stdout : std::fopen(file.c_str(), "w")) {}
+  ~OutputFile() {
+    if (out_ != nullptr && out_ != stdout) std::fclose(out_);
+  }
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  bool is_open() const { return out_ != nullptr; }
+  // What was written before is there even if the next does not come.
+  bool write(const std::string& text) {
+    const bool written = std::fwrite(text.data(), 1, text.size(), out_) == text.size();
+    return std::fflush(out_) == 0 && written;
+  }
+
+ private:
+  std::FILE* out_;
+};
 
 bool write(const ExactModel& model, const AlphaPolicy& policy, const std::string& file) {
   std::ostringstream text;
   write_policy(text, model, policy);
-  return write(text.str(), file);
+  OutputFile out(file);
+  return out.is_open() && out.write(text.str());
+}
+
+// Plays what --runs asks for, says what it came to, and writes a line for each episode to the file of --json.
+int play(const ExactDescriptor& model, const ExactInstance& instance, const ExactModel& matrices,
+         const std::vector<NamedPolicy>& policies, const ExactOptions& options, OutputFile& out) {
+  for (const NamedPolicy& policy : policies) {
+    Samples returns;
+    const bool played =
+        play_policy(model, instance, matrices, policy, options, returns,
+                    [&](const std::string& line) { return options.json_file.empty() || out.write(line); });
+    if (!options.quiet) {
+      std::fputs(table(policy.first, returns).c_str(), options.json_file == "-" ? stderr : stdout);
+    }
+    if (!played)
+      return interrupted() ? kInterrupted
+                           : complain(model, options.json_file + ": cannot be written", kFailed);
+  }
+  return kDone;
+}
+
+int play_loaded(const ExactDescriptor& model, const ExactInstance& instance, const ExactModel& matrices,
+                const ExactOptions& options, OutputFile& out) {
+  std::ifstream file(options.load_policy_file);
+  if (!file) return complain(model, options.load_policy_file + ": cannot be read", kWrongUse);
+  try {
+    const AlphaPolicy policy = read_policy(file, matrices);
+    return play(model, instance, matrices, {{"loaded", &policy}}, options, out);
+  } catch (const PolicyError& error) {
+    return complain(model, options.load_policy_file + ": " + error.what(), kWrongUse);
+  }
 }
 
 int run(const ExactDescriptor& model, const ExactInstance& instance, const ExactOptions& options) {
@@ -116,17 +163,24 @@ int run(const ExactDescriptor& model, const ExactInstance& instance, const Exact
   if (!options.dump_file.empty()) {
     return dump(model, enumeration.model, options.dump_file) ? kDone : fail(options.dump_file);
   }
+  const std::string json_file = options.json_file.empty() ? "-" : options.json_file;
+  OutputFile out(json_file);
+  if (!out.is_open()) return fail(json_file);
+  if (!options.load_policy_file.empty()) return play_loaded(model, instance, enumeration.model, options, out);
   const IntervalSolution solution = solve_model(enumeration.model, options);
   report.result = solution.result;
   if (!options.quiet)
     std::fputs(table(model.descriptor, report).c_str(), options.json_file == "-" ? stderr : stdout);
-  if (!options.json_file.empty() && !write(json(model.descriptor, report), options.json_file)) {
+  if (!options.json_file.empty() && !out.write(json(model.descriptor, report))) {
     return fail(options.json_file);
   }
   if (!options.policy_file.empty() && !write(enumeration.model, solution.alpha, options.policy_file)) {
     return fail(options.policy_file);
   }
-  return solution.result.end == IntervalEnd::kStopped ? kInterrupted : kDone;
+  if (solution.result.end == IntervalEnd::kStopped) return kInterrupted;
+  std::vector<NamedPolicy> policies;
+  for (const std::string& kind : options.policy_kinds) policies.push_back(policy_named(solution, kind));
+  return options.runs > 0 ? play(model, instance, enumeration.model, policies, options, out) : kDone;
 }
 
 int solve(const ExactDescriptor& model, int argc, char** argv) {

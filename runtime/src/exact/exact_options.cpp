@@ -1,5 +1,6 @@
 #include "exact_options.hpp"
 
+#include <sstream>
 #include <vector>
 
 #include "option_table.hpp"
@@ -9,6 +10,16 @@ namespace hypgen::exact {
 namespace {
 
 constexpr std::uint64_t kMillion = 1000000;
+
+bool read_kinds(const std::string& text, std::vector<std::string>& kinds) {
+  kinds.clear();
+  std::istringstream list(text);
+  for (std::string kind; std::getline(list, kind, ',');) {
+    if (kind != "alpha" && kind != "qmdp" && kind != "blind") return false;
+    kinds.push_back(kind);
+  }
+  return !kinds.empty();
+}
 
 std::vector<Option> option_table(ExactOptions& options) {
   EnumerationLimits& limits = options.limits;
@@ -25,6 +36,16 @@ std::vector<Option> option_table(ExactOptions& options) {
       file("--param", "JSON file that sets the model's params", options.param_file),
       file("--json", "write the result as a JSON object; - for standard output", options.json_file),
       file("--policy", "write the policy there", options.policy_file),
+      file("--load-policy", "act by this policy, which --policy wrote, instead of solving",
+           options.load_policy_file),
+      integer("--runs", "N", "episodes to play on the exact belief; --json gets a line for each (0)", 0,
+              1000 * kMillion, options.runs),
+      integer("--steps", "N", "most steps of an episode (90)", 1, kMillion, options.steps),
+      integer("--seed", "N", "seed of the episodes: they are those of planners with the same seed (0)", 0,
+              UINT64_MAX, options.seed),
+      {"--policy-kind", "LIST", "which policies play, of alpha,qmdp,blind (alpha)",
+       "some of alpha,qmdp,blind",
+       [&options](const std::string& text) { return read_kinds(text, options.policy_kinds); }},
       file("--dump", "write states, actions, observations and outcomes as JSON lines instead of solving",
            options.dump_file),
       toggle("--quiet", "no table, no progress", options.quiet),

@@ -1,7 +1,9 @@
 // The command line of the exact solver.
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "hypgen/descriptor.hpp"
 #include "hypgen/exact/enumeration.hpp"
@@ -15,6 +17,11 @@ struct ExactOptions {
   std::string param_file;
   std::string json_file;
   std::string policy_file;
+  std::string load_policy_file;
+  std::vector<std::string> policy_kinds = {"alpha"};
+  std::uint64_t runs = 0;
+  std::uint64_t seed = 0;
+  int steps = 90;
   std::string dump_file;
   bool quiet = false;
   bool help = false;

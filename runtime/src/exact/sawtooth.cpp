@@ -1,6 +1,7 @@
 #include "hypgen/exact/sawtooth.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 namespace hypgen::exact {
 namespace {
@@ -10,6 +11,21 @@ std::size_t index(int i) { return static_cast<std::size_t>(i); }
 std::size_t bytes_of(const UpperPoint& point) {
   return sizeof(UpperPoint) + point.belief.states.size() * (sizeof(int) + 2 * sizeof(double)) +
          point.base.size() * sizeof(double);
+}
+
+// The same belief with its likely states first: they limit how much of it another belief holds.
+ClassBelief likely_first(const ClassBelief& belief) {
+  std::vector<std::size_t> order(belief.states.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return belief.probabilities[a] > belief.probabilities[b];
+  });
+  ClassBelief sorted;
+  for (const std::size_t i : order) {
+    sorted.states.push_back(belief.states[i]);
+    sorted.probabilities.push_back(belief.probabilities[i]);
+  }
+  return sorted;
 }
 
 }  // namespace
@@ -37,8 +53,8 @@ void Sawtooth::lower(const ClassBelief& belief, const std::vector<double>& base,
   UpperPoint& point = points_[index(at)];
   if (point.belief.states.empty()) {
     bytes_ -= bytes_of(point);
-    point.belief = belief;
-    for (const double probability : belief.probabilities) point.inverse.push_back(1.0 / probability);
+    point.belief = likely_first(belief);
+    for (const double probability : point.belief.probabilities) point.inverse.push_back(1.0 / probability);
     point.base = base;
     bytes_ += bytes_of(point);
   } else {

@@ -66,6 +66,11 @@ std::string table(const ModelDescriptor& model, const SolveReport& report) {
                  end_text(result.end));
 }
 
+std::string table(const std::string& policy, const Samples& returns) {
+  return row(policy.c_str(), format("%zu episodes, mean return %.6g +- %.3g", returns.size(), returns.mean(),
+                                    returns.interval95()));
+}
+
 std::string json(const ModelDescriptor& model, const SolveReport& report) {
   const IntervalResult& result = report.result;
   const nlohmann::ordered_json object = {

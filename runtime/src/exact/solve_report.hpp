@@ -7,6 +7,7 @@
 #include "hypgen/descriptor.hpp"
 #include "hypgen/exact/enumeration.hpp"
 #include "hypgen/exact/interval.hpp"
+#include "hypgen/statistics.hpp"
 
 namespace hypgen::exact {
 
@@ -22,6 +23,9 @@ struct SolveReport {
 };
 
 std::string table(const ModelDescriptor& model, const SolveReport& report);
+
+// What a policy earned in its episodes.
+std::string table(const std::string& policy, const Samples& returns);
 
 // One line.
 std::string json(const ModelDescriptor& model, const SolveReport& report);

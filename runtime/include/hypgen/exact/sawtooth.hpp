@@ -13,7 +13,7 @@ namespace hypgen::exact {
 // A belief at which the value is known to be at most `value`.
 struct UpperPoint {
   std::uint64_t number = 0;     // of the last change, over all classes
-  ClassBelief belief;           // empty once it was taken out
+  ClassBelief belief;           // likely states first; empty once it was taken out
   std::vector<double> inverse;  // 1 / probability, of each state
   std::vector<double> base;     // the convex bound's vectors at the belief
   double value = 0.0;

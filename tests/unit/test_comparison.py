@@ -1,0 +1,69 @@
+"""What ``hypgen compare`` makes of programs that play, without a real one."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from hypgen.cli.comparison import Policy, numbers, play_exact, play_modes, table
+
+# Plays two episodes; mode "broken" fails after the first.
+PROGRAM = """#!{python}
+import json, sys
+options = dict(zip(sys.argv[1::2], sys.argv[2::2]))
+gain = {{"default": 0.0, "despot": 3.0}}
+if "--policy-kind" in options:
+    print(json.dumps({{"type": "solve", "lower": 4.0, "upper": 5.0}}))
+    for kind in options["--policy-kind"].split(","):
+        line = {{"type": "episode", "policy": kind, "episode": 0, "discounted_return": 4.5}}
+        print(json.dumps({{**line, "steps": 3, "status": "terminal"}}))
+    sys.exit(0)
+mode = options["--mode"]
+for i in range(2):
+    print(json.dumps({{"type": "step", "episode": i, "search_seconds": 0.25}}))
+    value = 10.0 * i + gain.get(mode, 1.0)
+    line = {{"type": "episode", "episode": i, "discounted_return": value, "steps": 2, "status": "terminal"}}
+    print(json.dumps(line))
+    if mode == "broken":
+        sys.exit("no such mode")
+"""
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Path:
+    path = tmp_path / "program"
+    path.write_text(PROGRAM.format(python=sys.executable))
+    path.chmod(0o755)
+    return path
+
+
+def ignore(policy: Policy) -> None:
+    """See nothing of the progress."""
+
+
+def test_modes_are_compared_in_the_same_episodes(program: Path) -> None:
+    policies = list(play_modes(program, ["default", "despot"], [], ignore))
+    assert [policy.returns for policy in policies] == [{0: 0.0, 1: 10.0}, {0: 3.0, 1: 13.0}]
+    assert table(policies).splitlines() == [
+        "policy   return          minus the best   steps  planning",
+        "default  5.000 +- 9.800  -3.000 +- 0.000  2.0    250.00 ms",
+        "despot   8.000 +- 9.800                   2.0    250.00 ms",
+    ]
+    found = numbers(policies, None)
+    assert found["best"] == "despot"
+    assert found["policies"][0]["minus_best"] == {"mean": -3.0, "half": 0.0}
+
+
+def test_what_fails_is_said_and_what_it_played_is_kept(program: Path) -> None:
+    (policy,) = play_modes(program, ["broken"], [], ignore)
+    assert policy.problem == "no such mode"
+    assert policy.returns == {0: 1.0}
+
+
+def test_policies_of_the_exact_solver_play_too(program: Path) -> None:
+    seen: list[str] = []
+    policies, solved = play_exact(program, ["alpha", "qmdp"], [], lambda one: seen.append(one.name))
+    assert seen == ["alpha", "qmdp"]
+    assert [policy.returns for policy in policies] == [{0: 4.5}, {0: 4.5}]
+    assert solved is not None and solved["upper"] == 5.0
+    assert numbers(policies, solved)["policies"][0]["return"] == {"mean": 4.5, "half": None}
