@@ -1,0 +1,256 @@
+// How far a solver's belief is from the exact one, on episodes of random legal actions.
+//
+//   filters KIND PARTICLES EPISODES STEPS SEED        KIND: exact, particle or factored
+//
+// prints a line of JSON: the mean and the largest total variation over all steps, the largest difference in
+// the probability of a single variable's value, how many steps that were, after how many an observation had
+// no explanation, and how often the true state of an episode's last step had each rank among nine samples of
+// the belief (0 to 9; a calibrated belief gives all equally often).
+//
+// filter_program.py puts this in the place of `main` in a generated exact.cpp, whose `Model` and `descriptor`
+// it uses.
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <hypgen/exact/enumeration.hpp>
+#include <hypgen/exact/filter.hpp>
+#include <hypgen/factored_belief.hpp>
+#include <hypgen/particle_belief.hpp>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace {
+
+using hypgen::exact::ExactModel;
+using hypgen::exact::SparseBelief;
+
+constexpr int kSamples = 9;
+constexpr std::uint32_t kActionSite = 1, kRankSite = 2, kTieSite = 3;
+
+// One that plays and is looked at: what happened, and the exact belief after it.
+struct Step {
+  int action;
+  Model::Key key;
+  SparseBelief exact;
+};
+
+struct Episode {
+  std::vector<std::int32_t> visible;  // at the start
+  std::vector<Step> steps;
+  int state = 0;  // the true one after the last step
+};
+
+// Finds states of the enumerated model by their values.
+class StateIndex {
+ public:
+  explicit StateIndex(const ExactModel& model) {
+    const auto width = static_cast<std::size_t>(model.variables);
+    for (int state = 0; state < model.states; ++state) {
+      number_[bytes(model.values.data() + static_cast<std::size_t>(state) * width)] = state;
+    }
+  }
+
+  int find(const Model::Fixed& fixed, const Model::State& state) const {
+    std::int32_t values[Model::kVariableCount];
+    Model::export_state(fixed, state, values);
+    return number_.at(bytes(values));
+  }
+
+ private:
+  static std::string bytes(const std::int32_t* values) {
+    return {reinterpret_cast<const char*>(values), Model::kVariableCount * sizeof *values};
+  }
+
+  std::unordered_map<std::string, int> number_;
+};
+
+double unit(hypgen::StreamKey key, std::uint32_t number, std::uint32_t site, std::uint32_t index) {
+  hypgen::PhiloxDraws draws(key, number, 0);
+  return (draws.word(site, index) + 0.5) / 4294967296.0;
+}
+
+class Comparison {
+ public:
+  Comparison(const Model::Params& params, const ExactModel& model, std::uint64_t seed)
+      : params_(params),
+        model_(model),
+        index_(model),
+        world_(hypgen::derive(seed, hypgen::StreamKind::kWorld, 0)),
+        choices_(hypgen::derive(seed, hypgen::StreamKind::kTest, 0)) {}
+
+  Episode play(std::uint32_t run, int steps) const {
+    Episode episode;
+    Model::Fixed fixed;
+    Model::State state;
+    hypgen::PhiloxDraws first(world_, run, 0);
+    Model::init_visible(params_, first, fixed, state);
+    Model::init_hidden(params_, first, fixed, state);
+    episode.visible.resize(Model::kVisibleCount + 1);
+    Model::export_visible(fixed, state, episode.visible.data());
+    hypgen::exact::ExactFilter exact(model_);
+    if (!exact.init(episode.visible.data())) std::abort();
+    for (int t = 0; t < steps; ++t) {
+      const int action = choose(fixed, state, run, t);
+      hypgen::PhiloxDraws draws(world_, run, static_cast<std::uint32_t>(t) + 1);
+      Model::State next;
+      if (action < 0 || Model::step(params_, fixed, state, action, draws, next).terminal) break;
+      const Model::Key key = Model::observe(params_, fixed, state, action, draws, next);
+      if (!exact.update(action, hypgen::words_of(key))) std::abort();  // what happens can happen
+      episode.steps.push_back({action, key, exact.belief()});
+      state = next;
+    }
+    episode.state = index_.find(fixed, state);
+    return episode;
+  }
+
+  // The weights of a belief's particles, added up by state.
+  SparseBelief of_particles(const hypgen::Belief& belief, hypgen::ScenarioBuffer& buffer) const {
+    std::vector<double> weights;
+    belief.export_particles(buffer, weights);
+    std::vector<Model::Fixed> fixed(weights.size());
+    std::vector<Model::State> states(weights.size());
+    buffer.copy_to(fixed.data(), states.data());
+    std::map<int, double> sums;
+    for (std::size_t i = 0; i < weights.size(); ++i) sums[index_.find(fixed[i], states[i])] += weights[i];
+    SparseBelief result(model_.states);
+    for (const auto& [state, weight] : sums) result.insertBack(state) = weight;
+    return result;
+  }
+
+  // The product of the probabilities of all variables' values, for the states of a class.
+  SparseBelief of_marginals(const hypgen::Belief& belief, int of_class) const {
+    SparseBelief result(model_.states);
+    std::map<std::pair<int, std::int32_t>, double> known;
+    for (int state = model_.class_begin[of_class]; state < model_.class_begin[of_class + 1]; ++state) {
+      double product = 1.0;
+      for (int variable = 0; variable < model_.variables; ++variable) {
+        const std::int32_t value = model_.values[state * model_.variables + variable];
+        const auto [found, is_new] = known.try_emplace({variable, value}, 0.0);
+        if (is_new) found->second = belief.marginal(variable, value);
+        product *= found->second;
+      }
+      result.insertBack(state) = product;
+    }
+    return result;
+  }
+
+  // The largest difference of two beliefs in the probability of a variable's value.
+  double marginal_distance(const SparseBelief& a, const SparseBelief& b) const {
+    const SparseBelief difference = a - b;
+    std::map<std::pair<int, std::int32_t>, double> sums;
+    for (SparseBelief::InnerIterator state(difference); state; ++state) {
+      for (int variable = 0; variable < model_.variables; ++variable) {
+        const auto row = static_cast<int>(state.index()) * model_.variables;
+        sums[{variable, model_.values[row + variable]}] += state.value();
+      }
+    }
+    double largest = 0.0;
+    for (const auto& [value, sum] : sums) largest = std::max(largest, std::abs(sum));
+    return largest;
+  }
+
+  // The rank of the true state among samples of a belief; equal ones are ordered at random.
+  int rank(const SparseBelief& belief, int truth, std::uint32_t run) const {
+    int less = 0, equal = 0;
+    for (std::uint32_t i = 0; i < kSamples; ++i) {
+      double left = unit(choices_, run, kRankSite, i);
+      int sampled = 0;
+      for (SparseBelief::InnerIterator state(belief); state; ++state) {
+        sampled = static_cast<int>(state.index());
+        left -= state.value();
+        if (left < 0.0) break;
+      }
+      less += sampled < truth ? 1 : 0;
+      equal += sampled == truth ? 1 : 0;
+    }
+    return less + static_cast<int>(unit(choices_, run, kTieSite, 0) * (equal + 1));
+  }
+
+ private:
+  int choose(const Model::Fixed& fixed, const Model::State& state, std::uint32_t run, int t) const {
+    std::vector<int> legal;
+    for (int action = 0; action < Model::kActionCount; ++action) {
+      if (Model::is_legal(params_, fixed, state, action)) legal.push_back(action);
+    }
+    if (legal.empty()) return -1;
+    const double share = unit(choices_, run, kActionSite, static_cast<std::uint32_t>(t));
+    return legal[static_cast<std::size_t>(share * static_cast<double>(legal.size()))];
+  }
+
+  const Model::Params& params_;
+  const ExactModel& model_;
+  StateIndex index_;
+  hypgen::StreamKey world_;
+  hypgen::StreamKey choices_;
+};
+
+std::unique_ptr<hypgen::Belief> make_belief(const std::string& kind, const Model::Params& params,
+                                            std::uint64_t seed, std::size_t particles) {
+  if constexpr (Model::kFactored) {
+    if (kind == "factored") return std::make_unique<hypgen::FactoredBelief<Model>>(params, seed, particles);
+  }
+  if (kind == "particle") return std::make_unique<hypgen::ParticleBelief<Model>>(params, seed, particles);
+  return nullptr;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 6) return 2;
+  const std::string kind = argv[1];
+  const std::size_t particles = std::strtoul(argv[2], nullptr, 10);
+  const auto episodes = static_cast<std::uint32_t>(std::atoi(argv[3]));
+  const int steps = std::atoi(argv[4]);
+  const std::uint64_t seed = std::strtoull(argv[5], nullptr, 10);
+
+  const hypgen::ModelDescriptor described = descriptor();
+  Model::Params params;
+  std::string error;
+  if (!Model::load(hypgen::ParamValues(described.params), params, error)) return 2;
+  const hypgen::exact::Enumeration enumeration =
+      hypgen::exact::enumerate(hypgen::exact::TypedOutcomeModel<Model>(params), described.discount, 0, {},
+                               [](const hypgen::exact::EnumerationCounts&) { return true; });
+  if (!enumeration.problem.empty()) return 2;
+  const Comparison comparison(params, enumeration.model, seed);
+  const auto belief = make_belief(kind, params, seed, particles);
+  hypgen::ScenarioBuffer buffer;
+  if (belief) belief->reserve(buffer, particles);
+
+  double sum = 0.0, largest = 0.0, marginal = 0.0;
+  int updates = 0, failures = 0;
+  int ranks[kSamples + 1] = {};
+  for (std::uint32_t run = 0; run < episodes; ++run) {
+    const Episode episode = comparison.play(run, steps);
+    if (belief) belief->init(episode.visible.data(), run);
+    SparseBelief held;
+    for (const Step& step : episode.steps) {
+      if (belief && belief->update(step.action, hypgen::words_of(step.key)) != hypgen::Status::kOk) {
+        ++failures;
+        held = {};
+        break;
+      }
+      const int any = static_cast<int>(SparseBelief::InnerIterator(step.exact).index());
+      held = !belief              ? step.exact
+             : kind == "particle" ? comparison.of_particles(*belief, buffer)
+                                  : comparison.of_marginals(*belief, enumeration.model.seen[any]);
+      const double distance = hypgen::exact::total_variation(held, step.exact);
+      sum += distance;
+      largest = std::max(largest, distance);
+      marginal = std::max(marginal, comparison.marginal_distance(held, step.exact));
+      ++updates;
+    }
+    if (held.nonZeros() > 0) ++ranks[comparison.rank(held, episode.state, run)];
+  }
+  std::printf(
+      "{\"kind\": \"%s\", \"particles\": %zu, \"updates\": %d, \"failures\": %d, \"mean\": %.9g, "
+      "\"largest\": %.9g, \"marginal\": %.9g, \"ranks\": [",
+      kind.c_str(), particles, updates, failures, updates > 0 ? sum / updates : 0.0, largest, marginal);
+  for (int i = 0; i <= kSamples; ++i) std::printf("%s%d", i > 0 ? ", " : "", ranks[i]);
+  std::printf("]}\n");
+  return 0;
+}
