@@ -9,6 +9,8 @@
 #include <string>
 
 #include "exact_models.hpp"
+#include "hypgen/exact/alpha_vectors.hpp"
+#include "hypgen/exact/sawtooth.hpp"
 
 namespace hypgen::exact {
 namespace {
@@ -141,20 +143,83 @@ TEST(AlphaPolicy, IsWorthTheLowerEnd) {
   EXPECT_EQ(solution.qmdp.action(sure), 2);
 }
 
+void expect_equal(const AlphaPolicy& a, const AlphaPolicy& b) {
+  ASSERT_EQ(a.classes().size(), b.classes().size());
+  for (std::size_t c = 0; c < a.classes().size(); ++c) {
+    const AlphaPolicy::Class& one = a.classes()[c];
+    const AlphaPolicy::Class& other = b.classes()[c];
+    EXPECT_EQ(one.rest, other.rest);
+    ASSERT_EQ(one.vectors.size(), other.vectors.size());
+    for (std::size_t i = 0; i < one.vectors.size(); ++i) {
+      EXPECT_EQ(one.vectors[i].action, other.vectors[i].action);
+      EXPECT_EQ(one.vectors[i].states, other.vectors[i].states);
+      EXPECT_EQ(one.vectors[i].values, other.vectors[i].values);
+    }
+  }
+}
+
+TEST(AlphaPolicy, ListsOnlySomeStatesOfAVector) {
+  const ExactModel model = make_tiger();
+  const AlphaPolicy policy(model, {{{{1, {}, {1.0, 1.0}}, {2, {1}, {4.0}}}, {-5.0, -3.0}}});
+  SparseBelief sure(2);
+  sure.insert(1) = 1.0;
+  EXPECT_EQ(policy.action(sure), 2);
+  EXPECT_EQ(policy.value(sure), 4.0);
+  EXPECT_EQ(policy.action(model.starts[0].belief), 1);  // 0.5 (-5 + 4) is less than 1
+  std::stringstream file;
+  write_policy(file, model, policy);
+  expect_equal(read_policy(file, model), policy);
+}
+
+TEST(AlphaVectors, ArePrunedWhereAnotherIsNowhereLess) {
+  AlphaVectors vectors({-5.0, -3.0, -1.0});
+  auto make = [number = std::uint64_t{0}](std::vector<int> states, std::vector<double> values) mutable {
+    AlphaVector vector;
+    vector.number = number++;
+    vector.choice = 0;
+    vector.states = std::move(states);
+    vector.values = std::move(values);
+    return vector;
+  };
+  const AlphaVector* low = vectors.add(make({}, {-4.0, 0.0, 0.0}));
+  EXPECT_EQ(vectors.add(make({1}, {-0.5})), low);  // elsewhere it is the worst value
+  const AlphaVector* some = vectors.add(make({1, 2}, {1.0, -0.5}));
+  EXPECT_EQ(vectors.vectors().size(), 2u);
+  EXPECT_EQ(vectors.value(*some, ClassBelief{{0, 1}, {0.5, 0.5}}), -2.0);
+  const AlphaVector* high = vectors.add(make({}, {-4.0, 1.0, 0.0}));
+  EXPECT_EQ(low->current(), high);
+  EXPECT_EQ(some->current(), high);
+  EXPECT_EQ(vectors.vectors().size(), 1u);
+  EXPECT_EQ(vectors.usual(), high);
+  double value = -100.0;
+  const AlphaVector* best = nullptr;
+  vectors.raise(ClassBelief{{0, 1}, {0.5, 0.5}}, 0, value, best);
+  EXPECT_EQ(best, high);
+  EXPECT_EQ(value, -1.5);
+}
+
+TEST(Sawtooth, LiesBetweenItsPointsAndTheConvexBound) {
+  Sawtooth upper({10.0, 0.0, 0.0, 10.0}, 2, 2);  // one action pays in one state, the other in the other
+  const ClassBelief middle{{0, 1}, {0.5, 0.5}};
+  const ClassBelief aside{{0, 1}, {0.75, 0.25}};
+  int at = -1;
+  EXPECT_EQ(upper.lowest(aside, upper.base(aside), 0, 7.5), 7.5);
+  upper.lower(middle, upper.base(middle), 2.0, 0, at);
+  EXPECT_EQ(upper.lowest(middle, upper.base(middle), 0, 5.0), 2.0);
+  // Half of it is the point; the rest is state 0 for sure, worth 10 there.
+  EXPECT_EQ(upper.lowest(aside, upper.base(aside), 0, 7.5), 0.5 * 2.0 + 0.5 * 10.0);
+  upper.lower(middle, upper.base(middle), 1.0, 1, at);
+  EXPECT_EQ(upper.points(), 1u);
+  EXPECT_EQ(upper.lowest(aside, upper.base(aside), 1, 6.0), 0.5 * 1.0 + 0.5 * 10.0);
+}
+
 TEST(AlphaPolicy, ComesBackFromItsFile) {
   const ExactModel model = make_tiger_with_horizon(4);
   const AlphaPolicy policy = solve(model, 1e-6).alpha;
   std::stringstream file;
   write_policy(file, model, policy);
   const AlphaPolicy back = read_policy(file, model);
-  ASSERT_EQ(back.vectors().size(), policy.vectors().size());
-  for (std::size_t c = 0; c < back.vectors().size(); ++c) {
-    ASSERT_EQ(back.vectors()[c].size(), policy.vectors()[c].size());
-    for (std::size_t i = 0; i < back.vectors()[c].size(); ++i) {
-      EXPECT_EQ(back.vectors()[c][i].action, policy.vectors()[c][i].action);
-      EXPECT_EQ(back.vectors()[c][i].values, policy.vectors()[c][i].values);
-    }
-  }
+  expect_equal(back, policy);
 }
 
 TEST(AlphaPolicy, RefusesFilesOfOtherModelsAndDamagedOnes) {

@@ -1,6 +1,7 @@
 #include "hypgen/exact/alpha_vectors.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace hypgen::exact {
@@ -26,10 +27,9 @@ const AlphaVector* AlphaVectors::add(AlphaVector vector) {
   }
   all_.push_back(std::make_unique<AlphaVector>(std::move(vector)));
   AlphaVector& added = *all_.back();
-  added.sum = 0.0;
-  for (std::size_t s = 0; s < worst_.size(); ++s) added.sum += value(added, static_cast<int>(s));
-  for (const auto& old : all_) {
-    if (old->better != nullptr || old.get() == &added || !dominates(added, *old)) continue;
+  added.sum = sum(added);
+  for (AlphaVector* old : vectors_) {
+    if (!dominates(added, *old)) continue;
     old->better = &added;
     bytes_ -= bytes_of(*old);
     old->values = {};
@@ -43,6 +43,15 @@ const AlphaVector* AlphaVectors::add(AlphaVector vector) {
   bytes_ += bytes_of(added);
   if (usual_ == nullptr || added.sum > usual_->sum) usual_ = &added;
   return &added;
+}
+
+double AlphaVectors::sum(const AlphaVector& vector) const {
+  if (vector.states.empty()) return std::accumulate(vector.values.begin(), vector.values.end(), 0.0);
+  double sum = std::accumulate(worst_.begin(), worst_.end(), 0.0);
+  for (std::size_t i = 0; i < vector.states.size(); ++i) {
+    sum += vector.values[i] - worst_[index(vector.states[i])];
+  }
+  return sum;
 }
 
 bool AlphaVectors::dominates(const AlphaVector& a, const AlphaVector& b) const {

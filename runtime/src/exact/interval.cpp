@@ -48,15 +48,15 @@ std::vector<Start> starts_of(const ExactModel& model) {
 
 // A policy with a vector for each action: columns of a class's Q-values.
 AlphaPolicy policy_of(const ExactModel& model, const SplitModel& split, const ActionValues& q) {
-  std::vector<std::vector<AlphaPolicy::Vector>> all(q.size());
+  std::vector<AlphaPolicy::Class> all(q.size());
   for (int c = 0; c < split.classes(); ++c) {
     const std::size_t width = split.actions(c).size();
     for (std::size_t a = 0; a < width; ++a) {
-      AlphaPolicy::Vector vector{split.actions(c)[a].action, {}};
+      AlphaPolicy::Vector vector{split.actions(c)[a].action, {}, {}};
       for (std::size_t at = a; at < q[index(c)].size(); at += width) {
         vector.values.push_back(q[index(c)][at]);
       }
-      all[index(c)].push_back(std::move(vector));
+      all[index(c)].vectors.push_back(std::move(vector));
     }
   }
   return AlphaPolicy(model, std::move(all));
@@ -183,14 +183,15 @@ void IntervalSearch::find_best_blind(const StateValues& worst) {
     best_values = std::move(values);
   }
   result_.lower = result_.blind = expected_at_start(best_values) - result_.slack;
-  std::vector<std::vector<AlphaPolicy::Vector>> vectors(index(split_.classes()));
+  std::vector<AlphaPolicy::Class> classes(index(split_.classes()));
   for (int c = 0; c < split_.classes(); ++c) {
     if (best_policy[index(c)] < 0) continue;
     const auto from = best_values.begin() + split_.first(c);
-    vectors[index(c)].push_back({split_.actions(c)[index(best_policy[index(c)])].action,
-                                 std::vector<double>(from, from + split_.size(c))});
+    classes[index(c)].vectors.push_back({split_.actions(c)[index(best_policy[index(c)])].action,
+                                         {},
+                                         std::vector<double>(from, from + split_.size(c))});
   }
-  solution_.blind = AlphaPolicy(model_, std::move(vectors));
+  solution_.blind = AlphaPolicy(model_, std::move(classes));
 }
 
 void IntervalSearch::add_vectors(const ClassPolicy& policy, const StateValues& values) {
@@ -290,15 +291,17 @@ void IntervalSearch::search() {
 }
 
 AlphaPolicy IntervalSearch::alpha_policy() const {
-  std::vector<std::vector<AlphaPolicy::Vector>> all(index(split_.classes()));
+  std::vector<AlphaPolicy::Class> all(index(split_.classes()));
   for (int c = 0; c < split_.classes(); ++c) {
     const AlphaVectors& lower = graph_.lower_bounds()[index(c)];
+    bool sparse = false;
     for (const AlphaVector* vector : lower.vectors()) {
       if (vector->choice < 0) continue;
-      AlphaPolicy::Vector full{split_.actions(c)[index(vector->choice)].action, {}};
-      for (int s = 0; s < split_.size(c); ++s) full.values.push_back(lower.value(*vector, s));
-      all[index(c)].push_back(std::move(full));
+      sparse = sparse || !vector->states.empty();
+      const int action = split_.actions(c)[index(vector->choice)].action;
+      all[index(c)].vectors.push_back({action, vector->states, vector->values});
     }
+    if (sparse) all[index(c)].rest = lower.worst();
   }
   return AlphaPolicy(model_, std::move(all));
 }

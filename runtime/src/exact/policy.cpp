@@ -57,6 +57,66 @@ T read_number(std::istream& in, const char* what) {
   return value;
 }
 
+double expected(const AlphaPolicy::Class& of_class, const AlphaPolicy::Vector& vector,
+                const SparseBelief& belief, int first) {
+  double sum = 0.0;
+  std::size_t at = 0;
+  for (SparseBelief::InnerIterator entry(belief); entry; ++entry) {
+    const int state = static_cast<int>(entry.index()) - first;
+    while (at < vector.states.size() && vector.states[at] < state) ++at;
+    const bool listed = at < vector.states.size() && vector.states[at] == state;
+    const bool all = vector.states.empty();
+    sum += entry.value() * (all      ? vector.values[index(state)]
+                            : listed ? vector.values[at]
+                                     : of_class.rest[index(state)]);
+  }
+  return sum;
+}
+
+void write_vector(std::ostream& out, const AlphaPolicy::Vector& vector) {
+  out << vector.action << ' ' << vector.states.size();
+  for (std::size_t i = 0; i < vector.values.size(); ++i) {
+    if (!vector.states.empty()) out << ' ' << vector.states[i];
+    out << ' ' << vector.values[i];
+  }
+  out << '\n';
+}
+
+AlphaPolicy::Vector read_vector(std::istream& in, const ExactModel& model, std::size_t class_states) {
+  AlphaPolicy::Vector vector{read_number<int>(in, "action"), {}, {}};
+  if (vector.action < 0 || index(vector.action) >= model.actions.size()) {
+    throw PolicyError("the policy's file is damaged: no such action");
+  }
+  const auto listed = read_number<std::size_t>(in, "number of states");
+  if (listed > class_states) throw PolicyError("the policy's file is damaged: too many states");
+  for (std::size_t i = 0; i < (listed > 0 ? listed : class_states); ++i) {
+    if (listed > 0) {
+      const auto state = read_number<int>(in, "state");
+      if (state < 0 || index(state) >= class_states || (i > 0 && state <= vector.states.back())) {
+        throw PolicyError("the policy's file is damaged: no such state");
+      }
+      vector.states.push_back(state);
+    }
+    vector.values.push_back(read_number<double>(in, "value"));
+  }
+  return vector;
+}
+
+AlphaPolicy::Class read_class(std::istream& in, const ExactModel& model, std::size_t states) {
+  AlphaPolicy::Class of_class;
+  const auto count = read_number<std::size_t>(in, "number of vectors");
+  const auto rest = read_number<std::size_t>(in, "number of values of the rest");
+  if (rest != 0 && rest != states) throw PolicyError("the policy's file is damaged: other states");
+  for (std::size_t i = 0; i < rest; ++i) of_class.rest.push_back(read_number<double>(in, "value"));
+  for (std::size_t i = 0; i < count; ++i) {
+    of_class.vectors.push_back(read_vector(in, model, states));
+    if (rest == 0 && !of_class.vectors.back().states.empty()) {
+      throw PolicyError("the policy's file is damaged: no values of the rest");
+    }
+  }
+  return of_class;
+}
+
 }  // namespace
 
 std::uint64_t model_hash(const ExactModel& model) {
@@ -68,8 +128,8 @@ std::uint64_t model_hash(const ExactModel& model) {
   return hash.value();
 }
 
-AlphaPolicy::AlphaPolicy(const ExactModel& model, std::vector<std::vector<Vector>> vectors)
-    : seen_(model.seen), class_begin_(model.class_begin), vectors_(std::move(vectors)) {}
+AlphaPolicy::AlphaPolicy(const ExactModel& model, std::vector<Class> classes)
+    : seen_(model.seen), class_begin_(model.class_begin), classes_(std::move(classes)) {}
 
 const AlphaPolicy::Vector* AlphaPolicy::best(const SparseBelief& belief, double& value) const {
   const Vector* best = nullptr;
@@ -77,15 +137,11 @@ const AlphaPolicy::Vector* AlphaPolicy::best(const SparseBelief& belief, double&
   SparseBelief::InnerIterator some(belief);
   if (!some) return nullptr;
   const int of_class = seen_[static_cast<std::size_t>(some.index())];
-  for (const Vector& vector : vectors_[index(of_class)]) {
-    double sum = 0.0;
-    for (SparseBelief::InnerIterator entry(belief); entry; ++entry) {
-      sum += entry.value() *
-             vector.values[static_cast<std::size_t>(entry.index() - class_begin_[index(of_class)])];
-    }
-    if (best != nullptr && sum <= value) continue;
+  for (const Vector& vector : classes_[index(of_class)].vectors) {
+    const double now = expected(classes_[index(of_class)], vector, belief, class_begin_[index(of_class)]);
+    if (best != nullptr && now <= value) continue;
     best = &vector;
-    value = sum;
+    value = now;
   }
   return best;
 }
@@ -105,14 +161,12 @@ double AlphaPolicy::value(const SparseBelief& belief) const {
 void write_policy(std::ostream& out, const ExactModel& model, const AlphaPolicy& policy) {
   out.imbue(std::locale::classic());
   out.precision(std::numeric_limits<double>::max_digits10);
-  out << kFormat << '\n' << model_hash(model) << ' ' << policy.vectors().size() << '\n';
-  for (const auto& vectors : policy.vectors()) {
-    out << vectors.size() << '\n';
-    for (const AlphaPolicy::Vector& vector : vectors) {
-      out << vector.action;
-      for (const double value : vector.values) out << ' ' << value;
-      out << '\n';
-    }
+  out << kFormat << '\n' << model_hash(model) << ' ' << policy.classes().size() << '\n';
+  for (const AlphaPolicy::Class& of_class : policy.classes()) {
+    out << of_class.vectors.size() << ' ' << of_class.rest.size();
+    for (const double value : of_class.rest) out << ' ' << value;
+    out << '\n';
+    for (const AlphaPolicy::Vector& vector : of_class.vectors) write_vector(out, vector);
   }
 }
 
@@ -123,22 +177,14 @@ AlphaPolicy read_policy(std::istream& in, const ExactModel& model) {
   if (read_number<std::uint64_t>(in, "hash") != model_hash(model)) {
     throw PolicyError("the policy is of another model, or of other params");
   }
-  const auto classes = read_number<std::size_t>(in, "number of classes");
-  if (classes != index(model.classes())) throw PolicyError("the policy's file is damaged: other classes");
-  std::vector<std::vector<AlphaPolicy::Vector>> all(classes);
-  for (std::size_t c = 0; c < classes; ++c) {
-    const auto states = index(model.class_begin[c + 1] - model.class_begin[c]);
-    const auto count = read_number<std::size_t>(in, "number of vectors");
-    for (std::size_t i = 0; i < count; ++i) {
-      AlphaPolicy::Vector vector{read_number<int>(in, "action"), {}};
-      if (vector.action < 0 || index(vector.action) >= model.actions.size()) {
-        throw PolicyError("the policy's file is damaged: no such action");
-      }
-      for (std::size_t s = 0; s < states; ++s) vector.values.push_back(read_number<double>(in, "value"));
-      all[c].push_back(std::move(vector));
-    }
+  if (read_number<std::size_t>(in, "number of classes") != index(model.classes())) {
+    throw PolicyError("the policy's file is damaged: other classes");
   }
-  return AlphaPolicy(model, std::move(all));
+  std::vector<AlphaPolicy::Class> classes;
+  for (std::size_t c = 0; c < index(model.classes()); ++c) {
+    classes.push_back(read_class(in, model, index(model.class_begin[c + 1] - model.class_begin[c])));
+  }
+  return AlphaPolicy(model, std::move(classes));
 }
 
 }  // namespace hypgen::exact

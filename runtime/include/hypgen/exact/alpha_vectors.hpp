@@ -37,6 +37,8 @@ class AlphaVectors {
   // `worst` are the worst values of the class's states.
   explicit AlphaVectors(std::vector<double> worst) : worst_(std::move(worst)) {}
 
+  const std::vector<double>& worst() const { return worst_; }
+
   // Adds a vector unless an old one is nowhere less; what it dominates goes. Returns the one that counts.
   const AlphaVector* add(AlphaVector vector);
 
@@ -48,15 +50,17 @@ class AlphaVectors {
 
   // A vector for beliefs that nobody has looked at: the one with the largest sum.
   const AlphaVector* usual() const { return usual_->current(); }
-  const std::vector<const AlphaVector*>& vectors() const { return vectors_; }
+  // Those that nothing dominates, in order of making.
+  const std::vector<AlphaVector*>& vectors() const { return vectors_; }
   std::size_t bytes() const { return bytes_; }
 
  private:
   bool dominates(const AlphaVector& a, const AlphaVector& b) const;
+  double sum(const AlphaVector& vector) const;
 
   std::vector<double> worst_;
   std::vector<std::unique_ptr<AlphaVector>> all_;
-  std::vector<const AlphaVector*> vectors_;  // not dominated, in order of making
+  std::vector<AlphaVector*> vectors_;
   const AlphaVector* usual_ = nullptr;
   std::size_t bytes_ = 0;
 };

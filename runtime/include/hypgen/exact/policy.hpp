@@ -25,32 +25,41 @@ class PolicyError : public std::runtime_error {
 // make it QMDP.
 class AlphaPolicy {
  public:
+  // Values of the class's states, which are numbered from its first: of `states`, ascending, or of all if
+  // that is empty.
   struct Vector {
     int action;
-    std::vector<double> values;  // of each state of the class
+    std::vector<int> states;
+    std::vector<double> values;
+  };
+  struct Class {
+    std::vector<Vector> vectors;  // none where nothing is legal
+    std::vector<double>
+        rest;  // what a vector is worth in states that it does not list; empty if all list all
   };
 
   AlphaPolicy() = default;
-  // `vectors` of each class, in the order of `ExactModel::class_begin`; none where nothing is legal.
-  AlphaPolicy(const ExactModel& model, std::vector<std::vector<Vector>> vectors);
+  // `classes` are in the order of `ExactModel::class_begin`.
+  AlphaPolicy(const ExactModel& model, std::vector<Class> classes);
 
   // The action at a belief over states of one class; -1 where nothing is legal. Of equals the first.
   int action(const SparseBelief& belief) const;
   // The largest expected value; 0 where nothing is legal.
   double value(const SparseBelief& belief) const;
 
-  const std::vector<std::vector<Vector>>& vectors() const { return vectors_; }
+  const std::vector<Class>& classes() const { return classes_; }
 
  private:
   const Vector* best(const SparseBelief& belief, double& value) const;
 
   std::vector<int> seen_;
   std::vector<int> class_begin_;
-  std::vector<std::vector<Vector>> vectors_;
+  std::vector<Class> classes_;
 };
 
-// Text: a line with the model's hash, one for each class, one for each vector; reading it back gives equal
-// numbers.
+// Text: a line with the model's hash and the number of classes; for each class a line with the numbers of its
+// vectors and of values of the rest, and these; for each vector a line with its action, how many states it
+// lists (0: all), and values, after their states if these are listed. Reading it back gives equal numbers.
 void write_policy(std::ostream& out, const ExactModel& model, const AlphaPolicy& policy);
 // Throws PolicyError.
 AlphaPolicy read_policy(std::istream& in, const ExactModel& model);
