@@ -17,7 +17,7 @@ from hypgen.dsl.diagnostics import did_you_mean
 SECTIONS = {
     "Write a model": ("new", "check", "error", "fmt", "sim", "explain"),
     "Solve it": ("compile", "run", "solve", "compare", "verify"),
-    "Other formats": ("import",),
+    "Other formats": ("import", "export"),
     "This machine": ("doctor",),
 }
 COMMANDS = tuple(name for names in SECTIONS.values() for name in names)
