@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -18,6 +19,9 @@ from hypgen.cli.common import (
     say_warnings,
     write_whole,
 )
+
+if TYPE_CHECKING:
+    from hypgen.dsl.foreign.enumerated import Enumerated
 
 
 @click.command(epilog=EXIT_CODES)
@@ -52,7 +56,6 @@ def command(
     """
     from hypgen.cli.solve import build_exact
     from hypgen.dsl.foreign.cassandra_export import SeveralStartsError, export
-    from hypgen.dsl.foreign.enumerated import read
 
     loaded = load(model, instance, settings)
     say_warnings(loaded)
@@ -66,8 +69,7 @@ def command(
         done = subprocess.run([program, f"--dump={dump}", "--quiet", *limit], check=False)
         if done.returncode:  # the program has said why
             return done.returncode
-        with dump.open(encoding="utf-8") as lines:
-            enumerated = read(lines)
+        enumerated = read_dump(dump)
     try:
         text = "\n".join(export(enumerated, model.name)) + "\n"
     except SeveralStartsError:
@@ -81,3 +83,11 @@ def command(
         write_whole(output, text, force)
         say(f"{model}: {len(enumerated.values)} states; written to {output}")
     return Exit.OK
+
+
+def read_dump(path: Path) -> Enumerated:
+    """Return the model that an exact program has written."""
+    from hypgen.dsl.foreign.enumerated import read
+
+    with path.open(encoding="utf-8") as lines:
+        return read(lines)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from hypgen.dsl.foreign.trouble import Trouble
 
@@ -17,8 +17,7 @@ _HEADING = re.compile(
 )
 
 
-@dataclass(frozen=True)
-class Word:
+class Word(NamedTuple):
     """A word, and how many characters into the text it starts; an empty one is the end of the file."""
 
     text: str
@@ -32,12 +31,16 @@ class Tokens:
         self.trouble = trouble
         # Comments become blanks, so that places stay what they are.
         self.text = _COMMENT.sub(lambda m: " " * len(m.group()), trouble.source.text)
-        self.at = 0
+        self.at, self.seen_at = 0, -1
+        self.seen = Word("", 0)
 
     def peek(self) -> Word:
         """Return the next word."""
-        match = _WORD.match(self.text, self.at)
-        return Word(match[1], match.start(1)) if match else Word("", len(self.text.rstrip()))
+        if self.seen_at != self.at:  # one word is looked at two or three times
+            match = _WORD.match(self.text, self.at)
+            self.seen = Word(match[1], match.start(1)) if match else Word("", len(self.text.rstrip()))
+            self.seen_at = self.at
+        return self.seen
 
     def next(self) -> Word:
         """Return the next word and go past it."""
