@@ -31,6 +31,7 @@ def describe(facts: Facts) -> Iterator[tuple[str, list[str]]]:
         yield "Draws: one random number each, named by its site", _draws(facts["draws"])
     yield f"Reward of a step: {_range(facts['rewards'])}", _terms(facts["rewards"]["terms"])
     yield "Bounds", _bounds(facts["bounds"])
+    yield _relaxation(facts), _groups(facts["relaxation"]["groups"])
     yield _policy(facts["policy"]), _layout(facts["policy"]["history"]["variables"])
     yield _belief(facts["belief"]), _factors(facts["belief"])
 
@@ -132,6 +133,27 @@ def _bounds(bounds: dict[str, Facts]) -> list[str]:
         origin = "derived from the rewards" if bound["line"] is None else f"declared in line {bound['line']}"
         rows.append((name, _range(bound), origin))
     return _table(("bound", "value", ""), rows)
+
+
+def _relaxation(facts: Facts) -> str:
+    """Say what the upper bound in use is, and why it is no better."""
+    relaxation, written = facts["relaxation"], facts["bounds"]["upper"]["line"] is not None
+    if relaxation["reason"]:
+        return f"Upper bound in use: the one above alone, as {relaxation['reason']}"
+    count = len(relaxation["groups"])
+    worth = "what the rewards are worth to who knows the state"
+    if count > 1:
+        worth = f"what {count} groups of rewards are worth, each alone, to who knows the state"
+    other = "the declared bound" if written else "the one above"
+    return f"Upper bound in use: {worth}, computed when the solver starts, or {other} where that is less"
+
+
+def _groups(groups: list[Facts]) -> list[str]:
+    rows = [
+        (g["rewards"], ", ".join(g["knows"]), _some(g["states"], "state"), _some(g["actions"], "action"))
+        for g in groups
+    ]
+    return _table(("rewards", "know", "", ""), rows)
 
 
 def _policy(policy: Facts) -> str:

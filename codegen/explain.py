@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from hypgen.codegen import unread
+from hypgen.codegen.groups import Part, describe, relax, runs
 from hypgen.codegen.layout import WORD, Block, pack
 from hypgen.codegen.partition import Share, most_warps, partition, run_count, shares, written_words
 from hypgen.dsl import ir, keys
 from hypgen.dsl.source import Span
-from hypgen.dsl.types import Float, Int, Type, length_of, size_of
+from hypgen.dsl.types import Float, Int, Type, length_of, low_of, size_of
 
 WARPS = (1, 2, 4, 8)  # of a block, as examples
 
@@ -33,6 +34,7 @@ def explain(model: ir.Model) -> dict[str, Any]:
         "draws": _draws(model),
         "rewards": _rewards(model),
         "bounds": {name: _bound(model, name) for name in ("upper", "lower", "tail")},
+        "relaxation": _relaxation(model),
         "policy": _policy(model),
         "belief": _belief(model),
     }
@@ -201,6 +203,33 @@ def _bound(model: ir.Model, name: str) -> dict[str, Any]:
     span = model.spans.get(name)
     origin = "derived" if span is None else "declared"
     return {"origin": origin, "line": None if span is None else span.line, "low": low, "high": high}
+
+
+def _relaxation(model: ir.Model) -> dict[str, Any]:
+    """Return the small models whose tables bound the rewards, or what forbids them."""
+    found = relax(model)
+    return {
+        "reason": found.reason or None,
+        "holds_declared": found.declared,
+        "groups": [
+            {
+                "rewards": describe(group),
+                "knows": [_known(part) for part in group.parts],
+                "states": group.states,
+                "actions": len(group.actions),
+                "bytes": 4 * group.states,
+            }
+            for group in found.groups
+        ],
+    }
+
+
+def _known(part: Part) -> str:
+    if not part.members:
+        return part.variable.name
+    low = low_of(part.variable.indices[0])
+    ends = (f"{low + a}" if a == b else f"{low + a} .. {low + b}" for a, b in runs(part.members))
+    return f"{part.variable.name}[{', '.join(ends)}]"
 
 
 def _policy(model: ir.Model) -> dict[str, Any]:

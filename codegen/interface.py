@@ -296,8 +296,8 @@ class Interface:
         builder = self.acting([*PLACE, ("int", "action")])
         return builder.value(self.model.legal).done("bool", "is_legal", self._origin("legal"))
 
-    def bounds(self) -> list[views.Function]:
-        """Return ``upper``, ``tail`` and ``lower``."""
+    def bounds(self, derived: bool = False) -> list[views.Function]:
+        """Return ``upper``, ``tail`` and ``lower``; the first is ``declared_upper`` where more is derived."""
         result = []
         for name in ("upper", "tail", "lower"):
             builder = self.given([*PLACE, HISTORY] if name == "lower" else PLACE)
@@ -306,7 +306,8 @@ class Interface:
                 builder.code.add("return 0.0f;")
             else:
                 builder.value(value if isinstance(value.type, Float) else ir.ToFloat(Float(), value))
-            result.append(builder.done("float", name, self._origin(name)))
+            function = "declared_upper" if derived and name == "upper" else name
+            result.append(builder.done("float", function, self._origin(name)))
         return result
 
     def joint(self) -> views.Function:

@@ -24,6 +24,8 @@ from hypgen.codegen.functions import (
     table_entry,
     table_fill,
 )
+from hypgen.codegen.group_functions import GroupFunctions
+from hypgen.codegen.groups import Relaxation, relax
 from hypgen.codegen.histories import belief_reads, with_field_reads
 from hypgen.codegen.history_functions import HistoryFunctions
 from hypgen.codegen.interface import Interface
@@ -46,8 +48,9 @@ def lower(model: ir.Model, exact: bool = False) -> tuple[views.Header, views.Mai
     tabulated, derived = tabulate(with_field_reads(model), names)
     context = context_of(tabulated, derived, names, belief_reads(model))
     project = _project(model)
+    relaxation = Relaxation() if exact else relax(model)  # a solver's bounds, which nothing exact reads
     return (
-        _header(context, derived, project.banner),
+        _header(context, derived, relaxation, project.banner),
         (descriptor.exact_view if exact else descriptor.main_view)(context, project),
         project,
     )
@@ -73,15 +76,19 @@ def _project(model: ir.Model) -> views.Project:
     return views.Project(banner, model.name, stem, f"{stem}_solver", file, model.source_hash, __version__)
 
 
-def _header(context: Context, derived: tuple[DerivedTable, ...], banner: str) -> views.Header:
+def _header(
+    context: Context, derived: tuple[DerivedTable, ...], relaxation: Relaxation, banner: str
+) -> views.Header:
     model, names = context.model, context.names
     packed = pack(model)
     interface = Interface(context, PartNames(context, stages := partition(model)), stages)
     partitioned = PartitionedStep(interface, packed.state)
     factors = FactorFunctions(interface) if model.factors else None
+    groups = GroupFunctions(interface, relaxation, packed.state.fields) if relaxation.groups else None
     bases = [*([] if packed.history.fields else ["NoHistory"]), *([] if factors else ["NotFactored"])]
     tracks = bool(unread.redrawn(model))
     whole = {variable for table in derived for variable in table.variables} & names.bits.keys()
+    whole |= groups.whole() if groups else set()
     return views.Header(
         banner=banner,
         name=names.model,
@@ -100,7 +107,7 @@ def _header(context: Context, derived: tuple[DerivedTable, ...], banner: str) ->
             f"static constexpr std::uint32_t {names.sites[s.path]} = 0x{s.id:08X}u;  // {s.path}"
             for s in {s.path: s for s in (*sites_of(model), *_policy_site(model))}.values()
         ),
-        params=_params(context, derived),
+        params=(*_params(context, derived), *(groups.params() if groups else [])),
         words=(
             words_view(
                 "Fixed",
@@ -115,7 +122,8 @@ def _header(context: Context, derived: tuple[DerivedTable, ...], banner: str) ->
         base=f" : {', '.join(bases)}" if bases else "",
         posterior=factors.fields() if factors else None,
         tracks=tracks,
-        sections=_sections(interface, partitioned, factors, derived),
+        relaxed=groups is not None,
+        sections=_sections(interface, partitioned, factors, groups, derived),
     )
 
 
@@ -176,6 +184,7 @@ def _sections(
     interface: Interface,
     partitioned: PartitionedStep,
     factors: FactorFunctions | None,
+    groups: GroupFunctions | None,
     derived: tuple[DerivedTable, ...],
 ) -> tuple[views.Section, ...]:
     context, model, parts = interface.context, interface.model, interface.parts
@@ -225,21 +234,27 @@ def _sections(
                 *(beliefs.all() if beliefs else []),
                 *history,
                 *PolicyFunctions(interface).all(),
-                *interface.bounds(),
+                *interface.bounds(derived=groups is not None),
             ],
         ),
+        ("Upper bounds from small models", [*groups.all(), groups.upper()] if groups else []),
         (
             "Loading",
             [
                 *(table_entry(t, entries[t.name], context) for t in derived),
-                _load(context, derived, entries),
+                _load(context, derived, entries, groups),
             ],
         ),
     ]
     return tuple(views.Section(title, tuple(found)) for title, found in sections if found)
 
 
-def _load(context: Context, derived: tuple[DerivedTable, ...], entries: dict[str, str]) -> views.Function:
+def _load(
+    context: Context,
+    derived: tuple[DerivedTable, ...],
+    entries: dict[str, str],
+    groups: GroupFunctions | None,
+) -> views.Function:
     builder = Builder(context)
     builder.take("const ParamValues&", "values").take("Params&", "params").take("std::string&", "error")
     for param in context.model.params:
@@ -248,6 +263,8 @@ def _load(context: Context, derived: tuple[DerivedTable, ...], entries: dict[str
         builder.code.add(f'if (!values.copy("{param.name}", {target}, {count}, error)) return false;')
     for table in derived:
         table_fill(table, entries[table.name], context, builder)
+    if groups:
+        groups.fill(builder.code)
     builder.code.add("return true;")
     function = builder.done("bool", "load")
     # Only the host loads: no HYPGEN_FN.

@@ -44,6 +44,7 @@ _CONCEPT = _words(
     kVariableCount kHasLower init_visible init_hidden export_visible import_visible export_state
     is_legal is_terminal is_success step observe filter default_policy choose first_legal lower
     upper tail load joint History NoHistory kHasHistory init_history advance_history roll_history
+    declared_upper relaxation exact groups
     remember Posterior NotFactored kFactored kExactUnits kParticleUnits init_posterior advance_posterior
     Part kStages kMaxWarps step_stage step_rewards step_end
     advance_visible filter_particles unit_size unit_of probability put_unit copy_unit posteriors

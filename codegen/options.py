@@ -22,5 +22,13 @@ MAX_POSITIONS = 8
 STATE_TABLE_COST = 64
 MAX_STATE_TABLE_ENTRIES = 1 << 19
 
+# A group of reward terms has a table of at most this many entries (2 MB of floats) for its upper bound. To
+# fill all tables takes so many steps of the small models at most, states times actions: under a second, or
+# some seconds of one core where the author declares no bound, as there is nothing else then.
+MAX_GROUP_ENTRIES = 1 << 19
+MAX_GROUPS_WORK = 1 << 24
+MAX_UNDECLARED_WORK = 1 << 28
+MAX_GROUP_TERMS = 256
+
 # Where generated lines break.
 LINE_LENGTH = 110

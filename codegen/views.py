@@ -55,6 +55,7 @@ class Header:
     sections: tuple[Section, ...]
     base: str  # what the model's struct derives from, as C++ writes it
     posterior: tuple[str, ...] | None  # members of its struct, if the model has one
+    relaxed: bool  # tables of small models bound its rewards
     tracks: bool  # its particle filter notes which fixed values were read
 
 

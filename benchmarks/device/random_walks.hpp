@@ -35,6 +35,7 @@ class Walks : public hypgen::ModelInstance {
   }
   std::unique_ptr<hypgen::World> make_world(std::uint64_t) const override { return nullptr; }
   bool write_trace(const hypgen::TraceOptions&, std::string&) const override { return false; }
+  hypgen::BoundsFound check_bounds(const hypgen::BoundsWalk&) const override { return {}; }
 
   virtual bool device_digests(const hypgen::DigestRange& range, int warps, std::uint64_t* out,
                               std::string& error) const = 0;

@@ -13,7 +13,7 @@ def shown(number: float) -> str:
         kept = _float32(number)
     except OverflowError:
         return repr(number)
-    text = next(t for d in range(1, 10) if _float32(float(t := f"{number:.{d}g}")) == kept)
+    text = next(t for d in range(1, 10) if _float32(float(t := f"{kept:.{d}g}")) == kept)
     if "e" in text and 1e-4 <= abs(number) < 1e9:
         text = f"{float(text):.10f}".rstrip("0").rstrip(".")
     return text.replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")

@@ -75,8 +75,8 @@ std::size_t default_in_flight(const SolverOptions& options) {
 // The mode that makes the most of the machine. One that is asked for a signature has a single thread and no
 // GPU's trials in flight, so that it gives the same one everywhere.
 Mode default_mode(const SolverOptions& options, const Machine& machine) {
-  const bool plans =
-      options.trace.file.empty() && !options.selftest.wanted && !options.help && !options.version;
+  const bool plans = options.trace.file.empty() && !options.selftest.wanted && options.bounds.beliefs == 0 &&
+                     !options.help && !options.version;
   if (options.planner.signature || !plans) return Mode::kDespot;
   const bool is_asked_for = options.device == DeviceKind::kCuda || options.require_gpu;
   const bool has_gpu = is_asked_for || (options.device == DeviceKind::kAuto && machine.has_gpu());
@@ -90,7 +90,7 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
   PlannerOptions& planner = options.planner;
   if (!has_mode) planner.mode = default_mode(options, machine);
   if (planner.memory_bytes == 0) planner.memory_bytes = default_memory(options);
-  if (planner.threads == 0 || options.selftest.wanted)
+  if (planner.threads == 0 || options.selftest.wanted || options.bounds.beliefs > 0)
     planner.threads = has_many_threads(planner.mode) ? machine.cores : 1;
   if (!has_mode && planner.signature && planner.threads > 1) {
     error =
@@ -118,6 +118,7 @@ std::vector<Option> option_table(SolverOptions& options) {
   PlannerOptions& planner = options.planner;
   TraceOptions& trace = options.trace;
   SelftestOptions& selftest = options.selftest;
+  BoundsCheckOptions& bounds = options.bounds;
   return {
       {"--mode", "MODE",
        "despot (regularised DESPOT), parallel (the same by several threads: two runs differ), gpu (on a GPU, "
@@ -139,11 +140,14 @@ std::vector<Option> option_table(SolverOptions& options) {
           "most trials a step; without --time, results of modes with one thread repeat exactly (no limit)", 1,
           UINT64_MAX, planner.trial_limit),
       {"--threads", "N",
-       "threads of modes parallel and hyp, and of a self-test (one for each core); of mode pomcp (1)",
+       "threads of modes parallel and hyp, and of a self-test or a check of bounds (one for each core); of "
+       "mode "
+       "pomcp (1)",
        "an integer from 1 to 1024",
        [&](const std::string& text) {
          return read_integer(text, 1, kMostThreads, planner.threads) &&
-                read_integer(text, 1, kMostThreads, selftest.threads);
+                read_integer(text, 1, kMostThreads, selftest.threads) &&
+                read_integer(text, 1, kMostThreads, bounds.threads);
        }},
       integer("--in-flight", "F",
               "trials at a time, at least one a thread (64 in mode gpu and of pomcp on a GPU, 256 in mode "
@@ -199,6 +203,10 @@ std::vector<Option> option_table(SolverOptions& options) {
               selftest.lanes),
       integer("--warps", "W", "warps that share a step of a self-test (several numbers)", 1, 16,
               selftest.warps),
+      integer("--check-bounds", "N",
+              "compare the bounds at so many beliefs, met along episodes, with what the default policy earns "
+              "instead of planning",
+              1, 1000 * kMillion, bounds.beliefs),
       toggle("--help", "print this and exit", options.help),
       toggle("--version", "print the model and its hash and exit", options.version),
   };
@@ -258,7 +266,9 @@ bool parse_options(int argc, const char* const* argv, const Machine& machine, So
   if (!read_options(table, argc, argv, given, error)) return false;
   const bool has_mode = std::find(given.begin(), given.end(), "--mode") != given.end();
   if (!complete(options, has_mode, machine, error)) return false;
-  options.trace.seed = options.selftest.seed = options.planner.seed;
+  options.trace.seed = options.selftest.seed = options.bounds.seed = options.planner.seed;
+  options.bounds.steps = options.steps;
+  options.bounds.json_file = options.json_file;
   options.selftest.steps = static_cast<std::uint32_t>(options.steps);
   options.selftest.json_file = options.json_file;
   options.selftest.quiet = options.quiet;

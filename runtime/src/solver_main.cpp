@@ -143,6 +143,7 @@ int solve(const ModelDescriptor& model, int argc, char** argv) {
     return instance->write_trace(options.trace, error) ? kDone : complain(model, error, kFailed);
   }
   if (options.selftest.wanted) return selftest(model, *instance, options.selftest);
+  if (options.bounds.beliefs > 0) return check_bounds(model, *instance, options.bounds);
   return run(model, *instance, options);
 }
 

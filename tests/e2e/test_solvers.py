@@ -98,6 +98,18 @@ def test_the_documentation_has_every_option_and_field_of_the_solver(tmp_path: Pa
         ]
 
 
+def test_bounds_are_sampled(tmp_path: Path) -> None:
+    done = hypgen("run", TIGER, "--check-bounds", "500", "--json", "-")
+    assert done.returncode == 0, done.stderr
+    bounds = json.loads(done.stdout)["bounds"]
+    assert {name: (b["beliefs"], b["violations"]) for name, b in bounds.items()} == {
+        "upper": (500, 0),
+        "declared upper": (500, 0),
+        "tail": (500, 0),
+    }
+    assert "upper" in hypgen("run", TIGER, "--check-bounds", "100").stdout
+
+
 def test_run_gives_the_solvers_exit_code_and_help() -> None:
     done = hypgen("run", TIGER, "--no-such-option")
     assert done.returncode == 2 and "--no-such-option" in done.stderr

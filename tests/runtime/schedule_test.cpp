@@ -127,6 +127,7 @@ class WalkingInstance final : public ModelInstance {
   ScheduleFault digests(const DigestRange& range, int warps, std::uint64_t* out) const override {
     return walk_lanes<M>(params_, range, warps, out);
   }
+  BoundsFound check_bounds(const BoundsWalk&) const override { return {}; }
   const void* params() const override { return &params_; }
 
  private:

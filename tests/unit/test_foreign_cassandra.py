@@ -5,11 +5,13 @@ import random
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from foreign_laws import laws_of_cassandra, laws_of_text
 
 from hypgen.dsl.diagnostics import ModelError
 from hypgen.dsl.foreign import reader
+from hypgen.dsl.foreign.numbers import shown
 
 CORPUS = Path(__file__).parents[3] / "shared" / "corpus" / "cassandra"
 FILES = sorted(CORPUS.glob("*.pomdp"))
@@ -126,6 +128,16 @@ def test_large_tables_are_lists_of_successors() -> None:
 )  # fmt: skip
 def test_mistakes_are_told_where_they_are(text: str, expected: list[str]) -> None:
     assert told(text) == expected
+
+
+def test_numbers_are_the_shortest_that_stay_the_same() -> None:
+    chance = random.Random(0)
+    numbers = [chance.random() * 10.0 ** chance.randrange(-12, 12) for _ in range(5000)]
+    for number in [*numbers, 0.0, -2.5, 1e-45, 3e38, 0.1 + 2**-29]:
+        assert np.float32(numbers_text := shown(number)) == np.float32(number), numbers_text
+    assert [shown(x) for x in (0.85, 1 / 3, 100.0, 1e-7, -0.5, 2e10)] == [
+        "0.85", "0.33333334", "100", "1e-7", "-0.5", "2e10"
+    ]  # fmt: skip
 
 
 def test_a_discount_of_1_needs_a_horizon_and_one_of_0_is_one() -> None:

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "hypgen/bound_sums.hpp"
 #include "hypgen/key.hpp"
 
 namespace hypgen {
@@ -16,6 +17,7 @@ class Belief;
 class DeviceSupport;
 class LeafEvaluator;
 class World;
+struct BoundsWalk;
 struct DigestRange;
 struct EvaluatorOptions;
 struct ScheduleFault;
@@ -91,6 +93,9 @@ class ModelInstance {
   // Writes a digest for each lane of the range, of plain steps or, with several warps, of steps in parts;
   // gives the first fault of the schedule. Threads may call it at the same time.
   virtual ScheduleFault digests(const DigestRange& range, int warps, std::uint64_t* out) const = 0;
+  // Compares the bounds at beliefs along episodes with what the default policy earns. Threads may call it at
+  // the same time.
+  virtual BoundsFound check_bounds(const BoundsWalk& walk) const = 0;
   virtual const void* params() const = 0;  // the model's Params, for a device
 };
 

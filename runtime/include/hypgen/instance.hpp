@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "hypgen/bounds_check.hpp"
 #include "hypgen/cpu_evaluator.hpp"
 #include "hypgen/describe.hpp"
 #include "hypgen/descriptor.hpp"
@@ -44,6 +45,11 @@ class TypedInstance final : public ModelInstance {
 
   ScheduleFault digests(const DigestRange& range, int warps, std::uint64_t* out) const override {
     return walk_lanes<M>(*params_, range, warps, out);
+  }
+
+  BoundsFound check_bounds(const BoundsWalk& walk) const override {
+    const auto belief = make_belief(walk.seed, BoundsChecker<M>::kParticles, BeliefKind::kAuto);
+    return BoundsChecker<M>(*params_, walk, *belief).run();
   }
 
   const void* params() const override { return params_.get(); }

@@ -25,6 +25,7 @@
 //   int default_policy(P, F, S, H, D&);             // legal, or -1
 //   float lower(P, F, S, H);
 //   float upper(P, F, S);
+//   float declared_upper(P, F, S);                  // only where `upper` may be less, by a derived table
 //   float tail(P, F, S);
 //   bool load(const ParamValues&, Params&, std::string& error);       // host only
 //
@@ -37,6 +38,7 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include "hypgen/config.hpp"
 #include "hypgen/history.hpp"
@@ -54,6 +56,12 @@ struct StepResult {
   bool success;  // `success when` held
   bool error;    // a reward term was NaN
 };
+
+// Whether the model has an upper bound of its own besides the declared one.
+template <class M, class = void>
+struct IsRelaxed : std::false_type {};
+template <class M>
+struct IsRelaxed<M, std::void_t<decltype(&M::declared_upper)>> : std::true_type {};
 
 // The number that a fixed-point sum stands for.
 HYPGEN_FN double from_fixed_sum(std::int64_t sum) {

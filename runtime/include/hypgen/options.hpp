@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 
+#include "hypgen/bounds_check.hpp"
 #include "hypgen/descriptor.hpp"
 #include "hypgen/planner.hpp"
 #include "hypgen/selftest.hpp"
@@ -35,6 +36,7 @@ struct SolverOptions {
   bool version = false;
   TraceOptions trace;  // with an empty file: no trace
   SelftestOptions selftest;
+  BoundsCheckOptions bounds;
 };
 
 // What a machine has, for options that are not given.

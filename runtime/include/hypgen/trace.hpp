@@ -95,7 +95,7 @@ class Tracer {
     put(result.terminal);
     put(result.success);
     for (const std::uint64_t word : words_of(key)) put(static_cast<std::int64_t>(word));
-    put_float(M::upper(params_, lane.fixed, lane.state));
+    put_float(declared_upper(lane));
     put_float(M::tail(params_, lane.fixed, lane.state));
     put_float(M::kHasLower ? M::lower(params_, lane.fixed, lane.state, lane.history) : 0.0F);
     if (goes_on) {
@@ -120,6 +120,12 @@ class Tracer {
     lane.history = after;
     const typename M::Posterior before = lane.posterior;
     M::advance_posterior(params_, lane.fixed, lane.state, action, key, next, before, lane.posterior);
+  }
+
+  // What the model's text says: the interpreter knows no derived tables.
+  float declared_upper(const Lane& lane) const {
+    if constexpr (IsRelaxed<M>::value) return M::declared_upper(params_, lane.fixed, lane.state);
+    return M::upper(params_, lane.fixed, lane.state);
   }
 
   void put_filter(const Lane& lane, std::uint32_t i, std::uint32_t t, int action,

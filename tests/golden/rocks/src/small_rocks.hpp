@@ -13,6 +13,7 @@
 #include <hypgen/model.hpp>
 #include <hypgen/part.hpp>
 #include <hypgen/posterior.hpp>
+#include <hypgen/relaxation.hpp>
 
 namespace hypgen::models {
 
@@ -51,6 +52,7 @@ struct SmallRocks : NoHistory, NotFactored {
     float half_distance;  // sample.pomdp:6
     float accuracy_table[4][2];  // computed: sample.pomdp:9, by rover_x, r
     float upper_table[4];  // computed: sample.pomdp:7, by rover_x
+    float group_0_table[16];  // computed: the worth of rover.exit, rock.sampled
   };
 
   // What never changes: stored once a scenario.
@@ -72,6 +74,12 @@ struct SmallRocks : NoHistory, NotFactored {
     HYPGEN_FN void set_rock_good(std::int32_t i0, bool value) {
       const auto i = static_cast<std::uint32_t>(i0);
       words[1] = bits::put(words[1], i, 1, static_cast<std::uint32_t>(value));
+    }
+    HYPGEN_FN std::int32_t rock_good_bits() const {
+      return static_cast<std::int32_t>(bits::get(words[1], 0, 2));
+    }
+    HYPGEN_FN void set_rock_good_bits(std::int32_t value) {
+      words[1] = bits::put(words[1], 0, 2, static_cast<std::uint32_t>(value));
     }
   };
 
@@ -309,7 +317,7 @@ struct SmallRocks : NoHistory, NotFactored {
     return first_legal(params, fixed, state);
   }
 
-  HYPGEN_FN static float upper(const Params& params, const Fixed&, const State& state) {
+  HYPGEN_FN static float declared_upper(const Params& params, const Fixed&, const State& state) {
     float total = 0.0f;
     for (std::int32_t r = 0; r <= 1; ++r) {
       if (state.rock_good(r)) total += 10.0f;
@@ -323,6 +331,51 @@ struct SmallRocks : NoHistory, NotFactored {
 
   HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
     return 0.0f;
+  }
+
+  // Upper bounds from small models ----------------------------------------------------------------------
+
+  // States as far as rover.exit, rock.sampled goes.
+  HYPGEN_FN static std::int32_t index_of_group_0(const Fixed&, const State& state) {
+    std::int32_t index = 0;
+    index = index * 4 + state.rock_good_bits();
+    index = index * 4 + state.rover_x();
+    return index;
+  }
+
+  static void put_group_0(std::int32_t index, Fixed& fixed, State& state) {
+    fixed = Fixed{};
+    state = State{};
+    state.set_rover_x(index % 4);
+    index /= 4;
+    state.set_rock_good_bits(index % 4);
+    index /= 4;
+  }
+
+  template <class D>
+  static StepResult step_group_0(const Params& params, const Fixed&, const State& state, int act,
+      D&, State& next) {
+    next = state;
+    update_rover(state, act, next);
+    if (act == Act::sample) {
+      for (std::int32_t r = 0; r <= 1; ++r) update_rock(params, state, act, next, r);
+    }
+    StepResult result{};
+    result.reward += math::to_fixed(reward_rover_exit(state, next));
+    if (act == Act::sample) {
+      for (std::int32_t r = 0; r <= 1; ++r) {
+        result.reward += math::to_fixed(reward_rock_sampled(params, state, act, r));
+      }
+    }
+    result.reward = math::saturate_fixed(result.reward);
+    result.terminal = is_terminal(next);
+    return result;
+  }
+
+  HYPGEN_FN static float upper(const Params& params, const Fixed& fixed, const State& state) {
+    float worth = params.group_0_table[index_of_group_0(fixed, state)];
+    const float declared = declared_upper(params, fixed, state);
+    return worth < declared ? worth : declared;
   }
 
   // Loading ---------------------------------------------------------------------------------------------
@@ -350,6 +403,12 @@ struct SmallRocks : NoHistory, NotFactored {
     for (std::int32_t rover_x = 0; rover_x <= 3; ++rover_x) {
       params.upper_table[rover_x] = compute_upper_table(rover_x);
     }
+    static constexpr int actions_0[] = {0, 1, 2, 3};
+    const relaxation::Group<Params, Fixed, State> groups[] = {
+      {16, {actions_0, 4}, put_group_0, index_of_group_0, is_legal, step_group_0<exact::EnumeratingDraws>,
+          nullptr, params.group_0_table},
+    };
+    relaxation::fill(groups, params, 0.949999988079071, false);
     return true;
   }
 };

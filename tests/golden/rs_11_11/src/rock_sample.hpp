@@ -13,6 +13,7 @@
 #include <hypgen/model.hpp>
 #include <hypgen/part.hpp>
 #include <hypgen/posterior.hpp>
+#include <hypgen/relaxation.hpp>
 
 namespace hypgen::models {
 
@@ -63,6 +64,7 @@ struct RockSample : NoHistory {
     bool legal_table[12][11];  // computed: rock_sample.pomdp:65, by rover_x, rover_y
     float upper_table[12];  // computed: rock_sample.pomdp:69, by rover_x
     float upper_state_table[12][11][2048];  // computed: rock_sample.pomdp:69, by rover_x, rover_y, rock_good
+    float group_0_table[270336];  // computed: the worth of rover.exit, rock.sampled
   };
 
   // What never changes: stored once a scenario.
@@ -501,7 +503,7 @@ struct RockSample : NoHistory {
   }
 
   // rock_sample.pomdp:69
-  HYPGEN_FN static float upper(const Params& params, const Fixed&, const State& state) {
+  HYPGEN_FN static float declared_upper(const Params& params, const Fixed&, const State& state) {
     return params.upper_state_table[state.rover_x()][state.rover_y()][state.rock_good_bits()];
   }
 
@@ -512,6 +514,53 @@ struct RockSample : NoHistory {
 
   HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
     return 0.0f;
+  }
+
+  // Upper bounds from small models ----------------------------------------------------------------------
+
+  // States as far as rover.exit, rock.sampled goes.
+  HYPGEN_FN static std::int32_t index_of_group_0(const Fixed&, const State& state) {
+    std::int32_t index = 0;
+    index = index * 2048 + state.rock_good_bits();
+    index = index * 12 + state.rover_x();
+    index = index * 11 + state.rover_y();
+    return index;
+  }
+
+  static void put_group_0(std::int32_t index, Fixed& fixed, State& state) {
+    fixed = Fixed{};
+    state = State{};
+    state.set_rover_y(index % 11);
+    index /= 11;
+    state.set_rover_x(index % 12);
+    index /= 12;
+    state.set_rock_good_bits(index % 2048);
+    index /= 2048;
+  }
+
+  template <class D>
+  static StepResult step_group_0(const Params& params, const Fixed&, const State& state, int act,
+      D&, State& next) {
+    next = state;
+    update_rover(state, act, next);
+    if (act == Act::sample) {
+      for (std::int32_t r = 0; r <= 10; ++r) update_rock(params, state, act, next, r);
+    }
+    StepResult result{};
+    result.reward += math::to_fixed(reward_rover_exit(state, next));
+    if (act == Act::sample) {
+      for (std::int32_t r = 0; r <= 10; ++r) {
+        result.reward += math::to_fixed(reward_rock_sampled(params, state, act, r));
+      }
+    }
+    result.reward = math::saturate_fixed(result.reward);
+    result.terminal = is_terminal(next);
+    return result;
+  }
+
+  // The tables hold the declared bound where it is less.
+  HYPGEN_FN static float upper(const Params& params, const Fixed& fixed, const State& state) {
+    return params.group_0_table[index_of_group_0(fixed, state)];
   }
 
   // Loading ---------------------------------------------------------------------------------------------
@@ -630,6 +679,12 @@ struct RockSample : NoHistory {
         }
       }
     }
+    static constexpr int actions_0[] = {0, 1, 2, 3, 4, 5};
+    const relaxation::Group<Params, Fixed, State> groups[] = {
+      {270336, {actions_0, 6}, put_group_0, index_of_group_0, is_legal,
+          step_group_0<exact::EnumeratingDraws>, declared_upper, params.group_0_table},
+    };
+    relaxation::fill(groups, params, 0.95, false);
     return true;
   }
 };

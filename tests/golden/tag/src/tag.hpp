@@ -13,6 +13,7 @@
 #include <hypgen/model.hpp>
 #include <hypgen/part.hpp>
 #include <hypgen/posterior.hpp>
+#include <hypgen/relaxation.hpp>
 
 namespace hypgen::models {
 
@@ -69,6 +70,7 @@ struct Tag : NoHistory {
     std::uint8_t policy_count_table[50][4];  // computed: tag.pomdp:64, by robot_cell, robot_heading
     std::uint8_t policy_table[50][4][4];  // computed: tag.pomdp:64, by robot_cell, robot_heading, entry
     float upper_table[14];  // computed: tag.pomdp:71, by d
+    float group_0_table[2500];  // computed: the worth of outcome
   };
 
   // What never changes: stored once a scenario.
@@ -453,7 +455,7 @@ struct Tag : NoHistory {
   }
 
   // tag.pomdp:71
-  HYPGEN_FN static float upper(const Params& params, const Fixed&, const State& state) {
+  HYPGEN_FN static float declared_upper(const Params& params, const Fixed&, const State& state) {
     const std::int32_t d = distance_between(params, state.robot_cell(), state.opponent_cell());
     return params.upper_table[d];
   }
@@ -465,6 +467,43 @@ struct Tag : NoHistory {
 
   HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
     return 0.0f;
+  }
+
+  // Upper bounds from small models ----------------------------------------------------------------------
+
+  // States as far as outcome goes.
+  HYPGEN_FN static std::int32_t index_of_group_0(const Fixed&, const State& state) {
+    std::int32_t index = 0;
+    index = index * 50 + state.robot_cell();
+    index = index * 50 + state.opponent_cell();
+    return index;
+  }
+
+  static void put_group_0(std::int32_t index, Fixed& fixed, State& state) {
+    fixed = Fixed{};
+    state = State{};
+    state.set_opponent_cell(index % 50);
+    index /= 50;
+    state.set_robot_cell(index % 50);
+    index /= 50;
+  }
+
+  template <class D>
+  static StepResult step_group_0(const Params& params, const Fixed&, const State& state, int act,
+      D& draws, State& next) {
+    next = state;
+    update_robot_stage_0(params, state, act, next);
+    update_opponent(params, state, draws, next);
+    StepResult result{};
+    result.reward += math::to_fixed(reward_outcome(state, act));
+    result.reward = math::saturate_fixed(result.reward);
+    result.terminal = is_terminal(state, act);
+    return result;
+  }
+
+  // The tables hold the declared bound where it is less.
+  HYPGEN_FN static float upper(const Params& params, const Fixed& fixed, const State& state) {
+    return params.group_0_table[index_of_group_0(fixed, state)];
   }
 
   // Loading ---------------------------------------------------------------------------------------------
@@ -701,6 +740,12 @@ struct Tag : NoHistory {
       }
     }
     for (std::int32_t d = 0; d <= 13; ++d) params.upper_table[d] = compute_upper_table(d);
+    static constexpr int actions_0[] = {0, 1, 2, 3, 4};
+    const relaxation::Group<Params, Fixed, State> groups[] = {
+      {2500, {actions_0, 5}, put_group_0, index_of_group_0, is_legal, step_group_0<exact::EnumeratingDraws>,
+          declared_upper, params.group_0_table},
+    };
+    relaxation::fill(groups, params, 0.95, false);
     return true;
   }
 };

@@ -13,6 +13,7 @@
 #include <hypgen/model.hpp>
 #include <hypgen/part.hpp>
 #include <hypgen/posterior.hpp>
+#include <hypgen/relaxation.hpp>
 
 namespace hypgen::models {
 
@@ -48,6 +49,7 @@ struct Tiger : NoHistory {
 
   struct Params {
     float hearing;  // tiger.pomdp:9
+    float group_0_table[2];  // computed: the worth of outcome
   };
 
   // What never changes: stored once a scenario.
@@ -313,7 +315,7 @@ struct Tiger : NoHistory {
   }
 
   // tiger.pomdp:28
-  HYPGEN_FN static float upper(const Params&, const Fixed&, const State&) {
+  HYPGEN_FN static float declared_upper(const Params&, const Fixed&, const State&) {
     return 199.99995f;
   }
 
@@ -326,10 +328,49 @@ struct Tiger : NoHistory {
     return 0.0f;
   }
 
+  // Upper bounds from small models ----------------------------------------------------------------------
+
+  // States as far as outcome goes.
+  HYPGEN_FN static std::int32_t index_of_group_0(const Fixed&, const State& state) {
+    std::int32_t index = 0;
+    index = index * 2 + state.room_tiger();
+    return index;
+  }
+
+  static void put_group_0(std::int32_t index, Fixed& fixed, State& state) {
+    fixed = Fixed{};
+    state = State{};
+    state.set_room_tiger(index % 2);
+    index /= 2;
+  }
+
+  template <class D>
+  static StepResult step_group_0(const Params&, const Fixed&, const State& state, int act,
+      D& draws, State& next) {
+    next = state;
+    update_room(state, act, draws, next);
+    StepResult result{};
+    result.reward += math::to_fixed(reward_outcome(state, act));
+    result.reward = math::saturate_fixed(result.reward);
+    result.terminal = is_terminal();
+    return result;
+  }
+
+  // The tables hold the declared bound where it is less.
+  HYPGEN_FN static float upper(const Params& params, const Fixed& fixed, const State& state) {
+    return params.group_0_table[index_of_group_0(fixed, state)];
+  }
+
   // Loading ---------------------------------------------------------------------------------------------
 
   static bool load(const ParamValues& values, Params& params, std::string& error) {
     if (!values.copy("hearing", &params.hearing, 1, error)) return false;
+    static constexpr int actions_0[] = {0, 1, 2};
+    const relaxation::Group<Params, Fixed, State> groups[] = {
+      {2, {actions_0, 3}, put_group_0, index_of_group_0, is_legal, step_group_0<exact::EnumeratingDraws>,
+          declared_upper, params.group_0_table},
+    };
+    relaxation::fill(groups, params, 0.95, false);
     return true;
   }
 };

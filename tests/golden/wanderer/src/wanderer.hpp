@@ -13,6 +13,7 @@
 #include <hypgen/model.hpp>
 #include <hypgen/part.hpp>
 #include <hypgen/posterior.hpp>
+#include <hypgen/relaxation.hpp>
 #include <hypgen/unread.hpp>
 
 namespace hypgen::models {
@@ -54,6 +55,7 @@ struct WandererOf : NoHistory, NotFactored {
 
   struct Params {
     float slip[2];  // sample.pomdp:3
+    float group_0_table[800];  // computed: the worth of bot.worth
   };
 
   // What never changes: stored once a scenario.
@@ -373,7 +375,7 @@ struct WandererOf : NoHistory, NotFactored {
     return chosen;
   }
 
-  HYPGEN_FN static float upper(const Params&, const Fixed&, const State& state) {
+  HYPGEN_FN static float declared_upper(const Params&, const Fixed&, const State& state) {
     bool found = false;
     std::int32_t best{};
     std::int32_t picked{};
@@ -399,10 +401,58 @@ struct WandererOf : NoHistory, NotFactored {
     return -20.0f;
   }
 
+  // Upper bounds from small models ----------------------------------------------------------------------
+
+  // States as far as bot.worth goes.
+  HYPGEN_FN static std::int32_t index_of_group_0(const Fixed& fixed, const State& state) {
+    std::int32_t index = 0;
+    for (std::int32_t i = 1; i <= 5; ++i) index = index * 2 + static_cast<std::int32_t>(fixed.map_wall(i));
+    for (std::int32_t i = 0; i <= 1; ++i) index = index * 5 + state.bot_at(i) - 1;
+    return index;
+  }
+
+  static void put_group_0(std::int32_t index, Fixed& fixed, State& state) {
+    fixed = Fixed{};
+    state = State{};
+    for (std::int32_t i = 1; i >= 0; --i) {
+      state.set_bot_at(i, index % 5 + 1);
+      index /= 5;
+    }
+    for (std::int32_t i = 5; i >= 1; --i) {
+      fixed.set_map_wall(i, (index % 2) != 0);
+      index /= 2;
+    }
+  }
+
+  template <class D>
+  static StepResult step_group_0(const Params& params, const Fixed& fixed, const State& state,
+      int action, D& draws, State& next) {
+    const Joint move = joint(action);
+    next = state;
+    for (std::int32_t b = 0; b <= 1; ++b) update_bot_stage_0(params, fixed, state, move, draws, next, b);
+    StepResult result{};
+    for (std::int32_t b = 0; b <= 1; ++b) result.reward += math::to_fixed(reward_bot_worth(next, b));
+    result.reward = math::saturate_fixed(result.reward);
+    result.terminal = is_terminal(next);
+    return result;
+  }
+
+  HYPGEN_FN static float upper(const Params& params, const Fixed& fixed, const State& state) {
+    float worth = params.group_0_table[index_of_group_0(fixed, state)];
+    const float declared = declared_upper(params, fixed, state);
+    return worth < declared ? worth : declared;
+  }
+
   // Loading ---------------------------------------------------------------------------------------------
 
   static bool load(const ParamValues& values, Params& params, std::string& error) {
     if (!values.copy("slip", &params.slip[0], 2, error)) return false;
+    static constexpr int actions_0[] = {0, 1, 2, 3};
+    const relaxation::Group<Params, Fixed, State> groups[] = {
+      {800, {actions_0, 4}, put_group_0, index_of_group_0, is_legal, step_group_0<exact::EnumeratingDraws>,
+          nullptr, params.group_0_table},
+    };
+    relaxation::fill(groups, params, 0.949999988079071, true);
     return true;
   }
 };

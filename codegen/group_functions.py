@@ -1,0 +1,246 @@
+"""The small models whose values bound groups of rewards, as C++: their states and steps, and the tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+
+from hypgen.codegen import views
+from hypgen.codegen.cpp import Code, code_of, integer, value_of
+from hypgen.codegen.function_builder import Builder
+from hypgen.codegen.functions import arguments
+from hypgen.codegen.groups import Group, Part, Relaxation, describe, runs, updated
+from hypgen.codegen.interface import PLACE, Interface
+from hypgen.codegen.layout import Field
+from hypgen.dsl import ir
+from hypgen.dsl.types import Type, low_of, size_of
+
+
+@dataclass(frozen=True)
+class _Named:
+    """A group and the C++ names of its table and functions."""
+
+    group: Group
+    table: str
+    index: str
+    put: str
+    step: str
+
+
+class GroupFunctions:
+    """Builds what bounds the groups of one model's rewards."""
+
+    def __init__(self, interface: Interface, relaxation: Relaxation, fields: Sequence[Field]) -> None:
+        self.interface = interface
+        self.context = interface.context
+        self.relaxation = relaxation
+        self.fields = {field.variable: field for field in fields}
+        names, unique = self.context.names, self.context.names.struct.unique
+        self.groups = [
+            _Named(
+                group,
+                names.derived_table(f"group_{i}_table"),
+                unique(f"index_of_group_{i}"),
+                unique(f"put_group_{i}"),
+                unique(f"step_group_{i}"),
+            )
+            for i, group in enumerate(relaxation.groups)
+        ]
+
+    def whole(self) -> set[str]:
+        """Return the arrays whose bits are read at once."""
+        parts = [part for named in self.groups for part in named.group.parts]
+        return {part.variable.name for part in parts if self._bits(part) is not None}
+
+    def params(self) -> list[str]:
+        """Return the tables' declarations."""
+        return [
+            f"float {named.table}[{named.group.states}];  // computed: the worth of {describe(named.group)}"
+            for named in self.groups
+        ]
+
+    def all(self) -> list[views.Function]:
+        """Return the functions of all groups."""
+        return [
+            function
+            for named in self.groups
+            for function in (self._index(named), self._put(named), self._step(named))
+        ]
+
+    def upper(self) -> views.Function:
+        """Return ``upper``: the declared bound or what the groups are worth, whichever is less."""
+        builder = self.interface.given(PLACE)
+        reads = [f"params.{n.table}[{n.index}(fixed, state)]" for n in self.groups]
+        if self.relaxation.declared:
+            builder.code.add(f"return {reads[0]};")
+            return builder.done("float", "upper", ["// The tables hold the declared bound where it is less."])
+        builder.code.add(f"float worth = {reads[0]};")
+        for read in reads[1:]:
+            builder.code.add(f"worth += {read};")
+        builder.code.add("const float declared = declared_upper(params, fixed, state);")
+        builder.code.add("return worth < declared ? worth : declared;")
+        return builder.done("float", "upper")
+
+    def fill(self, code: Code) -> None:
+        """Append what fills the tables when params are loaded."""
+        model = self.interface.model
+        stops = "true" if model.horizon is not None else "false"
+        declared = "declared_upper" if self.relaxation.declared else "nullptr"
+        for i, named in enumerate(self.groups):
+            actions = ", ".join(map(str, named.group.actions))
+            code.add(f"static constexpr int actions_{i}[] = {{{actions}}};")
+        with code.block("const relaxation::Group<Params, Fixed, State> groups[] ="):
+            for i, named in enumerate(self.groups):
+                code.add(
+                    f"{{{named.group.states}, {{actions_{i}, {len(named.group.actions)}}}, {named.put}, "
+                    f"{named.index}, is_legal, {named.step}<exact::EnumeratingDraws>, {declared}, "
+                    f"params.{named.table}}},"
+                )
+        code.lines[-1] += ";"
+        code.add(f"relaxation::fill(groups, params, {model.discount!r}, {stops});")
+
+    # A group's states ----------------------------------------------------------------------------
+
+    def _index(self, named: _Named) -> views.Function:
+        """Return the function that numbers a state of the group."""
+        builder = self.interface.given(PLACE[1:])
+        builder.code.add("std::int32_t index = 0;")
+        for part in named.group.parts:
+            type_ = part.variable.type
+            if (bits := self._bits(part)) is not None:
+                builder.code.add(f"index = index * {1 << bits.count} + {bits.read};")
+                continue
+
+            def append(read: ir.StateRead, type_: Type = type_) -> None:
+                text = code_of(builder.printer.text(read), type_)
+                builder.code.add(f"index = index * {size_of(type_)} + {text};")
+
+            self._each(builder, part, append, ascending=True)
+        builder.code.add("return index;")
+        return builder.done(
+            "std::int32_t", named.index, [f"// States as far as {describe(named.group)} goes."]
+        )
+
+    def _put(self, named: _Named) -> views.Function:
+        """Return the function that makes a state of the group; all that it does not need is zero."""
+        builder = self.interface.given([("std::int32_t", "index"), ("Fixed&", "fixed"), ("State&", "state")])
+        builder.code.add("fixed = Fixed{};")
+        builder.code.add("state = State{};")
+        for part in reversed(named.group.parts):
+            type_ = part.variable.type
+            if (bits := self._bits(part)) is not None:
+                builder.code.add(bits.write.format(f"index % {1 << bits.count}"))
+                builder.code.add(f"index /= {1 << bits.count};")
+                continue
+
+            def take(read: ir.StateRead, type_: Type = type_) -> None:
+                owner = "fixed" if self.interface.model.variable(read.variable).fixed else "state"
+                setter = self.context.names.setters[read.variable]
+                value = value_of(f"index % {size_of(type_)}", type_)
+                given = [builder.printer.text(i) for i in read.indices]
+                builder.code.add(f"{owner}.{setter}({', '.join([*given, value])});")
+                builder.code.add(f"index /= {size_of(type_)};")
+
+            self._each(builder, part, take, ascending=False)
+        return _on_host(builder.done("void", named.put))
+
+    def _each(
+        self, builder: Builder, part: Part, use: Callable[[ir.StateRead], None], ascending: bool
+    ) -> None:
+        """Append what ``use`` appends for each entry of the part, in loops where there are several."""
+        indices = part.variable.indices
+        binders = [ir.Binder("ijkl"[n : n + 1] or f"i{n}", t) for n, t in enumerate(indices)]
+        read = ir.StateRead(
+            part.variable.type, part.variable.name, tuple(ir.Local(b.type, b.name) for b in binders)
+        )
+        if not binders:
+            use(read)
+            return
+        found = runs(part.members or range(size_of(indices[0])))
+        for ends in found if ascending else reversed(found):
+            with ExitStack() as stack:
+                stack.enter_context(_loop(builder, binders[0], ends, ascending))
+                for binder in binders[1:]:
+                    ends = (0, size_of(binder.type) - 1)
+                    stack.enter_context(_loop(builder, binder, ends, ascending))
+                use(read)
+
+    def _bits(self, part: Part) -> _Bits | None:
+        """Return how the part lies side by side in a word with every pattern a joint value, if it does."""
+        field = self.fields.get(part.variable.name)
+        if field is None or not field.indices or not field.one_word or field.width == 0:
+            return None
+        if size_of(field.type) != 1 << field.width or field.stride != field.width:
+            return None
+        name = part.variable.name
+        read = f"state.{self.context.names.bits[name]}()"
+        write = f"state.{self.context.names.bits_setters[name]}({{0}});"
+        if not part.members:
+            return _Bits(field.length * field.width, read, write)
+        if len(field.indices) > 1 or len(runs(part.members)) > 1:
+            return None
+        count, shift = len(part.members) * field.width, part.members[0] * field.width
+        read = f"{read} >> {shift}" if shift else read
+        write = write.format(f"{{0}} << {shift}") if shift else write
+        return _Bits(count, f"({read} & {(1 << count) - 1})", write)
+
+    # A group's step ------------------------------------------------------------------------------
+
+    def _step(self, named: _Named) -> views.Function:
+        """Return the step of the group's variables, rewards and end."""
+        builder = self.interface.acting([*PLACE, ("int", "action"), ("D&", "draws"), ("State&", "next")])
+        builder.code.add("next = state;")
+        for update in (update for stage in self.interface.stages for update in stage):
+            binder = update.element.binder
+            for ends in runs(updated(named.group, update)):
+                with builder.guarded(update.guard), _loop(builder, binder, ends):
+                    builder.code.add(self.interface.update_call(builder, update))
+        builder.code.add("StepResult result{};")
+        for reward in self.context.model.rewards:
+            members = [m or 0 for r, m in named.group.terms if r.name == reward.name]
+            for ends in runs(sorted(members)):
+                with (
+                    builder.guarded(self.interface.reward_guard(reward)),
+                    _loop(builder, reward.binder, ends),
+                ):
+                    self.interface.earn(builder, reward, "result.reward", "result.error")
+        builder.code.add("result.reward = math::saturate_fixed(result.reward);")
+        terminal = self.context.model.terminal
+        builder.code.add(
+            f"result.terminal = is_terminal({arguments(self.context.needs.of(terminal), self.context)});"
+        )
+        builder.code.add("return result;")
+        return _on_host(builder.done("StepResult", named.step))
+
+
+@dataclass(frozen=True)
+class _Bits:
+    """A part that is a field of bits: how many, and how they are read and written."""
+
+    count: int
+    read: str
+    write: str
+
+
+@contextmanager
+def _loop(
+    builder: Builder, binder: ir.Binder | None, ends: tuple[int, int], ascending: bool = True
+) -> Iterator[None]:
+    """Put what is added meanwhile into a loop over some of the binder's values, if there is a binder."""
+    if binder is None:
+        yield
+        return
+    first, last = (integer(position + low_of(binder.type)) for position in ends)
+    head = f"for (std::int32_t {{0}} = {first}; {{0}} <= {last}; ++{{0}})"
+    if not ascending:
+        head = f"for (std::int32_t {{0}} = {last}; {{0}} >= {first}; --{{0}})"
+    with builder.printer.loop(binder, head):
+        yield
+    builder.code.join()
+
+
+def _on_host(function: views.Function) -> views.Function:
+    """Return the function without a device's version."""
+    head = tuple(line.replace("HYPGEN_FN static", "static") for line in function.head)
+    return views.Function(function.comment, head, function.body)

@@ -1,0 +1,155 @@
+// Upper bounds from small models: fills a table with what a group of rewards can be worth from each state.
+//
+// A generated model calls `relaxation::fill` for its groups when params are loaded. A group's states are
+// numbered; its step is the model's own, of the variables that the group needs, over every outcome of the
+// draws.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <thread>
+#include <vector>
+
+#include "hypgen/exact/enumerating_draws.hpp"
+#include "hypgen/model.hpp"
+#include "hypgen/outcomes.hpp"
+#include "hypgen/span.hpp"
+
+namespace hypgen::relaxation {
+
+// A float above `value`, with room for the rounding of sums.
+inline float rounded_up(double value) {
+  return std::nextafter(static_cast<float>(value + 1e-6 * std::abs(value)),
+                        std::numeric_limits<float>::infinity());
+}
+
+// More outcomes than this take seconds, and 12 bytes each.
+constexpr std::size_t kMostOutcomes = std::size_t{1} << 26;
+// The most of the squares of the choices' outcomes: to come to an outcome of a long list takes as many
+// comparisons as there are before it.
+constexpr double kMostComparisons = 4e9;
+
+// A group of one model's rewards.
+template <class Params, class Fixed, class State>
+struct Group {
+  std::int32_t states;
+  Span<const int> actions;  // that differ for the group
+  void (*put)(std::int32_t index, Fixed&, State&);
+  std::int32_t (*index)(const Fixed&, const State&);
+  bool (*is_legal)(const Params&, const Fixed&, const State&, int action);
+  StepResult (*step)(const Params&, const Fixed&, const State&, int action, exact::EnumeratingDraws&, State&);
+  float (*declared)(const Params&, const Fixed&, const State&);  // a bound on the whole; null: none
+  float* table;
+};
+
+// Goes through a group's states.
+template <class Params, class Fixed, class State>
+class Enumeration {
+ public:
+  Enumeration(const Group<Params, Fixed, State>& group, const Params& params)
+      : group_(group), params_(params), place_(static_cast<std::size_t>(group.states), 0) {}
+
+  // Gives all outcomes; false if there are too many, or a reward is NaN.
+  bool run(Outcomes& outcomes) {
+    for (std::int32_t i = 0; i < group_.states; ++i) {
+      Fixed fixed;
+      State state;
+      group_.put(i, fixed, state);
+      for (const int action : group_.actions) {
+        if (!group_.is_legal(params_, fixed, state, action)) continue;
+        if (!add(fixed, state, action, outcomes)) return false;
+      }
+      if (outcomes.next.size() > kMostOutcomes || comparisons_ > kMostComparisons) return false;
+      outcomes.first_choice.push_back(static_cast<std::int64_t>(outcomes.reward.size()));
+    }
+    return true;
+  }
+
+ private:
+  // Appends what an action leads to; false if a reward is NaN.
+  bool add(const Fixed& fixed, const State& state, int action, Outcomes& outcomes) {
+    const auto first = static_cast<std::size_t>(outcomes.first_outcome.back());
+    double reward = 0.0;
+    double paths = 0.0;
+    draws_.start();
+    do {
+      State next;
+      const StepResult result = group_.step(params_, fixed, state, action, draws_, next);
+      const double probability = draws_.probability();
+      if (result.error) return false;
+      reward += probability * from_fixed_sum(result.reward);
+      paths += 1.0;
+      if (!result.terminal) lead_to(group_.index(fixed, next), probability, first, outcomes);
+    } while (draws_.next());
+    comparisons_ += paths * paths;
+    outcomes.reward.push_back(reward);
+    outcomes.first_outcome.push_back(static_cast<std::int64_t>(outcomes.next.size()));
+    return true;
+  }
+
+  void lead_to(std::int32_t next, double probability, std::size_t first, Outcomes& outcomes) {
+    std::size_t& place = place_[static_cast<std::size_t>(next)];
+    if (place < first || place >= outcomes.next.size() || outcomes.next[place] != next) {
+      place = outcomes.next.size();
+      outcomes.next.push_back(next);
+      outcomes.probability.push_back(0.0);
+    }
+    outcomes.probability[place] += probability;
+  }
+
+  const Group<Params, Fixed, State>& group_;
+  const Params& params_;
+  std::vector<std::size_t> place_;  // of each state among the outcomes, where it was met last
+  exact::EnumeratingDraws draws_;
+  double comparisons_ = 0.0;
+};
+
+// Fills a group's table: infinity where the group cannot be enumerated, or the declared bound where there is
+// one that is less (or NaN, which the search then reports).
+template <class Params, class Fixed, class State>
+void fill_one(const Group<Params, Fixed, State>& group, const Params& params, double discount, bool may_stop,
+              Outcomes& outcomes) {
+  std::vector<double> values;
+  outcomes.clear();
+  if (Enumeration<Params, Fixed, State>(group, params).run(outcomes)) {
+    values = worth(outcomes, discount, may_stop);
+  }
+  for (std::int32_t i = 0; i < group.states; ++i) {
+    float& entry = group.table[i];
+    entry = values.empty() ? std::numeric_limits<float>::infinity()
+                           : rounded_up(values[static_cast<std::size_t>(i)]);
+    if (group.declared == nullptr) continue;
+    Fixed fixed;
+    State state;
+    group.put(i, fixed, state);
+    const float declared = group.declared(params, fixed, state);
+    if (!(entry < declared)) entry = declared;
+  }
+}
+
+// Threads that fill tables: what they enumerate takes up to some hundred MiB each.
+constexpr std::size_t kMostThreads = 8;
+
+// Fills the tables of all groups, side by side where there are several cores.
+template <class Params, class Fixed, class State, std::size_t count>
+void fill(const Group<Params, Fixed, State> (&groups)[count], const Params& params, double discount,
+          bool may_stop) {
+  std::atomic<std::size_t> taken{0};
+  const auto work = [&] {
+    Outcomes outcomes;
+    for (std::size_t i = taken++; i < count; i = taken++) {
+      fill_one(groups[i], params, discount, may_stop, outcomes);
+    }
+  };
+  std::vector<std::thread> threads;
+  const std::size_t cores = std::thread::hardware_concurrency();
+  for (std::size_t i = 1; i < std::min({count, cores, kMostThreads}); ++i) threads.emplace_back(work);
+  work();
+  for (std::thread& thread : threads) thread.join();
+}
+
+}  // namespace hypgen::relaxation

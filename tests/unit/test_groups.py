@@ -1,0 +1,117 @@
+"""Groups of reward terms: what each depends on, how they grow, and what forbids them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from hypgen.codegen import options
+from hypgen.codegen.groups import Relaxation, relax
+from hypgen.codegen.reads import Reader, alike
+from hypgen.dsl import ir
+from hypgen.dsl.driver import load
+
+EXAMPLES = Path(__file__).parent.parent.parent / "examples"
+
+HEAD = """model M
+type R = 1 .. 6
+enum Act { stay, take(R), look }
+discount 0.9
+action act: Act
+"""
+
+
+def example(name: str) -> ir.Model:
+    return load(EXAMPLES / f"{name}.pomdp").model
+
+
+def written(text: str, tmp_path: Path) -> ir.Model:
+    (tmp_path / "m.pomdp").write_text(HEAD + text)
+    return load(tmp_path / "m.pomdp").model
+
+
+def known(relaxation: Relaxation) -> list[list[tuple[str, tuple[int, ...]]]]:
+    return [[(part.variable.name, part.members) for part in group.parts] for group in relaxation.groups]
+
+
+def test_a_whole_state_that_fits_is_one_group() -> None:
+    found = relax(example("rs_11_11"))
+    assert known(found) == [[("rock.good", ()), ("rover.x", ()), ("rover.y", ())]]
+    assert (found.groups[0].states, found.exact, found.declared) == (12 * 11 * 2**11, True, True)
+
+
+def test_only_what_matters_is_known() -> None:
+    assert known(relax(example("tag"))) == [[("robot.cell", ()), ("opponent.cell", ())]]
+
+
+def test_actions_that_do_alike_are_one() -> None:
+    found = relax(example("rock_sample")).groups[0]
+    assert found.actions == (0, 1, 2, 3, 4, 5)  # any check stands for all
+
+
+def test_joint_actions_that_do_alike_are_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    two_robots = example("two_robot_rock_sample")
+    assert "would take more than" in relax(two_robots).reason
+    monkeypatch.setattr(options, "MAX_GROUPS_WORK", options.MAX_UNDECLARED_WORK)
+    found = relax(two_robots)
+    assert [len(group.actions) for group in found.groups] == [36] * 20
+    assert known(found)[3] == [("bot.x", ()), ("bot.y", ()), ("rock.good", (3,))]
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("crowd_driving", "the reward 'car.slow' depends on 'ped.y', whose values are not finitely many"),
+        ("light_dark", "the reward 'outcome' depends on 'robot.at.y', whose values are not finitely many"),
+        ("navigation", "the reward 'step' depends on more than 524288 joint values of the state"),
+    ],
+)
+def test_what_forbids_groups(name: str, reason: str) -> None:
+    assert relax(example(name)) == Relaxation(reason=reason)
+
+
+FLAGS = """
+element flag[r in R] {
+  hidden on: bool
+  init on ~ bernoulli(0.5)
+  on' = on and act != take(r)
+  reward taken = if act == take(r) and on then 1 else 0
+}
+observe seen: bool ~ noisy(flag[2].on, 0.8)
+policy default = stay
+"""
+
+
+def test_groups_grow_while_their_tables_fit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    model = written(FLAGS, tmp_path)
+    assert known(relax(model)) == [[("flag.on", ())]]
+    monkeypatch.setattr(options, "MAX_GROUP_ENTRIES", 16)
+    found = relax(model)
+    assert known(found) == [[("flag.on", (0, 1, 2, 3))], [("flag.on", (4, 5))]]
+    assert [group.states for group in found.groups] == [16, 4]
+    assert found.groups[1].actions == (0, 5, 6)  # all other flags are as good as staying
+
+
+def test_a_read_through_an_unknown_index_is_of_every_member(tmp_path: Path) -> None:
+    text = FLAGS.replace("act != take(r)", "(match act { take(q) => not flag[q].on  else => true })")
+    reads = Reader(written(text, tmp_path))
+    update = next(u for u in reads.model.updates if u.variable == "flag.on")
+    assert reads.of(update.dist, {"r": 3}).entries == {("flag.on", m) for m in range(6)}
+
+
+def test_draws_and_continuous_laws(tmp_path: Path) -> None:
+    text = FLAGS.replace("on' = on and", "let noise ~ normal(0.0, 1.0)\n  on' = noise > 0.0 and on and")
+    assert relax(written(text, tmp_path)).reason == (
+        "a member's reward 'flag.taken' depends on a draw from a continuous law"
+    )
+
+
+def test_actions_are_told_apart_by_what_is_asked(tmp_path: Path) -> None:
+    action = written(FLAGS, tmp_path).action
+    assert alike(action, set()) == (0,)
+    assert alike(action, {("is", "", 7)}) == (0, 7)
+    assert alike(action, {("variant", "take", 0)}) == (0, 1)
+    assert alike(action, {("argument", "take", 0)}) == (0, 1, 2, 3, 4, 5, 6)
+    assert alike(action, {("argument is", "take", 3)}) == (0, 1, 3)
+    assert len(alike(action, {("any", "", 0)})) == 8
