@@ -1,11 +1,14 @@
 // How far a solver's belief is from the exact one, on episodes of random legal actions.
 //
-//   filters KIND PARTICLES EPISODES STEPS SEED        KIND: exact, particle or factored
+//   filters KIND PARTICLES EPISODES STEPS SEED        KIND: exact, limit, particle or factored
 //
 // prints a line of JSON: the mean and the largest total variation over all steps, the largest difference in
 // the probability of a single variable's value, how many steps that were, after how many an observation had
 // no explanation, and how often the true state of an episode's last step had each rank among nine samples of
 // the belief (0 to 9; a calibrated belief gives all equally often).
+//
+// `limit` is the particle filter with infinitely many particles: all outcomes of the model's `filter`,
+// weighed as it says.
 //
 // filter_program.py puts this in the place of `main` in a generated exact.cpp, whose `Model` and `descriptor`
 // it uses.
@@ -69,6 +72,70 @@ class StateIndex {
   std::unordered_map<std::string, int> number_;
 };
 
+// What infinitely many particles would hold: each state with its weight.
+class LimitBelief {
+ public:
+  LimitBelief(const Model::Params& params, const StateIndex& index) : params_(params), index_(index) {}
+
+  void init(const std::vector<std::int32_t>& visible) {
+    states_.clear();
+    hypgen::exact::EnumeratingDraws draws;
+    do {
+      Model::Fixed fixed;
+      Model::State state;
+      Model::init_visible(params_, draws, fixed, state);
+      Model::init_hidden(params_, draws, fixed, state);
+      std::vector<std::int32_t> seen(visible.size());
+      Model::export_visible(fixed, state, seen.data());
+      if (seen == visible) add(fixed, state, draws.probability(), states_);
+    } while (draws.next());
+    normalise();
+  }
+
+  void update(int action, const Model::Key& key) {
+    std::map<int, Weighted> next_states;
+    for (const auto& [number, from] : states_) {
+      hypgen::exact::EnumeratingDraws draws;
+      do {
+        Model::State next;
+        const double density = Model::filter(params_, from.fixed, from.state, action, key, draws, next);
+        const double weight = from.weight * draws.probability() * density;
+        if (weight > 0.0) add(from.fixed, next, weight, next_states);
+      } while (draws.next());
+    }
+    states_ = std::move(next_states);
+    normalise();
+  }
+
+  SparseBelief belief(int states) const {
+    SparseBelief result(states);
+    for (const auto& [number, state] : states_) result.insertBack(number) = state.weight;
+    return result;
+  }
+
+ private:
+  struct Weighted {
+    Model::Fixed fixed;
+    Model::State state;
+    double weight;
+  };
+
+  void add(const Model::Fixed& fixed, const Model::State& state, double weight,
+           std::map<int, Weighted>& to) const {
+    to.try_emplace(index_.find(fixed, state), Weighted{fixed, state, 0.0}).first->second.weight += weight;
+  }
+
+  void normalise() {
+    double total = 0.0;
+    for (const auto& [number, state] : states_) total += state.weight;
+    for (auto& [number, state] : states_) state.weight /= total;
+  }
+
+  const Model::Params& params_;
+  const StateIndex& index_;
+  std::map<int, Weighted> states_;
+};
+
 double unit(hypgen::StreamKey key, std::uint32_t number, std::uint32_t site, std::uint32_t index) {
   hypgen::PhiloxDraws draws(key, number, 0);
   return (draws.word(site, index) + 0.5) / 4294967296.0;
@@ -107,6 +174,8 @@ class Comparison {
     episode.state = index_.find(fixed, state);
     return episode;
   }
+
+  const StateIndex& index() const { return index_; }
 
   // The weights of a belief's particles, added up by state.
   SparseBelief of_particles(const hypgen::Belief& belief, hypgen::ScenarioBuffer& buffer) const {
@@ -218,6 +287,7 @@ int main(int argc, char** argv) {
   if (!enumeration.problem.empty()) return 2;
   const Comparison comparison(params, enumeration.model, seed);
   const auto belief = make_belief(kind, params, seed, particles);
+  LimitBelief limit(params, comparison.index());
   hypgen::ScenarioBuffer buffer;
   if (belief) belief->reserve(buffer, particles);
 
@@ -227,6 +297,7 @@ int main(int argc, char** argv) {
   for (std::uint32_t run = 0; run < episodes; ++run) {
     const Episode episode = comparison.play(run, steps);
     if (belief) belief->init(episode.visible.data(), run);
+    if (kind == "limit") limit.init(episode.visible);
     SparseBelief held;
     for (const Step& step : episode.steps) {
       if (belief && belief->update(step.action, hypgen::words_of(step.key)) != hypgen::Status::kOk) {
@@ -235,9 +306,16 @@ int main(int argc, char** argv) {
         break;
       }
       const int any = static_cast<int>(SparseBelief::InnerIterator(step.exact).index());
-      held = !belief              ? step.exact
-             : kind == "particle" ? comparison.of_particles(*belief, buffer)
-                                  : comparison.of_marginals(*belief, enumeration.model.seen[any]);
+      if (kind == "limit") {
+        limit.update(step.action, step.key);
+        held = limit.belief(enumeration.model.states);
+      } else if (kind == "particle") {
+        held = comparison.of_particles(*belief, buffer);
+      } else if (kind == "factored") {
+        held = comparison.of_marginals(*belief, enumeration.model.seen[any]);
+      } else {
+        held = step.exact;
+      }
       const double distance = hypgen::exact::total_variation(held, step.exact);
       sum += distance;
       largest = std::max(largest, distance);

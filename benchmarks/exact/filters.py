@@ -15,11 +15,11 @@ from filter_program import build, chi_square, compare, slope
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MODELS = {
     "tiger": ("tiger.pomdp", ()),
-    "RockSample(4,4)": (
+    "rs_4_4": (
         "rock_sample.pomdp",
         ("n=4", "k=4", "start_row=2", "rock_x=[3,2,1,1]", "rock_y=[1,1,3,0]"),
     ),
-    "RockSample(5,7)": (
+    "rs_5_7": (
         "rock_sample.pomdp",
         ("n=5", "k=7", "start_row=2", "rock_x=[1,2,1,2,4,0,3]", "rock_y=[0,1,2,2,2,3,4]"),
     ),
@@ -51,7 +51,7 @@ def main() -> None:
         print("|", " | ".join([name, *cells, ", ".join(str(r["failures"]) for r in found)]), "|", flush=True)
     print("\n| model | belief | episodes | chi-square (9) | largest distance |\n|---|---|---|---|---|")
     for name, program in programs.items():
-        for kind in ("exact", "particle", *(("factored",) if "Rock" in name else ())):
+        for kind in ("exact", "limit", "particle", *(("factored",) if name.startswith("rs") else ())):
             result = compare(program, kind, 1000, episodes=options.ranks, **settings)
             row = f"{sum(result['ranks'])} | {chi_square(result['ranks']):.1f} | {result['largest']:.2g}"
             print(f"| {name} | {kind} | {row} |", flush=True)

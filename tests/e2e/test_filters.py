@@ -42,6 +42,10 @@ def compare(tools: Any) -> Compare:
     return run
 
 
+def test_infinitely_many_particles_would_be_exact(compare: Compare) -> None:
+    assert compare("limit", 1, 300)["largest"] < 1e-9
+
+
 def test_the_factored_filter_is_exact_but_for_the_floats_that_it_keeps(compare: Compare) -> None:
     result = compare("factored", 1, 300)
     assert result["mean"] < 1e-7
