@@ -37,7 +37,7 @@ def read(path: str | os.PathLike[str]) -> bytes | None:
     try:
         with open(name, "rb") as stream:
             head = stream.read(_HEAD)
-            if b"\0" in head or recognise(Source(name, decoded(head))) is None:
+            if b"\0" in head or recognise(_source(name, head)) is None:
                 return None
             content = head + stream.read(MAX_BYTES + 1 - len(head))
     except OSError:
@@ -61,9 +61,10 @@ def import_text(path: str, content: bytes, name: str | None, horizon: int | None
 
     ``name`` is the model's (by default the file's), ``horizon`` the most steps of an episode.
     """
-    source = Source(path, decoded(content).replace("\r\n", "\n").replace("\r", "\n"))
+    source = _source(path, content)
     found = recognise(source)
-    assert found is not None, path
+    if found is None:  # the beginning alone was readable in another encoding
+        raise refusal(path)
     model = (cassandra if found.code == "E0130" else pomdpx).read(source)
     if model.discount == 1 and horizon is None:
         message = "the discount is 1, so that values are sums without end"
@@ -81,9 +82,10 @@ def import_text(path: str, content: bytes, name: str | None, horizon: int | None
     return Imported(model, text)
 
 
-def decoded(content: bytes) -> str:
+def _source(path: str, content: bytes) -> Source:
     """Return a file's text: names and comments of old files are often in Latin-1."""
     try:
-        return content.decode("utf-8-sig")
+        text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        return content.decode("latin-1")
+        text = content.decode("latin-1")
+    return Source(path, text.replace("\r\n", "\n").replace("\r", "\n"))
