@@ -13,7 +13,7 @@ Entry = TypeVar("Entry")
 WIDTH = 100
 MOST_ENTRIES = 6  # of a row that is written out
 MOST_LINES = 40
-_EQUAL = 2e-6
+EQUAL = 2e-6
 
 
 @dataclass(frozen=True)
@@ -29,13 +29,13 @@ def row_text(row: Row, values: Values) -> str | None:
     size = len(values.names)
     if len(row) == 1:
         return values.names[row[0][0]]
-    if len(row) > 2 and all(abs(p * len(row) - 1) <= _EQUAL * len(row) for _, p in row):
+    if len(row) > 2 and all(abs(p * len(row) - 1) <= EQUAL * len(row) for _, p in row):
         if len(row) == size:
             return f"uniform({values.type_name})"
         if len(row) == size - 1:
             [left_out] = set(range(size)) - {v for v, _ in row}
             return f"uniform(v in {values.type_name} where v != {values.names[left_out]})"
-    if len(row) == size == 2 and abs(row[0][1] - 0.5) <= _EQUAL:
+    if len(row) == size == 2 and abs(row[0][1] - 0.5) <= EQUAL:
         return f"uniform({values.type_name})"
     if len(row) > MOST_ENTRIES:
         return None

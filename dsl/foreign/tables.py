@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hypgen.dsl.foreign.cases import WIDTH
+from hypgen.dsl.foreign.cases import EQUAL, WIDTH
 from hypgen.dsl.foreign.model import Row
 from hypgen.dsl.foreign.names import Names, type_name
 from hypgen.dsl.foreign.numbers import shown
@@ -88,11 +88,16 @@ class _Rows:
         self.stem, self.target, self.values, self.rows, self.names = stem, target, values, rows, names
         distinct = list(dict.fromkeys(rows))
         self.wide = [r for r in distinct if self._is_wide(r)]
+        self.wide.sort(key=lambda r: not self._is_even(r))
         self.listed = [r for r in distinct if not self._is_wide(r)]
         self.type_stem = type_name(stem)
 
     def _is_wide(self, row: Row) -> bool:
         return len(row) > _SHORT and (len(row) > _LENGTHS[-1] or 4 * len(row) > len(self.values))
+
+    def _is_even(self, row: Row) -> bool:
+        size = len(self.values)
+        return len(row) == size and all(abs(p * size - 1) <= EQUAL * size for _, p in row)
 
     def written(self, at: str, by: str) -> Written:
         """Return the tables and the draw."""
@@ -102,22 +107,34 @@ class _Rows:
         numbers = {row: str(number) for number, row in enumerate(distinct)}
         lines = [f"type {row_type} = 0 .. {len(distinct) - 1}"]
         lines += array(row_of, row_type, by, [numbers[row] for row in self.rows])
-        draw = ""
-        if self.wide:
-            table = self.names.unique(f"{self.stem}_weight", "weight")
-            words = [word for row in self.wide for word in _dense(row, len(self.values))]
-            kind = f"0 .. {len(self.wide) - 1}, {self.target.type_name}"
-            lines += array(table, "float", kind, words)
-            draw = f"weighted(v in {self.target.type_name}: {table}[r, v])"
-        body = [f"  {draw}"]
+        more, branches = self._weighted()
+        lines += more
         if self.listed:
-            body = [f"  if r < {len(self.wide)} then {draw}", "  else "] if draw else ["  "]
-            more, listed = self._listed(row_type)
+            more, last = self._listed(row_type)
             lines += more
-            body = [*body[:-1], body[-1] + listed[0], *listed[1:]]
+        else:
+            last = [branches.pop()[1]]
+        lead = "  "
+        body = []
+        for condition, draw in branches:
+            body.append(f"{lead}if {condition} then {draw}")
+            lead = "  else "
+        body += [lead + last[0], *last[1:]]
         function = self.names.unique(f"{self.stem}_by", "draw")
         lines += [f"fn {function}(r: {row_type}): {self.target.type_name} ~", *body]
         return Written(lines, f"{function}({row_of}[{at}])", True)
+
+    def _weighted(self) -> tuple[list[str], list[tuple[str, str]]]:
+        """Return the table of rows of weights, and draws from row r, each with its condition."""
+        target, count = self.target.type_name, len(self.wide)
+        evens = sum(map(self._is_even, self.wide[:1]))
+        branches = [("r == 0", f"uniform({target})")] * evens
+        if count == evens:
+            return [], branches
+        table = self.names.unique(f"{self.stem}_weight", "weight")
+        words = [word for row in self.wide for word in _dense(row, len(self.values))]
+        branches.append((f"r < {count}", f"weighted(v in {target}: {table}[r, v])"))
+        return array(table, "float", f"0 .. {count - 1}, {target}", words), branches
 
     def _listed(self, row_type: str) -> tuple[list[str], list[str]]:
         """Return the tables of rows given by successors, and the lines of a draw from row r."""
