@@ -13,6 +13,7 @@ Entry = TypeVar("Entry")
 WIDTH = 100
 MOST_ENTRIES = 6  # of a row that is written out
 MOST_LINES = 40
+_LONGEST_CHOICE = 70
 EQUAL = 2e-6
 
 
@@ -99,7 +100,10 @@ def _lines(
         arms.append(("else" if is_else else " | ".join(names[m] for m in members), inner))
     single = all(len(inner) == 1 for _, inner in arms)
     if single and len(arms) == 2 and arms[1][0] == "else" and "|" not in arms[0][0]:
-        return [f"if {read.text} == {arms[0][0]} then {arms[0][1][0]} else {arms[1][1][0]}"]
+        value, then, otherwise = arms[0][0], arms[0][1][0], arms[1][1][0]
+        choice = f"if {read.text} == {value} then {then} else {otherwise}"
+        if len(choice) <= _LONGEST_CHOICE and not then.startswith("if ") and not otherwise.startswith("if "):
+            return [choice]
     longest = max(len(pattern) for pattern, _ in arms) if single else 0
     lines = [f"match {read.text} {{"]
     for pattern, inner in arms:
