@@ -117,10 +117,14 @@ def load(model: Path, instance: Path | None, settings: tuple[str, ...]) -> Loade
 
 def import_foreign(path: Path, name: str | None, horizon: int | None) -> Imported | None:
     """Return what a file in another format comes to, None for any other file."""
-    from hypgen.dsl.foreign import reader
+    from hypgen.dsl.foreign import files
 
-    content = reader.read(path)
-    return None if content is None else reader.import_text(str(path), content, name, horizon)
+    content = files.read(path)
+    if content is None:
+        return None
+    from hypgen.dsl.foreign.reader import import_text
+
+    return import_text(str(path), content, name, horizon)
 
 
 def describe_import(imported: Imported) -> str:

@@ -39,7 +39,7 @@ def command(file: Path, output: Path | None, name: str | None, horizon: int | No
       hypgen import line.POMDP --horizon 100 -o line.pomdp
     """
     from hypgen.dsl import driver
-    from hypgen.dsl.foreign import reader
+    from hypgen.dsl.foreign import files
     from hypgen.dsl.source import Source
 
     if name is not None and not re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII):
@@ -47,7 +47,7 @@ def command(file: Path, output: Path | None, name: str | None, horizon: int | No
     imported = import_foreign(file, name, horizon)
     if imported is None:
         driver.read_source(str(file))  # a file that cannot be read is told as everywhere
-        raise reader.refusal(str(file))
+        raise files.refusal(str(file))
     driver.load(file, given=Source(f"{file} (imported)", imported.text))
     if output is None:
         click.echo(imported.text, nl=False)

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
 
 from hypgen.dsl.diagnostics import Diagnostic, ModelError
 from hypgen.dsl.foreign import cassandra, pomdpx
+from hypgen.dsl.foreign.files import refusal, source_of
 from hypgen.dsl.foreign.formats import recognise
 from hypgen.dsl.foreign.model import ForeignModel
 from hypgen.dsl.foreign.names import model_name
 from hypgen.dsl.foreign.trouble import Trouble
 from hypgen.dsl.foreign.writer import write
-from hypgen.dsl.source import Source
 
-MAX_BYTES = 32_000_000
 MAX_TEXT = 4_000_000  # what a model file of this language may have
-_HEAD = 65_536
 
 
 @dataclass(frozen=True)
@@ -29,39 +26,12 @@ class Imported:
     text: str
 
 
-def read(path: str | os.PathLike[str]) -> bytes | None:
-    """Return the content of a file in another format, None if it is none; raises ``ModelError``."""
-    name = os.fspath(path)
-    if not os.path.isfile(name):
-        return None  # missing, a folder, or a pipe, which can be read once only
-    try:
-        with open(name, "rb") as stream:
-            head = stream.read(_HEAD)
-            if b"\0" in head or recognise(_source(name, head)) is None:
-                return None
-            content = head + stream.read(MAX_BYTES + 1 - len(head))
-    except OSError:
-        return None
-    if len(content) > MAX_BYTES:
-        message = f"'{name}' is larger than {MAX_BYTES // 1_000_000} MB, the most that can be imported"
-        remedy = "give what is 0 not at all, and rows that are alike once, with `*`"
-        raise ModelError([Diagnostic("E0912", message, None, remedy)])
-    return content
-
-
-def refusal(path: str) -> ModelError:
-    """Return what to tell about a file that is in no format known here."""
-    message = f"'{path}' is neither in Cassandra's format nor POMDPX"
-    remedy = "a model of this language needs no import"
-    return ModelError([Diagnostic("E0913", message, None, remedy)])
-
-
 def import_text(path: str, content: bytes, name: str | None, horizon: int | None) -> Imported:
     """Return the model of a file's content, and its text; raises ``ModelError``.
 
     ``name`` is the model's (by default the file's), ``horizon`` the most steps of an episode.
     """
-    source = _source(path, content)
+    source = source_of(path, content)
     found = recognise(source)
     if found is None:  # the beginning alone was readable in another encoding
         raise refusal(path)
@@ -80,12 +50,3 @@ def import_text(path: str, content: bytes, name: str | None, horizon: int | None
         remedy = "make the model smaller"
         raise ModelError([Diagnostic("E0912", message, found.span, remedy)], {path: source})
     return Imported(model, text)
-
-
-def _source(path: str, content: bytes) -> Source:
-    """Return a file's text: names and comments of old files are often in Latin-1."""
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = content.decode("latin-1")
-    return Source(path, text.replace("\r\n", "\n").replace("\r", "\n"))

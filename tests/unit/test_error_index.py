@@ -18,7 +18,7 @@ from hypgen.dsl.diagnostics import ModelError
 from hypgen.dsl.eval_distributions import Evaluator
 from hypgen.dsl.eval_values import Array, Frame
 from hypgen.dsl.findings import Finding
-from hypgen.dsl.foreign import reader
+from hypgen.dsl.foreign import files, reader
 from hypgen.dsl.interpreter_check import Walk
 from hypgen.dsl.interpreter_laws import check_densities, check_returns
 from hypgen.dsl.snippet import render_all
@@ -85,9 +85,9 @@ def prepare(entry: Entry, example: Example, folder: Path) -> None:
 
 
 def imported(path: str) -> driver.Loaded:
-    content = reader.read(path)
+    content = files.read(path)
     if content is None:
-        raise reader.refusal(path)
+        raise files.refusal(path)
     text = reader.import_text(path, content, None, None).text
     return driver.load(path, given=Source("imported", text))
 

@@ -10,7 +10,7 @@ import pytest
 from foreign_laws import laws_of_cassandra, laws_of_text
 
 from hypgen.dsl.diagnostics import ModelError
-from hypgen.dsl.foreign import reader
+from hypgen.dsl.foreign import files, reader
 from hypgen.dsl.foreign.numbers import shown
 from hypgen.dsl.formatter import format_source
 from hypgen.dsl.source import Source
@@ -168,7 +168,7 @@ def test_what_is_too_large_is_refused_before_it_is_read(tmp_path: Path) -> None:
         stream.truncate(100_000_000)
     start = time.monotonic()
     with pytest.raises(ModelError, match="larger than 32 MB"):
-        reader.read(path)
+        files.read(path)
     assert time.monotonic() - start < 1
 
 

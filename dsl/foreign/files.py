@@ -1,0 +1,48 @@
+"""Finds out which files are in another format, and reads them."""
+
+from __future__ import annotations
+
+import os
+
+from hypgen.dsl.diagnostics import Diagnostic, ModelError
+from hypgen.dsl.foreign.formats import recognise
+from hypgen.dsl.source import Source
+
+MAX_BYTES = 32_000_000
+_HEAD = 65_536
+
+
+def read(path: str | os.PathLike[str]) -> bytes | None:
+    """Return the content of a file in another format, None if it is none; raises ``ModelError``."""
+    name = os.fspath(path)
+    if not os.path.isfile(name):
+        return None  # missing, a folder, or a pipe, which can be read once only
+    try:
+        with open(name, "rb") as stream:
+            head = stream.read(_HEAD)
+            if b"\0" in head or recognise(source_of(name, head)) is None:
+                return None
+            content = head + stream.read(MAX_BYTES + 1 - len(head))
+    except OSError:
+        return None
+    if len(content) > MAX_BYTES:
+        message = f"'{name}' is larger than {MAX_BYTES // 1_000_000} MB, the most that can be imported"
+        remedy = "give what is 0 not at all, and rows that are alike once, with `*`"
+        raise ModelError([Diagnostic("E0912", message, None, remedy)])
+    return content
+
+
+def refusal(path: str) -> ModelError:
+    """Return what to tell about a file that is in no format known here."""
+    message = f"'{path}' is neither in Cassandra's format nor POMDPX"
+    remedy = "a model of this language needs no import"
+    return ModelError([Diagnostic("E0913", message, None, remedy)])
+
+
+def source_of(path: str, content: bytes) -> Source:
+    """Return a file's text: names and comments of old files are often in Latin-1."""
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("latin-1")
+    return Source(path, text.replace("\r\n", "\n").replace("\r", "\n"))
