@@ -15,7 +15,7 @@ from hypgen.dsl.foreign.trouble import Trouble
 from hypgen.dsl.source import Source
 
 MAX_STATES = 100_000
-MAX_ROWS = 2_000_000
+MAX_ROWS = 500_000
 _INTEGER = re.compile(r"\d{1,9}")
 _ACTION, _STATE, _NEXT = Read("action"), Read("state"), Read("next")
 

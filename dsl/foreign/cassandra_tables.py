@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from hypgen.dsl.diagnostics import did_you_mean
 from hypgen.dsl.foreign.cassandra_tokens import Tokens, Word
 from hypgen.dsl.foreign.model import Row, Variable
 from hypgen.dsl.foreign.rows import TOLERANCE, normalised
 
+MAX_WRITTEN = 20_000_000  # entries, those that are written again included: ten seconds
 _SHOWN = 5
 _RESET: dict[int, float] = {-1: 1.0}  # stands for the start, which may be given below
 
@@ -59,6 +60,7 @@ class Probabilities:
 
     def __init__(self, tokens: Tokens, name: str, given: tuple[Variable, Variable], values: Variable) -> None:
         self.tokens, self.name, self.given, self.values = tokens, name, given, values
+        self.written = 0
         actions, states = given
         self.table: list[list[dict[int, float] | None]] = [[None] * states.size for _ in range(actions.size)]
         # Rows that several actions or states share are copied before a single entry is changed.
@@ -88,6 +90,7 @@ class Probabilities:
         probability = self._probability()
         if probability is None:
             return False
+        self._count(len(actions) * len(states) * len(values), place)
         if len(values) == self.values.size:
             row = dict.fromkeys(values, probability) if probability else {}
             self._set(actions, states, row, place)
@@ -156,7 +159,14 @@ class Probabilities:
             "E0906", f"{number:g} is no probability", word.start, len(word.text), "give one from 0 to 1"
         )
 
-    def _set(self, actions: Iterable[int], states: Sequence[int], row: dict[int, float], place: int) -> None:
+    def _count(self, entries: int, place: int) -> None:
+        self.written += entries
+        if self.written > MAX_WRITTEN:
+            message = "specifications with '*' write millions of entries again and again"
+            raise self.tokens.trouble.stop("E0912", message, place, 1, "write each entry once")
+
+    def _set(self, actions: Sequence[int], states: Sequence[int], row: dict[int, float], place: int) -> None:
+        self._count(len(actions) * len(states), place)
         for a in actions:
             for s in states:
                 self.table[a][s] = row

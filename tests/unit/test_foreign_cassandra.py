@@ -10,7 +10,7 @@ import pytest
 from foreign_laws import laws_of_cassandra, laws_of_text
 
 from hypgen.dsl.diagnostics import ModelError
-from hypgen.dsl.foreign import files, reader
+from hypgen.dsl.foreign import cassandra_tables, files, reader
 from hypgen.dsl.foreign.numbers import shown
 from hypgen.dsl.formatter import format_source
 from hypgen.dsl.source import Source
@@ -170,6 +170,14 @@ def test_what_is_too_large_is_refused_before_it_is_read(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match="larger than 32 MB"):
         files.read(path)
     assert time.monotonic() - start < 1
+
+
+def test_work_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cassandra_tables, "MAX_WRITTEN", 10_000)
+    lines = "T: * : * : 1 0.5\n" * 50
+    text = f"discount: 0.9\nstates: 500\nactions: 2\nobservations: 1\n{lines}"
+    assert [t[:5] for t in told(text)] == ["E0912"]
+    assert [t[:5] for t in told(text.replace("actions: 2", "actions: 20000"))] == ["E0912"]
 
 
 def test_broken_files_give_diagnostics_and_nothing_else() -> None:
