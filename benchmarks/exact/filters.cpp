@@ -185,7 +185,9 @@ class Comparison {
     std::vector<Model::State> states(weights.size());
     buffer.copy_to(fixed.data(), states.data());
     std::map<int, double> sums;
-    for (std::size_t i = 0; i < weights.size(); ++i) sums[index_.find(fixed[i], states[i])] += weights[i];
+    for (std::size_t i = 0; i < weights.size(); ++i) {  // without weight, the state may be one past the end
+      if (weights[i] > 0.0) sums[index_.find(fixed[i], states[i])] += weights[i];
+    }
     SparseBelief result(model_.states);
     for (const auto& [state, weight] : sums) result.insertBack(state) = weight;
     return result;

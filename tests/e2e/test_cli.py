@@ -110,7 +110,7 @@ def test_stages_are_deterministic_and_have_no_machine_paths(stage: str) -> None:
 def test_doctor_finds_what_compiling_takes() -> None:
     done = hypgen("doctor")
     assert done.returncode == 0, done.stdout
-    for name in ("C++ compiler", "CMake", "Ninja", "nlohmann-json", "cache", "CUDA", "GPU"):
+    for name in ("C++ compiler", "CMake", "Ninja", "nlohmann-json", "Eigen", "cache", "CUDA", "GPU"):
         assert f"\n{name} " in done.stdout
     done = hypgen("doctor", CXX="no-such-compiler")
     assert done.returncode == 2 and "help: unset CXX" in done.stdout

@@ -58,6 +58,7 @@ def test_this_machine_has_the_tools() -> None:
     tools = toolchain.find_tools()
     assert tools.compiler.path.is_file()
     assert (tools.json_include / "nlohmann" / "json.hpp").is_file()
+    assert (toolchain.find_eigen() / "Eigen" / "SparseCore").is_file()
 
 
 def test_a_wrong_cxx_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
