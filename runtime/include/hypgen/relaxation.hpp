@@ -63,14 +63,14 @@ class Enumeration {
         if (!group_.is_legal(params_, fixed, state, action)) continue;
         if (!add(fixed, state, action, outcomes)) return false;
       }
-      if (outcomes.next.size() > kMostOutcomes || comparisons_ > kMostComparisons) return false;
+      if (outcomes.next.size() > kMostOutcomes) return false;
       outcomes.first_choice.push_back(static_cast<std::int64_t>(outcomes.reward.size()));
     }
     return true;
   }
 
  private:
-  // Appends what an action leads to; false if a reward is NaN.
+  // Appends what an action leads to; false if there are too many paths to try, or a reward is NaN.
   bool add(const Fixed& fixed, const State& state, int action, Outcomes& outcomes) {
     const auto first = static_cast<std::size_t>(outcomes.first_outcome.back());
     double reward = 0.0;
@@ -83,6 +83,7 @@ class Enumeration {
       if (result.error) return false;
       reward += probability * from_fixed_sum(result.reward);
       paths += 1.0;
+      if (comparisons_ + paths * paths > kMostComparisons) return false;
       if (!result.terminal) lead_to(group_.index(fixed, next), probability, first, outcomes);
     } while (draws_.next());
     comparisons_ += paths * paths;
