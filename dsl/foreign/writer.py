@@ -15,7 +15,7 @@ from hypgen.dsl.foreign.numbers import shown
 from hypgen.dsl.foreign.reduction import reduced_gain, reduced_law
 from hypgen.dsl.foreign.tables import Index
 
-_HEADER_WIDTH = 110
+_MOST_NAMES = 10_000  # a name is a word for the parser, and those are limited
 
 
 def write(model: ForeignModel, name: str, origin: str, horizon: int | None) -> str:
@@ -83,7 +83,9 @@ class _Writer:
     def _type(self, wanted: str, variable: Variable) -> Values:
         """Declare the type of a variable."""
         name = wanted if wanted in ("State", "Action", "Observation") else self.names.unique(wanted, "Type")
-        if variable.names is None:
+        if variable.names is not None and variable.size > _MOST_NAMES:
+            self.types.append(f"# The {variable.size} names of the file are left out: {name} counts them.")
+        if variable.names is None or variable.size > _MOST_NAMES:
             self.types.append(f"type {name} = 0 .. {variable.size - 1}")
             return Values(name, [str(n) for n in range(variable.size)])
         own = Names(self.names.taken)

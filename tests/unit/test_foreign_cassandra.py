@@ -172,6 +172,12 @@ def test_what_is_too_large_is_refused_before_it_is_read(tmp_path: Path) -> None:
     assert time.monotonic() - start < 1
 
 
+def test_very_many_names_become_numbers() -> None:
+    names = " ".join(f"s{n}" for n in range(10_001))
+    text = f"discount: 0.9\nstates: {names}\nactions: 1\nobservations: 1\nT: * identity\nO: * uniform\n"
+    assert "type State = 0 .. 10000\n" in imported(text + "R: 0 : s7 : * : * 1\n")
+
+
 def test_work_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cassandra_tables, "MAX_WRITTEN", 10_000)
     lines = "T: * : * : 1 0.5\n" * 50
