@@ -62,6 +62,9 @@ void Sawtooth::lower(const ClassBelief& belief, const std::vector<double>& base,
   }
   point.value = value;
   point.number = number;
+  point.likely_state = point.belief.states[0];
+  point.likely_inverse = point.inverse[0];
+  point.largest_drop = largest(base) - value;
   order_.push_back(at);
 }
 
@@ -78,6 +81,8 @@ void Sawtooth::clear(const ClassBelief& belief) const {
 // The bound at the scattered belief by one point, or `value` if that is less.
 double Sawtooth::through(const UpperPoint& point, const std::vector<double>& base, std::size_t top,
                          double value) const {
+  const double most = scattered_[index(point.likely_state)] * point.likely_inverse * point.largest_drop;
+  if (most <= base[top] - value) return value;
   const double drop = point.base[top] - point.value;
   // By convexity no share that is smaller than this one lowers `value`.
   const double least = drop > 0.0 ? (base[top] - value) / drop : 1.0;

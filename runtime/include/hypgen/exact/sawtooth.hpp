@@ -12,7 +12,12 @@ namespace hypgen::exact {
 
 // A belief at which the value is known to be at most `value`.
 struct UpperPoint {
-  std::uint64_t number = 0;     // of the last change, over all classes
+  std::uint64_t number = 0;  // of the last change, over all classes
+  // The likeliest state, and the most by which the point is below the convex bound: most points are passed
+  // over by these alone.
+  int likely_state = 0;
+  double likely_inverse = 0.0;
+  double largest_drop = 0.0;
   ClassBelief belief;           // likely states first; empty once it was taken out
   std::vector<double> inverse;  // 1 / probability, of each state
   std::vector<double> base;     // the convex bound's vectors at the belief
