@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -108,10 +109,10 @@ def command(
         from hypgen.cli.compile import build
         from hypgen.codegen import driver
 
-        solver = build(loaded, driver.generate(loaded.model), model, instance, cuda, False)
-        planners = [mode for mode in asked if mode not in EXACT]
-        for policy in play_modes(solver, planners, [*common, *limits], _show(runs)):
-            policies.append(policy)
+        if planners := [mode for mode in asked if mode not in EXACT]:
+            solver = build(loaded, driver.generate(loaded.model), model, instance, cuda, False)
+            for policy in play_modes(solver, planners, [*common, *limits], _show(runs)):
+                policies.append(policy)
         if kinds := [mode for mode in asked if mode in EXACT]:
             more, solved = _exact(loaded, model, instance, kinds, [*common, f"--time={solve_time}"], runs)
             policies += more
@@ -119,7 +120,9 @@ def command(
     except KeyboardInterrupt:
         interrupted = True
     _print(policies, solved, as_json)
-    return Exit.INTERRUPTED if interrupted else Exit.OK
+    if interrupted:
+        return Exit.INTERRUPTED
+    return Exit.OK if any(policy.returns for policy in policies) else Exit.MISTAKE
 
 
 def _asked(modes: str | None, known: tuple[str, ...]) -> list[str]:
@@ -148,7 +151,7 @@ def _exact(
     return play_exact(program, kinds, options, _show(runs))
 
 
-def _show(runs: int) -> Any:
+def _show(runs: int) -> Callable[[Policy], None]:
     """Return what tells a person how far a policy is."""
 
     def show(policy: Policy) -> None:
@@ -166,6 +169,6 @@ def _print(policies: list[Policy], solved: dict[str, Any] | None, as_json: bool)
         click.echo(table(policies))
         if solved is not None:
             click.echo(f"value of the best policy: {solved['lower']:.6g} .. {solved['upper']:.6g}")
-    for policy in policies:
-        if policy.problem:
-            say(f"{policy.name}: {policy.problem}")
+    problems = {policy.problem: "" for policy in policies if policy.problem}
+    for problem in problems:
+        say(f"{', '.join(policy.name for policy in policies if policy.problem == problem)}: {problem}")
