@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import ir_samples
@@ -27,11 +29,24 @@ MOST_NUMBERS = 8_000_000  # of a trace
 
 
 @pytest.fixture(scope="module")
-def _compiler() -> None:
+def _compiler(request: pytest.FixtureRequest) -> None:
+    """Skip without a compiler; else build what this module needs (and later tests, too) on all cores."""
     try:
         find_tools()
     except ToolchainError as error:
         pytest.skip(f"needs a C++ compiler: {error}")
+    mine = [item for item in request.session.items if item.fspath == request.path]
+    values = [
+        value for item in mine if isinstance(item, pytest.Function) for value in item.callspec.params.values()
+    ]
+    models = [load(path).model for path in dict.fromkeys(v for v in values if isinstance(v, Path))]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for model in models:
+            pool.submit(build, model)  # one that does not compile fails its own tests
+
+
+def build(model: ir.Model) -> Path:
+    return build_solver(generate(model), f"differential/{model.name}", lambda step: None)
 
 
 def with_params(model: ir.Model, **values: tuple[float, ...]) -> ir.Model:
@@ -41,7 +56,7 @@ def with_params(model: ir.Model, **values: tuple[float, ...]) -> ir.Model:
 
 
 def assert_same_trace(model: ir.Model, folder: Path) -> None:
-    solver = build_solver(generate(model), f"differential/{model.name}", lambda step: None)
+    solver = build(model)
     path = folder / "trace"
     # The interpreter goes through all pairs of a factor's values.
     scenarios = SCENARIOS // 20 if any(f.size > 8 for f in model.factors) else SCENARIOS
@@ -73,7 +88,7 @@ def test_example(example: Path, tmp_path: Path) -> None:
     ],
 )
 def test_episodes_of_an_example_end_well(example: Path, options: tuple[str, ...], tmp_path: Path) -> None:
-    solver = build_solver(generate(load(example).model), f"differential/{example.stem}", lambda step: None)
+    solver = build(load(example).model)
     lines = tmp_path / "lines.jsonl"
     subprocess.run([solver, *options, "--particles", "500", "--quiet", "--json", lines], check=True)
     summary = json.loads(lines.read_text().splitlines()[-1])
