@@ -51,9 +51,10 @@ int check_bounds(const ModelDescriptor& model, const ModelInstance& instance,
 template <class M>
 class BoundsChecker {
  public:
-  static constexpr std::size_t kParticles = 500;  // of the belief
-  static constexpr std::size_t kFew = 64;         // of a comparison
+  static constexpr std::size_t kParticles = 200;  // of the belief
+  static constexpr std::size_t kFew = 16;         // of a comparison
   static constexpr std::size_t kMany = 2048;      // of the second look
+  static constexpr std::size_t kSome = 256;       // of a look at another policy
 
   BoundsChecker(const typename M::Params& params, const BoundsWalk& walk, Belief& belief)
       : params_(params),
@@ -92,6 +93,8 @@ class BoundsChecker {
   static constexpr std::uint32_t kSampleSite = 0xB0D1, kWhetherSite = 0xB0D2, kActionSite = 0xB0D3;
   static constexpr double kNegligible = 1e-6;  // of a reward
   static constexpr std::size_t kLongest = 20000;
+  static constexpr int kDefault = -1;      // the default policy's action
+  static constexpr int kMostActions = 64;  // that are tried as policies
   static constexpr double kSigmas = 5.0;
   static constexpr double kRounding = 1e-4;  // of a value: float sums, and what comes after the last step
 
@@ -116,7 +119,7 @@ class BoundsChecker {
 
   // Compares all bounds at the present belief, which has seen `t` steps.
   void compare(int t) {
-    std::array<Sums, kBounds> sums = look(t, kFew, 0);
+    const std::array<Sums, kBounds> sums = look(t, kFew, 0, kDefault);
     std::array<Sums, kBounds> again{};
     bool looked = false;
     for (std::size_t i = 0; i < kBounds; ++i) {
@@ -124,18 +127,28 @@ class BoundsChecker {
       ++found_[i].compared;
       found_[i].room += sums[i].mean(kFew);
       if (sums[i].holds(kFew)) continue;
-      if (!looked) again = look(t, kMany, kFew);
+      if (!looked) again = look(t, kMany, kFew, kDefault);
       looked = true;
-      found_[i].violations += again[i].holds(kMany) ? 0 : 1;
+      found_[i].violations += again[i].holds(kMany) || is_earned(t, static_cast<Bound>(i)) ? 0 : 1;
     }
+  }
+
+  // Whether doing one thing for ever earns a lower bound that the default policy does not.
+  bool is_earned(int t, Bound bound) {
+    if (bound == Bound::kUpper || bound == Bound::kDeclared) return false;
+    for (int action = 0; action < std::min(M::kActionCount, kMostActions); ++action) {
+      if (look(t, kSome, kFew + kMany, action)[static_cast<std::size_t>(bound)].holds(kSome)) return true;
+    }
+    return false;
   }
 
   static constexpr bool has(Bound bound) {
     return bound == Bound::kDeclared ? IsRelaxed<M>::value : bound != Bound::kLower || M::kHasLower;
   }
 
-  // What `count` particles tell; they draw under numbers from `first` on.
-  std::array<Sums, kBounds> look(int t, std::size_t count, std::size_t first) {
+  // What `count` particles tell, which draw under numbers from `first` on, if `always` is done where it is
+  // legal.
+  std::array<Sums, kBounds> look(int t, std::size_t count, std::size_t first, int always) {
     PhiloxDraws draws(key_, static_cast<std::uint32_t>(met_), 0);
     const StreamKey own{draws.word(kSampleSite, 0), draws.word(kSampleSite, 1)};
     belief_.sample(own, static_cast<std::uint32_t>(first), count, buffer_);
@@ -148,7 +161,7 @@ class BoundsChecker {
     };
     for (std::size_t i = 0; i < count; ++i) {
       const double earned =
-          play(own, static_cast<std::uint32_t>(first + i), t, fixed_[i], states_[i], history);
+          play(own, static_cast<std::uint32_t>(first + i), t, always, fixed_[i], states_[i], history);
       const double upper = M::upper(params_, fixed_[i], states_[i]);
       add(Bound::kUpper, upper - earned, upper);
       if constexpr (IsRelaxed<M>::value) {
@@ -165,8 +178,8 @@ class BoundsChecker {
     return sums;
   }
 
-  // What the default policy earns from here on; NaN if a reward is.
-  double play(StreamKey key, std::uint32_t scenario, int t, const typename M::Fixed& fixed,
+  // What is earned from here on; NaN if a reward is.
+  double play(StreamKey key, std::uint32_t scenario, int t, int always, const typename M::Fixed& fixed,
               typename M::State state, typename M::History history) const {
     float total = 0.0F;
     bool nan = false;
@@ -174,7 +187,13 @@ class BoundsChecker {
         walk_.horizon > 0 ? static_cast<std::size_t>(std::max(0, walk_.horizon - t)) : discounts_.size();
     for (std::size_t i = 0; i < std::min(left, discounts_.size()); ++i) {
       PhiloxDraws draws(key, scenario, static_cast<std::uint32_t>(i + 1));
-      if (!roll_step<M>(params_, fixed, draws, discounts_[i], state, history, total, nan)) break;
+      const bool is_usual = always == kDefault || !M::is_legal(params_, fixed, state, always);
+      const int action = is_usual ? M::default_policy(params_, fixed, state, history, draws) : always;
+      if (action < 0) break;
+      typename M::State next;
+      const StepResult result = M::step(params_, fixed, state, action, draws, next);
+      if (!take_in<M>(result, params_, fixed, action, draws, next, discounts_[i], state, history, total, nan))
+        break;
     }
     return nan ? std::nan("") : static_cast<double>(total);
   }
