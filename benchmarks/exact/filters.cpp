@@ -4,8 +4,8 @@
 //
 // prints a line of JSON: the mean and the largest total variation over all steps, the largest difference in
 // the probability of a single variable's value, how many steps that were, after how many an observation had
-// no explanation, and how often the true state of an episode's last step had each rank among nine samples of
-// the belief (0 to 9; a calibrated belief gives all equally often).
+// no explanation, and how often the true state after the last of STEPS steps had each rank among nine samples
+// of the belief (0 to 9; a calibrated belief gives all equally often).
 //
 // `limit` is the particle filter with infinitely many particles: all outcomes of the model's `filter`,
 // weighed as it says.
@@ -324,7 +324,9 @@ int main(int argc, char** argv) {
       marginal = std::max(marginal, comparison.marginal_distance(held, step.exact));
       ++updates;
     }
-    if (held.nonZeros() > 0) ++ranks[comparison.rank(held, episode.state, run)];
+    // An episode that ended early tells more of its last state than the belief before could know.
+    const bool is_whole = episode.steps.size() == static_cast<std::size_t>(steps);
+    if (is_whole && held.nonZeros() > 0) ++ranks[comparison.rank(held, episode.state, run)];
   }
   std::printf(
       "{\"kind\": \"%s\", \"particles\": %zu, \"updates\": %d, \"failures\": %d, \"mean\": %.9g, "
