@@ -62,7 +62,8 @@ int main(int, char** argv) {
       draws.start();
       do {
         Place next{place.fixed, {}};
-        const hypgen::StepResult result = M::step(params, place.fixed, place.state, action, draws, next.state);
+        const hypgen::StepResult result =
+            M::step(params, place.fixed, place.state, action, draws, next.state);
         choice.reward += draws.probability() * hypgen::from_fixed_sum(result.reward);
         if (!result.terminal) choice.outcomes.push_back({number(next), draws.probability()});
       } while (draws.next());
