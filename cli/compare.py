@@ -20,7 +20,7 @@ from hypgen.cli.common import (
     say_warnings,
     target_options,
 )
-from hypgen.cli.comparison import Policy, numbers, play_exact, play_modes, table
+from hypgen.cli.comparison import Policy, numbers, outwards, play_exact, play_modes, table
 
 if TYPE_CHECKING:
     from hypgen.dsl.driver import Loaded
@@ -168,7 +168,7 @@ def _print(policies: list[Policy], solved: dict[str, Any] | None, as_json: bool)
     else:
         click.echo(table(policies))
         if solved is not None:
-            click.echo(f"value of the best policy: {solved['lower']:.6g} .. {solved['upper']:.6g}")
+            click.echo(f"value of the best policy: {outwards(solved['lower'], solved['upper'])}")
     problems = {policy.problem: "" for policy in policies if policy.problem}
     for problem in problems:
         say(f"{', '.join(policy.name for policy in policies if policy.problem == problem)}: {problem}")

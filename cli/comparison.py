@@ -6,6 +6,7 @@ import json
 import subprocess
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from pathlib import Path
 from typing import Any
 
@@ -138,6 +139,12 @@ def numbers(policies: Sequence[Policy], solved: dict[str, Any] | None) -> dict[s
         ],
         "value": solved,
     }
+
+
+def outwards(lower: float, upper: float) -> str:
+    """Return an interval in six digits, rounded outwards: what is printed holds the value as well."""
+    ends = ((lower, ROUND_FLOOR), (upper, ROUND_CEILING))
+    return " .. ".join(f"{float(Context(6, way).create_decimal(end)):.6g}" for end, way in ends)
 
 
 def _known(number: float) -> float | None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.cli.comparison import Policy, numbers, play_exact, play_modes, table
+from hypgen.cli.comparison import Policy, numbers, outwards, play_exact, play_modes, table
 
 # Plays two episodes; mode "broken" fails after the first.
 PROGRAM = """#!{python}
@@ -67,3 +67,9 @@ def test_policies_of_the_exact_solver_play_too(program: Path) -> None:
     assert [policy.returns for policy in policies] == [{0: 4.5}, {0: 4.5}]
     assert solved is not None and solved["upper"] == 5.0
     assert numbers(policies, solved)["policies"][0]["return"] == {"mean": 4.5, "half": None}
+
+
+def test_an_interval_is_printed_outwards() -> None:
+    assert outwards(19.3713758, 19.3713759) == "19.3713 .. 19.3714"
+    assert outwards(-20.0000092, -20) == "-20.0001 .. -20"
+    assert outwards(0.0, 1234567.0) == "0 .. 1.23457e+06"

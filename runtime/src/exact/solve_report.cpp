@@ -1,5 +1,6 @@
 #include "solve_report.hpp"
 
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -18,6 +19,15 @@ __attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ..
 }
 
 std::string row(const char* name, const std::string& value) { return format("%-16s", name) + value + "\n"; }
+
+// An interval in six digits, rounded outwards: what is printed holds the value as well.
+std::string interval(double lower, double upper) {
+  const auto unit = [](double bound) {
+    return bound == 0.0 ? 1.0 : std::pow(10.0, std::floor(std::log10(std::abs(bound))) - 5.0);
+  };
+  return format("%.6g .. %.6g (gap %.3g)", std::floor(lower / unit(lower)) * unit(lower),
+                std::ceil(upper / unit(upper)) * unit(upper), upper - lower);
+}
 
 const char* end_name(IntervalEnd end) {
   switch (end) {
@@ -54,8 +64,7 @@ std::string table(const ModelDescriptor& model, const SolveReport& report) {
   return row("model", model.name + format(": %zu states, %d actions, %d observations, %zu outcomes",
                                           report.counts.states, report.actions, report.observations,
                                           report.counts.outcomes)) +
-         row("value",
-             format("%.6g .. %.6g (gap %.3g)", result.lower, result.upper, result.upper - result.lower)) +
+         row("value", interval(result.lower, result.upper)) +
          row("upper bounds", format("MDP %.6g, QMDP %.6g, FIB %.6g", result.mdp, result.qmdp, result.fib)) +
          row("lower bound", format("best fixed action %.6g", result.blind)) +
          row("search", format("%llu trials, %zu beliefs, %zu vectors, %zu points",
@@ -99,9 +108,8 @@ std::string json(const ModelDescriptor& model, const SolveReport& report) {
 }
 
 std::string status_line(const IntervalResult& result) {
-  return format("value %.6g .. %.6g (gap %.3g), %llu trials, %.0f s", result.lower, result.upper,
-                result.upper - result.lower, static_cast<unsigned long long>(result.iterations),
-                result.seconds);
+  return "value " + interval(result.lower, result.upper) +
+         format(", %llu trials, %.0f s", static_cast<unsigned long long>(result.iterations), result.seconds);
 }
 
 }  // namespace hypgen::exact
