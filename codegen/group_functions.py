@@ -94,7 +94,7 @@ class GroupFunctions:
             for i, named in enumerate(self.groups):
                 code.add(
                     f"{{{named.group.states}, {{actions_{i}, {len(named.group.actions)}}}, {named.put}, "
-                    f"{named.index}, is_legal, {named.step}<exact::EnumeratingDraws>, {declared}, "
+                    f"{named.index}, is_legal, {named.step}<Draws>, {declared}, "
                     f"params.{named.table}}},"
                 )
         code.lines[-1] += ";"

@@ -269,4 +269,7 @@ def _load(
     function = builder.done("bool", "load")
     # Only the host loads: no HYPGEN_FN.
     head = tuple(line.replace("HYPGEN_FN static", "static") for line in function.head)
+    if groups:
+        # A template, so that nvcc does not compile a step over draws that only the host has.
+        head = ("template <class Draws = exact::EnumeratingDraws>", *head)
     return views.Function(function.comment, head, function.body)

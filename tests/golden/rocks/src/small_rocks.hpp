@@ -392,6 +392,7 @@ struct SmallRocks : NoHistory, NotFactored {
     return 10.0f * math::pow(0.95f, static_cast<float>(3 - rover_x));
   }
 
+  template <class Draws = exact::EnumeratingDraws>
   static bool load(const ParamValues& values, Params& params, std::string& error) {
     if (!values.copy("rock_x", &params.rock_x[0], 2, error)) return false;
     if (!values.copy("half_distance", &params.half_distance, 1, error)) return false;
@@ -405,8 +406,8 @@ struct SmallRocks : NoHistory, NotFactored {
     }
     static constexpr int actions_0[] = {0, 1, 2, 3};
     const relaxation::Group<Params, Fixed, State> groups[] = {
-      {16, {actions_0, 4}, put_group_0, index_of_group_0, is_legal, step_group_0<exact::EnumeratingDraws>,
-          nullptr, params.group_0_table},
+      {16, {actions_0, 4}, put_group_0, index_of_group_0, is_legal, step_group_0<Draws>, nullptr,
+          params.group_0_table},
     };
     relaxation::fill(groups, params, 0.949999988079071, false);
     return true;

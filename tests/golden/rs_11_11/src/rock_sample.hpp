@@ -641,6 +641,7 @@ struct RockSample {
     return found;
   }
 
+  template <class Draws = exact::EnumeratingDraws>
   static bool load(const ParamValues& values, Params& params, std::string& error) {
     if (!values.copy("start_row", &params.start_row, 1, error)) return false;
     if (!values.copy("rock_x", &params.rock_x[0], 11, error)) return false;
@@ -693,8 +694,8 @@ struct RockSample {
     }
     static constexpr int actions_0[] = {0, 1, 2, 3, 4, 5};
     const relaxation::Group<Params, Fixed, State> groups[] = {
-      {270336, {actions_0, 6}, put_group_0, index_of_group_0, is_legal,
-          step_group_0<exact::EnumeratingDraws>, nullptr, params.group_0_table},
+      {270336, {actions_0, 6}, put_group_0, index_of_group_0, is_legal, step_group_0<Draws>, nullptr,
+          params.group_0_table},
     };
     relaxation::fill(groups, params, 0.95, false);
     return true;

@@ -694,6 +694,7 @@ struct Tag : NoHistory {
         static_cast<float>(d))) / 0.050000012f;
   }
 
+  template <class Draws = exact::EnumeratingDraws>
   static bool load(const ParamValues&, Params& params, std::string&) {
     for (std::int32_t c = 0; c <= 49; ++c) params.free_table[c] = compute_free_table(c);
     for (std::int32_t d = 0; d <= 3; ++d) {
@@ -742,8 +743,8 @@ struct Tag : NoHistory {
     for (std::int32_t d = 0; d <= 13; ++d) params.upper_table[d] = compute_upper_table(d);
     static constexpr int actions_0[] = {0, 1, 2, 3, 4};
     const relaxation::Group<Params, Fixed, State> groups[] = {
-      {2500, {actions_0, 5}, put_group_0, index_of_group_0, is_legal, step_group_0<exact::EnumeratingDraws>,
-          declared_upper, params.group_0_table},
+      {2500, {actions_0, 5}, put_group_0, index_of_group_0, is_legal, step_group_0<Draws>, declared_upper,
+          params.group_0_table},
     };
     relaxation::fill(groups, params, 0.95, false);
     return true;

@@ -363,12 +363,13 @@ struct Tiger : NoHistory {
 
   // Loading ---------------------------------------------------------------------------------------------
 
+  template <class Draws = exact::EnumeratingDraws>
   static bool load(const ParamValues& values, Params& params, std::string& error) {
     if (!values.copy("hearing", &params.hearing, 1, error)) return false;
     static constexpr int actions_0[] = {0, 1, 2};
     const relaxation::Group<Params, Fixed, State> groups[] = {
-      {2, {actions_0, 3}, put_group_0, index_of_group_0, is_legal, step_group_0<exact::EnumeratingDraws>,
-          declared_upper, params.group_0_table},
+      {2, {actions_0, 3}, put_group_0, index_of_group_0, is_legal, step_group_0<Draws>, declared_upper,
+          params.group_0_table},
     };
     relaxation::fill(groups, params, 0.95, false);
     return true;

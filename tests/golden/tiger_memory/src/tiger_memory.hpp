@@ -449,6 +449,7 @@ struct TigerMemory {
     return Act::listen;
   }
 
+  template <class Draws = exact::EnumeratingDraws>
   static bool load(const ParamValues& values, Params& params, std::string& error) {
     if (!values.copy("hearing", &params.hearing, 1, error)) return false;
     for (std::int32_t started = 0; started <= 1; ++started) {
@@ -471,8 +472,8 @@ struct TigerMemory {
     }
     static constexpr int actions_0[] = {0, 1, 2};
     const relaxation::Group<Params, Fixed, State> groups[] = {
-      {2, {actions_0, 3}, put_group_0, index_of_group_0, is_legal, step_group_0<exact::EnumeratingDraws>,
-          declared_upper, params.group_0_table},
+      {2, {actions_0, 3}, put_group_0, index_of_group_0, is_legal, step_group_0<Draws>, declared_upper,
+          params.group_0_table},
     };
     relaxation::fill(groups, params, 0.95, false);
     return true;

@@ -445,12 +445,13 @@ struct WandererOf : NoHistory, NotFactored {
 
   // Loading ---------------------------------------------------------------------------------------------
 
+  template <class Draws = exact::EnumeratingDraws>
   static bool load(const ParamValues& values, Params& params, std::string& error) {
     if (!values.copy("slip", &params.slip[0], 2, error)) return false;
     static constexpr int actions_0[] = {0, 1, 2, 3};
     const relaxation::Group<Params, Fixed, State> groups[] = {
-      {800, {actions_0, 4}, put_group_0, index_of_group_0, is_legal, step_group_0<exact::EnumeratingDraws>,
-          nullptr, params.group_0_table},
+      {800, {actions_0, 4}, put_group_0, index_of_group_0, is_legal, step_group_0<Draws>, nullptr,
+          params.group_0_table},
     };
     relaxation::fill(groups, params, 0.949999988079071, true);
     return true;
