@@ -225,8 +225,12 @@ def test_finite_values_and_draws_become_byte_tables() -> None:
     assert "return params.back_table[d];" in header
 
 
-def test_a_bound_over_a_family_is_one_load() -> None:
-    model = load(ROOT / "examples" / "rock_sample.pomdp").model
+def test_a_bound_over_a_family_is_one_load(tmp_path: Path) -> None:
+    walk = "min(q in Rock where rock[q].good: max(walk_to(q), walk_to(r)) else 0)"
+    bound = f"bound upper = 10 + sum(r in Rock where rock[r].good: 10 * gamma ** {walk})\n"
+    path = tmp_path / "rocks.pomdp"
+    path.write_text((ROOT / "examples" / "rock_sample.pomdp").read_text() + bound)
+    model = load(path).model
     tabulated, tables = tabulate(model, Names(model))
     table = next(t for t in tables if t.name == "upper_state_table")
     assert table.variables == ("rover.x", "rover.y", "rock.good")
