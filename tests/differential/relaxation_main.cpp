@@ -35,7 +35,7 @@ struct Choice {
 
 int main(int, char** argv) {
   const double discount = std::atof(argv[1]);
-  M::Params params;
+  M::Params params{};
   std::string error;
   if (!M::load(hypgen::ParamValues{}, params, error)) return 1;
   std::map<Place, std::size_t, Less> numbers;

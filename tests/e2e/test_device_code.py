@@ -72,7 +72,13 @@ def is_ours(item: pytest.Item) -> bool:
     return getattr(item, "originalname", "") == "test_nvcc_has_nothing_to_say"
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
+@pytest.mark.parametrize(
+    "example",
+    [
+        pytest.param(p, id=p.stem, marks=[pytest.mark.slow] if p.parent.name == "classics" else [])
+        for p in EXAMPLES
+    ],
+)
 def test_nvcc_has_nothing_to_say(example: Path, messages: dict[Path, Future[str]]) -> None:
     assert messages[example].result() == ""
 
@@ -96,7 +102,7 @@ def test_an_exported_project_builds_for_gpus_with_plain_cmake(cuda: CudaBuild, t
     subprocess.run([*command, *options], check=True, capture_output=True)
     cmake = str(toolchain.find_cmake().path)
     build.build_solver(generate(load(TIGER).model), "device/tiger", lambda step: None)
-    libraries = cache.folder("runtime").glob(f"*/{build.LIBRARY}")
+    libraries = cache.folder("runtime").glob("*/libhypgen_runtime.a")
     library = max(libraries, key=lambda path: path.parent.stat().st_mtime)  # the one used last
     for arguments in (
         ["-B", "build", f"-DCMAKE_CUDA_COMPILER={cuda.nvcc.path}", f"-DHYPGEN_RUNTIME_LIBRARY={library}"],

@@ -73,7 +73,8 @@ def test_actions_are_legal(solver: Path, setting: str) -> None:
     for step in steps:
         assert step["action_name"] in ACTIONS[solver.name]
         assert step["status"] in SEARCHES
-        assert step["lower"] <= step["upper"]
+        if step["lower"] is not None:  # else threads were late, and nothing was searched
+            assert step["lower"] <= step["upper"]
 
 
 @pytest.mark.parametrize("threads", ["0", "1025", "-1", "many"])

@@ -43,7 +43,10 @@ def unoptimised(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[str], li
         return command, list(pool.map(compile_source, sorted((RUNTIME / "src").glob("*.cpp"))))
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
+@pytest.mark.parametrize(
+    "example",
+    [pytest.param(p, id=p.stem, marks=[pytest.mark.slow] if p.stem in LARGE else []) for p in EXAMPLES],
+)
 def test_same_tree_at_O0_and_O3(
     example: Path, unoptimised: tuple[list[str], list[Path]], tmp_path: Path
 ) -> None:
