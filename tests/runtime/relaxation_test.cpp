@@ -51,6 +51,20 @@ TEST(Relaxation, HoldsTheValueRoundedUp) {
 // With a horizon an episode may end before it has cost as much as one without end.
 TEST(Relaxation, MayStop) { EXPECT_GE(table_of({1.0, 2}, true), 0.0F); }
 
+// Each entry after the first is too small to change the sum of floats.
+TEST(Relaxation, ASumOfManyTablesIsNoLessThanTheSumOfTheirValues) {
+  for (const std::size_t groups : {2, 16, 17, 64, 256}) {
+    float sum = rounded_up(1.0, groups);
+    double exact = 1.0;
+    for (std::size_t i = 1; i < groups; ++i) {
+      const double value = 0.999 * 0x1p-24;
+      sum += rounded_up(value, groups);
+      exact += value;
+    }
+    EXPECT_GE(static_cast<double>(sum), exact) << groups << " groups";
+  }
+}
+
 // 2^40 paths through the draws of one step.
 TEST(Relaxation, GivesUpOnTooManyPaths) { EXPECT_TRUE(std::isinf(table_of({1.0, 40}, false))); }
 

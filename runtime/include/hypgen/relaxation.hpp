@@ -21,9 +21,14 @@
 
 namespace hypgen::relaxation {
 
-// A float above `value`, with room for the rounding of sums.
-inline float rounded_up(double value) {
-  return std::nextafter(static_cast<float>(value + 1e-6 * std::abs(value)),
+// A float so far above `value` that the float sum of one such entry of each of `groups` tables is no less
+// than the sum of the values: with u = 2^-24, a sum of n floats e_i in any order is off by at most
+// ((1 + u)^(n - 1) - 1) sum |e_i| <= n u sum |e_i| for n <= 2^12. An entry of a value v >= 0 is at most
+// (1 + m)(1 + 4u) v for a margin m <= 1/2, so n u |e_i| <= 2 n u |v_i|, and m >= 2 n u makes up for it; of
+// v < 0, |e_i| <= |v_i|; of v = 0 it is the least float, which is more than n u times itself.
+inline float rounded_up(double value, std::size_t groups) {
+  const double margin = std::max(1e-6, static_cast<double>(groups) * 0x1p-23);
+  return std::nextafter(static_cast<float>(value + margin * std::abs(value)),
                         std::numeric_limits<float>::infinity());
 }
 
@@ -109,11 +114,11 @@ class Enumeration {
   double comparisons_ = 0.0;
 };
 
-// Fills a group's table: infinity where the group cannot be enumerated, or the declared bound where there is
-// one that is less (or NaN, which the search then reports).
+// Fills the table of one of `groups` groups: infinity where it cannot be enumerated, or the declared bound
+// where there is one that is less (or NaN, which the search then reports).
 template <class Params, class Fixed, class State>
-void fill_one(const Group<Params, Fixed, State>& group, const Params& params, double discount, bool may_stop,
-              Outcomes& outcomes) {
+void fill_one(const Group<Params, Fixed, State>& group, std::size_t groups, const Params& params,
+              double discount, bool may_stop, Outcomes& outcomes) {
   std::vector<double> values;
   outcomes.clear();
   if (Enumeration<Params, Fixed, State>(group, params).run(outcomes)) {
@@ -122,7 +127,7 @@ void fill_one(const Group<Params, Fixed, State>& group, const Params& params, do
   for (std::int32_t i = 0; i < group.states; ++i) {
     float& entry = group.table[i];
     entry = values.empty() ? std::numeric_limits<float>::infinity()
-                           : rounded_up(values[static_cast<std::size_t>(i)]);
+                           : rounded_up(values[static_cast<std::size_t>(i)], groups);
     if (group.declared == nullptr) continue;
     Fixed fixed;
     State state;
@@ -143,7 +148,7 @@ void fill(const Group<Params, Fixed, State> (&groups)[count], const Params& para
   const auto work = [&] {
     Outcomes outcomes;
     for (std::size_t i = taken++; i < count; i = taken++) {
-      fill_one(groups[i], params, discount, may_stop, outcomes);
+      fill_one(groups[i], count, params, discount, may_stop, outcomes);
     }
   };
   std::vector<std::thread> threads;
