@@ -95,18 +95,26 @@ TEST(Interval, IsSoundWheneverItIsStopped) {
     options.seconds = seconds;
     options.gap = 0.0;
     const IntervalSolution solution = solve_interval(model, options, kGoOn);
-    EXPECT_EQ(solution.result.end, IntervalEnd::kTime);
+    EXPECT_FALSE(solution.result.converged());
     EXPECT_LE(solution.result.lower, 19.3714);
     EXPECT_GE(solution.result.upper, 19.3713);
   }
 }
 
+TEST(Interval, EndsWhereRoundingIsAllThatIsLeft) {
+  const IntervalResult result = solve(make_tiger(), 0.0).result;
+  EXPECT_EQ(result.end, IntervalEnd::kRounding);
+  EXPECT_LT(result.upper - result.lower, 1e-6);
+  EXPECT_LT(result.seconds, 1.0);
+}
+
 TEST(Interval, StopsWhenAskedTo) {
+  ExactModel model = make_tiger();
+  model.discount = 0.999999999;  // sweeps take long
   IntervalOptions options;
-  options.gap = 0.0;
   options.seconds = 20.0;
   const IntervalSolution solution =
-      solve_interval(make_tiger(), options, [](const IntervalResult&) { return false; });
+      solve_interval(model, options, [](const IntervalResult&) { return false; });
   EXPECT_EQ(solution.result.end, IntervalEnd::kStopped);
   EXPECT_LT(solution.result.seconds, 10.0);
 }

@@ -136,6 +136,7 @@ void BeliefGraph::expand(int at, int chosen) {
   node_bytes_ += successors.size() * sizeof(Successor);
   choice.successors = std::move(successors);
   choice.expanded = true;
+  ++expansions_;
 }
 
 void BeliefGraph::refresh(int at, int chosen) {

@@ -111,17 +111,17 @@ class Enumerator {
   std::string passed_limit() {
     count();
     if (counts_.states > limits_.states)
-      return "more than " + number(limits_.states) + " states" + remedy("--max-states");
+      return "more than " + some(limits_.states, "state") + remedy("--max-states");
     if (counts_.outcomes > limits_.outcomes)
-      return "more than " + number(limits_.outcomes) + " outcomes" + remedy("--max-outcomes");
+      return "more than " + some(limits_.outcomes, "outcome") + remedy("--max-outcomes");
     if (counts_.bytes > limits_.bytes)
       return "more than " + number(limits_.bytes >> 20) + " MiB of matrices" + remedy("--memory");
     return "";
   }
 
   std::string so_far() const {
-    return " (" + number(counts_.states) + " states found, " + number(counts_.expanded) +
-           " of them expanded, " + number(counts_.outcomes) + " outcomes)";
+    return " (" + some(counts_.states, "state") + " found, " + number(counts_.expanded) +
+           " of them expanded, " + some(counts_.outcomes, "outcome") + ")";
   }
 
   std::string remedy(const std::string& option = "") const {
@@ -130,6 +130,9 @@ class Enumerator {
   }
 
   static std::string number(std::size_t value) { return std::to_string(value); }
+  static std::string some(std::size_t value, const std::string& noun) {
+    return number(value) + " " + noun + (value == 1 ? "" : "s");
+  }
 
   const OutcomeModel& model_;
   int horizon_;

@@ -279,9 +279,14 @@ void IntervalSearch::search() {
       if (now > width) widest = i;
       width = std::max(width, now);
     }
+    const std::uint64_t before = graph_.changes();
     trial(start_nodes_[widest], kTrialTarget * (result_.upper - result_.lower));
     ++result_.iterations;
     bound_start();
+    if (graph_.changes() == before && !is_close() && keep_going()) {
+      result_.end = IntervalEnd::kRounding;
+      return;
+    }
     if (!make_room()) {
       result_.end = IntervalEnd::kMemory;
       return;

@@ -1,5 +1,6 @@
 #include "solve_report.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -29,6 +30,13 @@ std::string interval(double lower, double upper) {
                 std::ceil(upper / unit(upper)) * unit(upper), upper - lower);
 }
 
+// A simple bound for people: digits below a millionth of the model's values are those of sweeps that end
+// early.
+double rounded(double bound, const IntervalResult& result) {
+  const double unit = 1e-6 * std::max({1.0, std::abs(result.mdp), std::abs(result.lower)});
+  return std::round(bound / unit) * unit + 0.0;
+}
+
 const char* end_name(IntervalEnd end) {
   switch (end) {
     case IntervalEnd::kConverged:
@@ -37,6 +45,8 @@ const char* end_name(IntervalEnd end) {
       return "time";
     case IntervalEnd::kMemory:
       return "memory";
+    case IntervalEnd::kRounding:
+      return "rounding";
     case IntervalEnd::kStopped:
       return "interrupted";
   }
@@ -51,6 +61,8 @@ const char* end_text(IntervalEnd end) {
       return "the time is over; --time gives more";
     case IntervalEnd::kMemory:
       return "the memory is full; --memory gives more";
+    case IntervalEnd::kRounding:
+      return "no trial changes a bound any more; what is left of the gap is rounding";
     case IntervalEnd::kStopped:
       return "interrupted";
   }
@@ -65,8 +77,9 @@ std::string table(const ModelDescriptor& model, const SolveReport& report) {
                                           report.counts.states, report.actions, report.observations,
                                           report.counts.outcomes)) +
          row("value", interval(result.lower, result.upper)) +
-         row("upper bounds", format("MDP %.6g, QMDP %.6g, FIB %.6g", result.mdp, result.qmdp, result.fib)) +
-         row("lower bound", format("best fixed action %.6g", result.blind)) +
+         row("upper bounds", format("MDP %.6g, QMDP %.6g, FIB %.6g", rounded(result.mdp, result),
+                                    rounded(result.qmdp, result), rounded(result.fib, result))) +
+         row("lower bound", format("best fixed action %.6g", rounded(result.blind, result))) +
          row("search", format("%llu trials, %zu beliefs, %zu vectors, %zu points",
                               static_cast<unsigned long long>(result.iterations), result.beliefs,
                               result.vectors, result.points)) +

@@ -68,6 +68,8 @@ class BeliefGraph {
   void clear();
   void prune_points();
 
+  // Grows with each vector, point or expansion: a trial that leaves it alone would be the same again.
+  std::uint64_t changes() const { return vectors_made_ + points_made_ + expansions_; }
   std::size_t nodes() const { return nodes_.size(); }
   std::size_t points() const;
   std::size_t vectors() const;
@@ -89,6 +91,7 @@ class BeliefGraph {
   std::unordered_multimap<std::uint64_t, int> by_belief_;
   std::uint64_t vectors_made_ = 0;
   std::uint64_t points_made_ = 0;
+  std::uint64_t expansions_ = 0;
   std::size_t node_bytes_ = 0;
   std::vector<double> sums_;  // of columns; zeroes between calls
 };

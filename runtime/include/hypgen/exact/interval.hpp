@@ -23,7 +23,8 @@ struct IntervalOptions {
   std::size_t bytes = std::size_t{2} << 30;  // of beliefs, vectors and points together
 };
 
-enum class IntervalEnd { kConverged, kTime, kMemory, kStopped };
+// kRounding: what is left of the gap is so little that no trial changes a bound.
+enum class IntervalEnd { kConverged, kTime, kMemory, kRounding, kStopped };
 
 struct IntervalResult {
   double lower = 0.0;
