@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -20,7 +20,20 @@ from hypgen.cli.common import (
     say_warnings,
     target_options,
 )
-from hypgen.cli.comparison import Policy, numbers, outwards, play_exact, play_modes, table
+from hypgen.cli.comparison import (
+    LEFT_OUT,
+    MOST_STEPS,
+    Comparison,
+    Policy,
+    left_out,
+    numbers,
+    outwards,
+    play_exact,
+    play_mode,
+    steps_needed,
+    table,
+)
+from hypgen.cli.sarsop import MISSING, is_installed, play_sarsop
 
 if TYPE_CHECKING:
     from hypgen.dsl.driver import Loaded
@@ -28,6 +41,7 @@ if TYPE_CHECKING:
 PLANNERS = ("default", "rollout", "despot", "parallel", "pomcp")
 GPU_PLANNERS = ("gpu", "hyp")
 EXACT = ("alpha", "qmdp", "blind")
+OTHERS = ("sarsop",)
 
 
 @click.command(epilog=EXIT_CODES)
@@ -45,13 +59,19 @@ EXACT = ("alpha", "qmdp", "blind")
 )
 @click.option("--trials", metavar="N", type=click.IntRange(1), help="Trials for each decision instead.")
 @click.option(
-    "--steps", metavar="N", type=click.IntRange(1), default=90, show_default=True, help="Most steps."
+    "--steps",
+    metavar="N",
+    type=click.IntRange(1, 1_000_000),
+    help="Most steps; by default what the discount makes of any more is at most a thousandth, "
+    f"or {MOST_STEPS}.",
 )
 @click.option(
     "--seed", metavar="S", type=click.IntRange(0), default=0, show_default=True, help="Of the worlds."
 )
 @click.option(
-    "--modes", metavar="LIST", help=f"What to compare, of {','.join(PLANNERS + GPU_PLANNERS + EXACT)}."
+    "--modes",
+    metavar="LIST",
+    help=f"What to compare, of {','.join(PLANNERS + GPU_PLANNERS + EXACT + OTHERS)}.",
 )
 @click.option(
     "--solve-time",
@@ -59,7 +79,7 @@ EXACT = ("alpha", "qmdp", "blind")
     type=click.FloatRange(0, 1e9),
     default=60.0,
     show_default=True,
-    help="Seconds to solve a small model for alpha, qmdp and blind.",
+    help="Seconds to solve a small model for alpha, qmdp and blind, and again for sarsop.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print all returns and the table as one JSON object.")
 def command(
@@ -73,7 +93,7 @@ def command(
     runs: int,
     time: float | None,
     trials: int | None,
-    steps: int,
+    steps: int | None,
     seed: int,
     modes: str | None,
     solve_time: float,
@@ -84,8 +104,8 @@ def command(
     Episode i of a seed has the same start and the same draws for all, so that differences are paired:
     "minus the best" is the mean of them over the episodes. Where the model is small enough to be solved
     (see `hypgen solve`), policies on the exact belief play too: alpha (the vectors that prove the lower
-    bound), qmdp and the best blind policy. The last line is then an interval that holds the value of the
-    best policy.
+    bound), qmdp, the best blind policy, and, where scikit-decide is installed, what its SARSOP finds. The
+    last line is then an interval that holds the value of the best policy. Ctrl-C prints what is known so far.
 
     \b
     Examples:
@@ -94,61 +114,68 @@ def command(
       hypgen compare examples/rock_sample.pomdp --trials 1000 --json
     """
     cuda = choose_cuda(target, arch, nvcc)
-    asked = _asked(modes, PLANNERS + (GPU_PLANNERS if cuda else ()) + EXACT)
+    others = OTHERS if is_installed() else ()
+    asked = _asked(modes, PLANNERS + (GPU_PLANNERS if cuda else ()) + EXACT + others)
     loaded = load(model, instance, settings)
     say_warnings(loaded)
     if param is None:
         require_params(loaded, " or --param FILE")
-    common = [f"--runs={runs}", f"--steps={steps}", f"--seed={seed}"]
-    common += [] if param is None else [f"--param={param}"]
+    law = (loaded.model.discount, loaded.model.horizon)
+    steps = steps_needed(*law) if steps is None else steps
+    params = [] if param is None else [f"--param={param}"]
+    episodes = [f"--runs={runs}", f"--steps={steps}", f"--seed={seed}"]
     limits = [f"--trials={trials}"] if trials else []
     limits += [f"--time={0.1 if time is None else time}"] if time is not None or not trials else []
-    policies: list[Policy] = []
-    solved = None
+    comparison, show = Comparison(), _show(runs)
+    interrupted = False
     try:
         from hypgen.cli.compile import build
         from hypgen.codegen import driver
 
-        if planners := [mode for mode in asked if mode not in EXACT]:
+        if planners := [mode for mode in asked if mode not in EXACT + OTHERS]:
             solver = build(loaded, driver.generate(loaded.model), model, instance, cuda, False)
-            for policy in play_modes(solver, planners, [*common, *limits], _show(runs)):
-                policies.append(policy)
-        if kinds := [mode for mode in asked if mode in EXACT]:
-            more, solved = _exact(loaded, model, instance, kinds, [*common, f"--time={solve_time}"], runs)
-            policies += more
-        interrupted = False
+            for mode in planners:
+                play_mode(solver, comparison.add(mode), [*params, *episodes, *limits], show)
+        kinds = [mode for mode in asked if mode in EXACT]
+        more = [mode for mode in asked if mode in OTHERS]
+        if (kinds or more) and (program := _exact(loaded, model, instance, kinds + more, comparison)):
+            play_exact(program, kinds, [*params, *episodes, f"--time={solve_time}"], show, comparison)
+            if more:
+                play_sarsop(program, solve_time, params, episodes, show, comparison)
     except KeyboardInterrupt:
         interrupted = True
-    _print(policies, solved, as_json)
+    _print(comparison, left_out(*law, steps), steps, as_json)
     if interrupted:
         return Exit.INTERRUPTED
-    return Exit.OK if any(policy.returns for policy in policies) else Exit.MISTAKE
+    return Exit.OK if any(policy.returns for policy in comparison.policies) else Exit.MISTAKE
 
 
 def _asked(modes: str | None, known: tuple[str, ...]) -> list[str]:
     """Return the modes to play, in the order that was asked for."""
     if modes is None:
         return list(known)
-    asked = [mode.strip() for mode in modes.split(",")]
+    asked = list(dict.fromkeys(mode.strip() for mode in modes.split(",")))
     for mode in asked:
-        if mode not in PLANNERS + GPU_PLANNERS + EXACT:
+        if mode not in PLANNERS + GPU_PLANNERS + EXACT + OTHERS:
             raise click.UsageError(f"There is no mode '{mode}': --modes takes some of {','.join(known)}.")
+        if mode in OTHERS and mode not in known:
+            raise click.UsageError(MISSING)
     return asked
 
 
 def _exact(
-    loaded: Loaded, model: Path, instance: Path | None, kinds: list[str], options: list[str], runs: int
-) -> tuple[list[Policy], dict[str, Any] | None]:
-    """Play policies on the exact belief, where the model can be enumerated."""
+    loaded: Loaded, model: Path, instance: Path | None, kinds: list[str], comparison: Comparison
+) -> Path | None:
+    """Return the program that plays policies on the exact belief, None where there cannot be one."""
     from hypgen.cli.solve import build_exact
     from hypgen.dsl.diagnostics import ModelError
 
     try:
-        program = build_exact(loaded, model, instance)
+        return build_exact(loaded, model, instance)
     except ModelError as error:
-        problem = f"cannot be enumerated: {error.diagnostics[0].message}"
-        return [Policy(kind, problem=problem) for kind in kinds], None
-    return play_exact(program, kinds, options, _show(runs))
+        for kind in kinds:
+            comparison.add(kind, problem=f"cannot be enumerated: {error.diagnostics[0].message}")
+        return None
 
 
 def _show(runs: int) -> Callable[[Policy], None]:
@@ -162,13 +189,20 @@ def _show(runs: int) -> Callable[[Policy], None]:
     return show
 
 
-def _print(policies: list[Policy], solved: dict[str, Any] | None, as_json: bool) -> None:
+def _print(comparison: Comparison, rest: float, steps: int, as_json: bool) -> None:
+    policies, value, sarsop = comparison.policies, comparison.solved, comparison.sarsop
     if as_json:
-        click.echo(json.dumps(numbers(policies, solved), indent=2))
+        click.echo(json.dumps(numbers(comparison) | {"steps": steps, "left_out": rest}, indent=2))
     else:
         click.echo(table(policies))
-        if solved is not None:
-            click.echo(f"value of the best policy: {outwards(solved['lower'], solved['upper'])}")
+        if sarsop is not None:
+            click.echo(
+                f"SARSOP's own bounds: {sarsop['lower']:.6g} .. {sarsop['upper']:.6g}, "
+                f"{sarsop['vectors']} vectors in {sarsop['seconds']:.1f} s"
+            )
+        if value is not None:
+            cut = f" ({steps} steps leave out {rest:.2g} of the sum of discounts)" if rest > LEFT_OUT else ""
+            click.echo(f"value of the best policy: {outwards(value['lower'], value['upper'])}{cut}")
     problems = {policy.problem: "" for policy in policies if policy.problem}
     for problem in problems:
         say(f"{', '.join(policy.name for policy in policies if policy.problem == problem)}: {problem}")

@@ -1,8 +1,7 @@
 """Writes an enumerated model in Cassandra's format.
 
-There the law of an observation may depend on the action and the next state alone. A next state whose
-observation depends on the state before too is split, a copy for each law. An episode that ends goes to a
-state that is never left and earns nothing. An action that is not legal does what the first legal one does.
+An episode that ends goes to a state that is never left and earns nothing. An action that is not legal does
+what the first legal one does.
 """
 
 from __future__ import annotations
@@ -11,7 +10,8 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from hypgen.dsl.foreign.enumerated import Enumerated, Outcome
+from hypgen.dsl.foreign.enumerated import Enumerated
+from hypgen.dsl.foreign.split_states import ROUNDING, Law, SplitStates
 
 _ENDED = "ended"
 _WORDS = """
@@ -19,10 +19,6 @@ discount values states actions observations start include exclude t o r uniform 
 """
 _KEYWORDS = frozenset(_WORDS.split())
 _LONGEST_NAME = 60
-_DIGITS = 10  # to which laws are compared: their entries are quotients
-_ROUNDING = 1e-9
-
-Law = tuple[tuple[int, float], ...]  # (observation, probability)
 
 
 class SeveralStartsError(Exception):
@@ -39,69 +35,29 @@ def export(model: Enumerated, origin: str) -> Iterator[str]:
 class _Exporter:
     def __init__(self, model: Enumerated, origin: str) -> None:
         self.model, self.origin = model, origin
+        self.split = SplitStates(model)
         self.actions = range(len(model.actions))
-        self.ended = self.unseen = False
-        self._complete()
-        # Of each state and action the laws of what is seen on arriving there; of each state its copies.
-        self.laws: list[list[list[Law]]] = [[[] for _ in self.actions] for _ in model.rows]
-        self.moves = [[self._moves(s, a) for a in self.actions] for s in range(len(model.rows))]
-        self.first: list[int] = []
-        total = 0
-        for laws in self.laws:
-            self.first.append(total)
-            total += max(1, *(len(of_action) for of_action in laws))
-        self.copies = [
-            (state, copy)
-            for state, (first, end) in enumerate(zip(self.first, [*self.first[1:], total], strict=True))
-            for copy in range(end - first)
-        ]
-
-    def _complete(self) -> None:
-        """Let every action do something in every state."""
-        for rows in self.model.rows:
-            first = rows[min(rows)] if rows else (0.0, [])
-            for action in self.actions:
-                rows.setdefault(action, first)
-
-    def _moves(self, state: int, action: int) -> list[tuple[int, int, float]]:
-        """Return (next state, which of its laws, probability); what is seen there is noted as a law."""
-        outcomes: dict[int, list[Outcome]] = {}
-        for outcome in self.model.rows[state][action][1]:
-            outcomes.setdefault(outcome[1], []).append(outcome)
-        result = []
-        for following, reached in sorted(outcomes.items()):
-            total = sum(p for _, _, p in reached)
-            law = tuple((o, round(p / total, _DIGITS)) for o, _, p in sorted(reached))
-            laws = self.laws[following][action]
-            if law not in laws:
-                laws.append(law)
-            result.append((following, laws.index(law), total))
-        if 1 - sum(p for _, _, p in result) > _ROUNDING:
-            self.ended = True
-        return result
-
-    # Text ----------------------------------------------------------------------------------------
 
     def lines(self) -> Iterator[str]:
         """Yield the whole file."""
         model = self.model
-        self.states = _names([self._state_name(*c) for c in self.copies], "s")
+        self.states = _names([self._state_name(*c) for c in self.split.copies], "s")
         self.action_names = _names(model.actions, "a")
         self.observations = _names(model.observations, "o")
         yield f"# Exported by hypgen: {self.origin}"
         yield f"# A state is named by its values: {', '.join(model.variables)}"
-        if self.ended:
+        if self.split.ended:
             yield f"# '{_ENDED}' follows the end of an episode."
         yield f"discount: {model.discount!r}"
         yield "values: reward"
-        last = [_ENDED] if self.ended else []
+        last = [_ENDED] if self.split.ended else []
         yield f"states: {' '.join([*self.states, *last])}"
         yield f"actions: {' '.join(self.action_names)}"
         yield f"observations: {' '.join([*self.observations, *last])}"
         yield from self._start()
         for action in self.actions:
             yield from self._action(action)
-        if self.ended:
+        if self.split.ended:
             yield f"T: * : {_ENDED} : {_ENDED} 1"
             yield f"O: * : {_ENDED} : {_ENDED} 1"
 
@@ -115,32 +71,32 @@ class _Exporter:
         return f"{name}-again{copy}" if copy else name
 
     def _start(self) -> Iterator[str]:
-        belief = {self.first[s]: p for s, p in self.model.starts[0]}
+        belief = {self.split.first[s]: p for s, p in self.model.starts[0]}
         if len(belief) == 1:
             yield f"start: {self.states[next(iter(belief))]}"
-        elif max(belief.values()) - min(belief.values()) < _ROUNDING:
+        elif max(belief.values()) - min(belief.values()) < ROUNDING:
             yield f"start include: {' '.join(self.states[s] for s in sorted(belief))}"
         else:
-            numbers = [belief.get(s, 0.0) for s in range(len(self.states))] + [0.0] * self.ended
+            numbers = [belief.get(s, 0.0) for s in range(len(self.states))] + [0.0] * self.split.ended
             yield f"start: {' '.join(map(_number, numbers))}"
 
     def _action(self, action: int) -> Iterator[str]:
         name = self.action_names[action]
         yield ""
-        for number, (state, _) in enumerate(self.copies):
+        for number, (state, _) in enumerate(self.split.copies):
             left = 1.0
-            for following, law, probability in self.moves[state][action]:
+            for following, law, probability in self.split.moves[state][action]:
                 left -= probability
-                to = self.states[self.first[following] + law]
+                to = self.states[self.split.first[following] + law]
                 yield f"T: {name} : {self.states[number]} : {to} {_number(probability)}"
-            if left > _ROUNDING:
+            if left > ROUNDING:
                 yield f"T: {name} : {self.states[number]} : {_ENDED} {_number(left)}"
         yield from self._sight(action)
-        rewards = [self.model.rows[state][action][0] for state, _ in self.copies]
+        rewards = [self.split.rewards[state][action] for state, _ in self.split.copies]
         [(common, _)] = Counter(rewards).most_common(1)
         if common:
             yield f"R: {name} : * : * : * {_number(common)}"
-            if self.ended:
+            if self.split.ended:
                 yield f"R: {name} : {_ENDED} : * : * 0"
         for number, reward in enumerate(rewards):
             if reward != common:
@@ -150,12 +106,11 @@ class _Exporter:
         """Yield what is seen after an action; where it leads nowhere that does not matter."""
         name = self.action_names[action]
         known: list[Law | None] = []
-        for state, copy in self.copies:
-            laws = self.laws[state][action]
-            known.append(laws[min(copy, len(laws) - 1)] if laws else None)
+        for state, copy in self.split.copies:
+            known.append(self.split.law(state, copy, action))
         different = set(known) - {None}
         common = next(iter(different), None) if len(different) == 1 else None
-        if common is not None and not self.ended:
+        if common is not None and not self.split.ended:
             yield from (f"O: {name} : * : {self.observations[o]} {_number(p)}" for o, p in common)
             return
         for number, law in enumerate(known):

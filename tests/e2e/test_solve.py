@@ -1,5 +1,6 @@
 """``hypgen solve``: from a model file to a proven interval. One build serves all tests."""
 
+import importlib.util
 import json
 import signal
 import subprocess
@@ -37,19 +38,26 @@ def test_tiger_is_bounded_from_both_sides(tmp_path: Path) -> None:
 def test_limits_say_what_was_found() -> None:
     done = solve(TIGER, "--max-states", "1")
     assert done.returncode == Exit.DIFFERENT
-    assert "more than 1 states (2 states found, 1 of them expanded, 10 outcomes)" in done.stderr
+    assert "more than 1 state (2 states found, 1 of them expanded, 10 outcomes)" in done.stderr
     assert "raise --max-states" in done.stderr
 
 
-def test_an_interrupt_prints_what_is_proven() -> None:
+def test_no_time_is_spent_where_nothing_is_left_to_gain() -> None:
+    done = solve(TIGER, "--gap", "0", "--time", "1000")
+    assert done.returncode == Exit.OK, done.stderr
+    assert "no trial changes a bound any more; what is left of the gap is rounding" in done.stdout
+
+
+def test_an_interrupt_prints_what_is_proven(tmp_path: Path) -> None:
+    patient = tmp_path / "patient.pomdp"  # whose sweeps take long
+    patient.write_text(Path(TIGER).read_text().replace("discount 0.95", "discount 0.9999999"))
+    assert solve(str(patient), "--time", "0").returncode == Exit.OK
     started = subprocess.Popen(
-        [*HYPGEN, TIGER, "--gap", "0", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [*HYPGEN, str(patient), "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     time.sleep(2)
     started.send_signal(signal.SIGINT)
     printed, _ = started.communicate(timeout=30)
-    if started.returncode == Exit.OK:  # it was faster
-        return
     assert started.returncode == Exit.INTERRUPTED
     assert json.loads(printed)["status"] == "interrupted"
 
@@ -72,3 +80,18 @@ def test_policies_of_the_solver_play_the_same_episodes_as_planners() -> None:
     assert all(len(one) == 4 for one in returns.values())
     assert returns["blind"] == pytest.approx(returns["default"])  # both only listen
     assert found["value"]["lower"] < 19.372 < found["value"]["upper"] + 0.02
+    assert found["steps"] == 30 and found["left_out"] == pytest.approx(0.95**30)
+
+
+@pytest.mark.skipif(
+    importlib.util.find_spec("skdecide") is None, reason="scikit-decide is not installed: the extra sarsop"
+)
+def test_sarsop_plays_the_same_episodes() -> None:
+    options = ("--modes", "alpha,sarsop", "--runs", "20", "--solve-time", "3", "--json")
+    done = subprocess.run([*HYPGEN[:-1], "compare", TIGER, *options], capture_output=True, text=True)
+    assert done.returncode == Exit.OK, done.stderr
+    found = json.loads(done.stdout)
+    ours, theirs = found["policies"]
+    assert theirs["problem"] is None and theirs["returns"] == pytest.approx(ours["returns"])
+    assert found["sarsop"]["lower"] <= found["value"]["upper"]
+    assert found["value"]["lower"] <= found["sarsop"]["upper"]

@@ -28,6 +28,7 @@ def two_doors() -> Enumerated:
         variables=["room.door", "room.open"],
         actions=["look", "take(3)"],
         observations=["dark", "Pos(1, -2)"],
+        policy_hash=7,
         starts=[[(0, 0.25), (1, 0.75)]],
         values=[["left", "true"], ["left", "false"]],
         rows=[
@@ -95,7 +96,7 @@ def test_starts_that_can_be_told_apart_are_refused(
 def test_the_exact_programs_lines_are_read() -> None:
     head = {"type": "model", "name": "M", "discount": 0.9, "variables": ["x"], "actions": ["a"]}
     lines = [
-        head | {"observations": ["o"], "states": 1, "horizon": 2},
+        head | {"observations": ["o"], "policy_hash": 7, "states": 1, "horizon": 2},
         {"type": "start", "probability": 1.0, "class": 0, "belief": [[0, 1.0]]},
         {"type": "state", "state": 0, "class": 0, "step": 0, "values": ["3"]},
         {"type": "row", "state": 0, "action": 0, "reward": 2.5, "outcomes": [[0, 0, 0.5]]},

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "hypgen/exact/policy.hpp"
+
 namespace hypgen::exact {
 
 namespace {
@@ -45,6 +47,7 @@ Json header(const ModelDescriptor& descriptor, const ExactModel& model) {
   return {{"type", "model"},
           {"name", descriptor.name},
           {"hash", descriptor.hash},
+          {"policy_hash", model_hash(model)},
           {"discount", model.discount},
           {"horizon", model.horizon},
           {"variables", descriptor.variable_names},

@@ -1,7 +1,8 @@
 // An enumerated model as JSON lines, for programs that read it.
 //
-//   {"type":"model", "name", "hash", "discount", "horizon" (0: none), "variables": [name, ..],
-//    "actions": [name, ..], "observations": [name, ..], "states": N}
+//   {"type":"model", "name", "hash", "policy_hash" (`model_hash`, which files of policies begin with),
+//    "discount", "horizon" (0: none), "variables": [name, ..], "actions": [name, ..],
+//    "observations": [name, ..], "states": N}
 //   {"type":"start", "probability", "class", "belief": [[state, probability], ..]}           for each class
 //   {"type":"state", "state", "class", "step" (where there is a horizon), "values": [text, ..]}   in order
 //   {"type":"row", "state", "action", "reward", "outcomes": [[observation, next state, probability], ..]}
