@@ -8,6 +8,7 @@ from typing import Any
 Facts = dict[str, Any]
 
 _WORD = 32
+_SURELY_FEW = 19  # bits of fewer states than `hypgen solve` takes
 
 
 def describe(facts: Facts) -> Iterator[tuple[str, list[str]]]:
@@ -32,6 +33,7 @@ def describe(facts: Facts) -> Iterator[tuple[str, list[str]]]:
     yield f"Reward of a step: {_range(facts['rewards'])}", _terms(facts["rewards"]["terms"])
     yield "Bounds", _bounds(facts["bounds"])
     yield _relaxation(facts), _groups(facts["relaxation"]["groups"])
+    yield _exact(facts["exact"]), []
     yield _policy(facts["policy"]), _layout(facts["policy"]["history"]["variables"])
     yield _belief(facts["belief"]), _factors(facts["belief"])
 
@@ -154,6 +156,19 @@ def _groups(groups: list[Facts]) -> list[str]:
         for g in groups
     ]
     return _table(("rewards", "know", "", ""), rows)
+
+
+def _exact(exact: Facts) -> str:
+    """Say whether the model can be solved exactly, or what is in the way first."""
+    if exact["obstacles"]:
+        first, *others = exact["obstacles"]
+        line = "" if first["line"] is None else f" in line {first['line']}"
+        more = f", and {len(others)} more" if others else ""
+        return f"Exact solution: none, as {first['reason']}{line}{more}"
+    bits = exact["most_states_log2"]
+    if bits <= _SURELY_FEW:
+        return f"Exact solution: `hypgen solve` applies, there are at most 2^{bits} states"
+    return f"Exact solution: `hypgen solve` applies if at most a million of 2^{bits} states can be reached"
 
 
 def _policy(policy: Facts) -> str:

@@ -20,9 +20,15 @@ def not_enumerable(model: ir.Model) -> tuple[Diagnostic, ...]:
             "an exact solution needs draws of finitely many values, such as `binned(D, low, high)`; "
             "`hypgen run` plans with any",
         )
-        for name, dist, span in _draws(model)
-        if _is_continuous(dist)
+        for name, span in continuous_draws(model)
     )
+
+
+def continuous_draws(model: ir.Model) -> Iterator[tuple[str, Span]]:
+    """Yield the draws with too many outcomes to try them all."""
+    for name, dist, span in _draws(model):
+        if _is_continuous(dist):
+            yield name, span
 
 
 def _draws(model: ir.Model) -> Iterator[tuple[str, ir.Dist, Span]]:

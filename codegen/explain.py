@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from hypgen.codegen import unread
+from hypgen.codegen.enumerable import continuous_draws
 from hypgen.codegen.groups import Part, describe, relax, runs
 from hypgen.codegen.layout import WORD, Block, pack
 from hypgen.codegen.partition import Share, most_warps, partition, run_count, shares, written_words
@@ -35,6 +36,7 @@ def explain(model: ir.Model) -> dict[str, Any]:
         "rewards": _rewards(model),
         "bounds": {name: _bound(model, name) for name in ("upper", "lower", "tail")},
         "relaxation": _relaxation(model),
+        "exact": _exact(model),
         "policy": _policy(model),
         "belief": _belief(model),
     }
@@ -77,6 +79,18 @@ def _observations(model: ir.Model) -> dict[str, Any]:
             for field in model.key
         ],
     }
+
+
+def _exact(model: ir.Model) -> dict[str, Any]:
+    """Return whether ``hypgen solve`` takes the model, as far as can be told without finding its states."""
+    obstacles = [
+        {"reason": f"'{name}' is drawn from a continuous law", "line": span.line}
+        for name, span in continuous_draws(model)
+    ]
+    if model.discount == 1 and model.horizon is None:
+        obstacles.append({"reason": "the discount is 1 and there is no horizon", "line": None})
+    bits = _state(model)["bits"] + math.ceil(math.log2(model.horizon or 1))
+    return {"obstacles": obstacles, "most_states_log2": bits}
 
 
 # State and updates ---------------------------------------------------------------------------------

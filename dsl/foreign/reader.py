@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,7 +39,11 @@ def import_text(path: str, content: bytes, name: str | None, horizon: int | None
     model = (cassandra if found.code == "E0130" else pomdpx).read(source)
     if model.discount == 1 and horizon is None:
         message = "the discount is 1, so that values are sums without end"
-        remedy = "give episodes an end: hypgen import FILE --horizon N"
+        limited = shlex.quote(f"{Path(path).stem}_100.pomdp")
+        remedy = (
+            f"`hypgen import {shlex.quote(path)} --horizon 100 -o {limited}` "
+            f"ends episodes after 100 steps; then take {limited}"
+        )
         place = re.search(r"\bdiscount\b", source.text, re.IGNORECASE)
         span = Trouble(source).span(place.start(), 8) if place else found.span
         raise ModelError([Diagnostic("E0908", message, span, remedy)], {path: source})

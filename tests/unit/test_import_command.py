@@ -1,5 +1,7 @@
 """``hypgen import``, and the other commands on files in other formats."""
 
+import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -110,6 +112,18 @@ def test_other_commands_import_on_the_way(machine: Path, capsys: pytest.CaptureF
     assert "Machine: discount 0.9" in capsys.readouterr().out
     assert main.run(["check", str(machine)]) == 2
     assert "`hypgen import FILE -o NEW.pomdp` writes it" in capsys.readouterr().err
+
+
+def test_a_discount_of_1_comes_with_the_command_to_type(
+    machine: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(machine.parent)
+    Path("the machine.POMDP").write_text(MACHINE.replace("0.9\n", "1\n", 1))
+    assert main.run(["run", "the machine.POMDP"]) == 2
+    command = re.findall(r"`(hypgen import [^`]*)`", capsys.readouterr().err)[0]
+    assert command == "hypgen import 'the machine.POMDP' --horizon 100 -o 'the machine_100.pomdp'"
+    assert main.run(shlex.split(command)[1:]) == 0
+    assert main.run(["check", "the machine_100.pomdp"]) == 0
 
 
 def test_what_is_no_other_format_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
