@@ -31,7 +31,7 @@ def describe(facts: Facts) -> Iterator[tuple[str, list[str]]]:
     if facts["draws"]:
         yield "Draws: one random number each, named by its site", _draws(facts["draws"])
     yield f"Reward of a step: {_range(facts['rewards'])}", _terms(facts["rewards"]["terms"])
-    yield "Bounds", _bounds(facts["bounds"])
+    yield "Bounds", _bounds(facts)
     yield _relaxation(facts), _groups(facts["relaxation"]["groups"])
     yield _exact(facts["exact"]), []
     yield _policy(facts["policy"]), _layout(facts["policy"]["history"]["variables"])
@@ -126,11 +126,13 @@ def _terms(terms: list[Facts]) -> list[str]:
     return _table(("term", "each"), rows)
 
 
-def _bounds(bounds: dict[str, Facts]) -> list[str]:
+def _bounds(facts: Facts) -> list[str]:
     rows = []
-    for name, bound in bounds.items():
+    for name, bound in facts["bounds"].items():
         if bound["origin"] == "rollout":
-            rows.append((name, "the default policy's rollout", ""))
+            known = facts["relaxation"]["holds_policy"]
+            rollout = "the default policy's rollout"
+            rows.append((name, "what the default policy earns, looked up" if known else rollout, ""))
             continue
         origin = "derived from the rewards" if bound["line"] is None else f"declared in line {bound['line']}"
         rows.append((name, _range(bound), origin))

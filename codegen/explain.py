@@ -225,6 +225,7 @@ def _relaxation(model: ir.Model) -> dict[str, Any]:
     return {
         "reason": found.reason or None,
         "holds_declared": found.declared,
+        "holds_policy": found.earned,
         "groups": [
             {
                 "rewards": describe(group),

@@ -11,7 +11,7 @@ from hypgen.codegen.cpp import Code, code_of, integer, value_of
 from hypgen.codegen.function_builder import Builder
 from hypgen.codegen.functions import arguments
 from hypgen.codegen.groups import Group, Part, Relaxation, describe, runs, updated
-from hypgen.codegen.interface import PLACE, Interface
+from hypgen.codegen.interface import HISTORY, PLACE, Interface
 from hypgen.codegen.layout import Field
 from hypgen.dsl import ir
 from hypgen.dsl.types import Type, low_of, size_of
@@ -47,6 +47,7 @@ class GroupFunctions:
             )
             for i, group in enumerate(relaxation.groups)
         ]
+        self.earned = names.derived_table("earned_table") if relaxation.earned else None
 
     def whole(self) -> set[str]:
         """Return the arrays whose bits are read at once."""
@@ -55,10 +56,18 @@ class GroupFunctions:
 
     def params(self) -> list[str]:
         """Return the tables' declarations."""
-        return [
+        found = [
             f"float {named.table}[{named.group.states}];  // computed: the worth of {describe(named.group)}"
             for named in self.groups
         ]
+        if self.earned is not None:
+            states = self.groups[0].group.states
+            found.append(f"float {self.earned}[{states}];  // computed: what the default policy earns")
+        return found
+
+    def constants(self) -> list[str]:
+        """Return what the runtime asks of the model's type."""
+        return ["static constexpr bool kLooksUpPolicy = true;"] if self.earned is not None else []
 
     def all(self) -> list[views.Function]:
         """Return the functions of all groups."""
@@ -82,6 +91,14 @@ class GroupFunctions:
         builder.code.add("return worth < declared ? worth : declared;")
         return builder.done("float", "upper")
 
+    def lower(self) -> list[views.Function]:
+        """Return ``lower``, if it looks up what the default policy earns."""
+        if self.earned is None:
+            return []
+        builder = self.interface.given([*PLACE, HISTORY])
+        builder.code.add(f"return params.{self.earned}[{self.groups[0].index}(fixed, state)];")
+        return [builder.done("float", "lower")]
+
     def fill(self, code: Code) -> None:
         """Append what fills the tables when params are loaded."""
         model = self.interface.model
@@ -99,6 +116,16 @@ class GroupFunctions:
                 )
         code.lines[-1] += ";"
         code.add(f"relaxation::fill(groups, params, {model.discount!r}, {stops});")
+        if self.earned is None:
+            return
+        given = "const Params& given, const Fixed& fixed, const State& state, Draws& draws"
+        with code.block(f"const auto policy = []({given})"):
+            code.add("return default_policy(given, fixed, state, History{}, draws);")
+        code.lines[-1] += ";"
+        code.add(
+            f"relaxation::fill_earned<Params, Fixed, State>(groups[0], policy, tail, params.{self.earned}, "
+            f"params, {model.discount!r});"
+        )
 
     # A group's states ----------------------------------------------------------------------------
 

@@ -67,11 +67,13 @@ class Relaxation:
 
     ``exact``: one group has all terms, so that the table is the value of knowing the state. ``declared``:
     the bound that the author wrote is a function of the group's variables, so that the table holds the less.
+    ``earned``: so is what the default policy does, and a second table holds what it earns, as a lower bound.
     """
 
     groups: tuple[Group, ...] = ()
     reason: str = ""
     declared: bool = False
+    earned: bool = False
 
     @property
     def exact(self) -> bool:
@@ -121,13 +123,30 @@ class _Relaxer:
             terms = [term for term in terms if term not in grown.terms]
         if reason := self._too_large(found):
             return Relaxation(reason=reason)
-        return Relaxation(tuple(found), declared=len(found) == 1 and self._covers(found[0]))
+        if len(found) > 1:
+            return Relaxation(tuple(found))
+        only = found[0]
+        return Relaxation((only,), declared=self._has_declared(only), earned=self._has_policy(only))
 
-    def _covers(self, group: Group) -> bool:
+    def _has_declared(self, group: Group) -> bool:
         """Return whether a declared bound reads nothing but the group's variables."""
         if "upper" not in self.model.spans:
             return False
         return self.reader.of(self.model.upper, {}).entries <= _entries_of(group, self.reader)
+
+    def _has_policy(self, group: Group) -> bool:
+        """Return whether the table of one group can say what the default policy earns for ever."""
+        model = self.model
+        if model.lower is not None or model.horizon is not None or not model.history.is_empty:
+            return False
+        if group.states > options.MAX_EARNED_ENTRIES:
+            return False
+        if model.policy is None:
+            return True  # it reads what legality reads
+        if model.policy.lets:
+            return False
+        reads = self.reader.of(model.policy.dist, {})
+        return not reads.endless and reads.entries <= _entries_of(group, self.reader)
 
     def _too_large(self, groups: list[Group]) -> str:
         declared = "upper" in self.model.spans

@@ -296,10 +296,13 @@ class Interface:
         builder = self.acting([*PLACE, ("int", "action")])
         return builder.value(self.model.legal).done("bool", "is_legal", self._origin("legal"))
 
-    def bounds(self, derived: bool = False) -> list[views.Function]:
-        """Return ``upper``, ``tail`` and ``lower``; the first is ``declared_upper`` where more is derived."""
+    def bounds(self, derived: bool = False, looks_up: bool = False) -> list[views.Function]:
+        """Return ``upper``, ``tail`` and ``lower``; the first is ``declared_upper`` where more is derived.
+
+        ``looks_up``: without ``lower``, as what the default policy earns is looked up.
+        """
         result = []
-        for name in ("upper", "tail", "lower"):
+        for name in ("upper", "tail") if looks_up else ("upper", "tail", "lower"):
             builder = self.given([*PLACE, HISTORY] if name == "lower" else PLACE)
             value = getattr(self.model, name)
             if value is None:

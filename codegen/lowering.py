@@ -93,7 +93,8 @@ def _header(
         banner=banner,
         name=names.model,
         constants=(
-            *_constants(model),
+            *_constants(model, relaxation),
+            *(groups.constants() if groups else []),
             *unread.constants(model),
             *partitioned.constants(),
             *(factors.constants() if factors else []),
@@ -131,13 +132,14 @@ def _policy_site(model: ir.Model) -> tuple[ir.Site, ...]:
     return (ir.Site("policy:default"),) if model.policy is None else ()
 
 
-def _constants(model: ir.Model) -> tuple[str, ...]:
+def _constants(model: ir.Model, relaxation: Relaxation) -> tuple[str, ...]:
     visible = sum(length_of(v.indices) for v in model.variables if v.visible)
+    has_lower = model.lower is not None or relaxation.earned
     lines = [
         f"static constexpr int kActionCount = {model.action.count};",
         f"static constexpr int kVisibleCount = {visible};",
         f"static constexpr int kVariableCount = {sum(length_of(v.indices) for v in model.variables)};",
-        f"static constexpr bool kHasLower = {'false' if model.lower is None else 'true'};",
+        f"static constexpr bool kHasLower = {'true' if has_lower else 'false'};",
         *([] if model.history.is_empty else ["static constexpr bool kHasHistory = true;"]),
         f"using Key = {KeyLayout(model.key).type};",
     ]
@@ -234,10 +236,12 @@ def _sections(
                 *(beliefs.all() if beliefs else []),
                 *history,
                 *PolicyFunctions(interface).all(),
-                *interface.bounds(derived=groups is not None),
+                *interface.bounds(
+                    derived=groups is not None, looks_up=groups is not None and groups.earned is not None
+                ),
             ],
         ),
-        ("Upper bounds from small models", [*groups.all(), groups.upper()] if groups else []),
+        ("Bounds from small models", [*groups.all(), groups.upper(), *groups.lower()] if groups else []),
         (
             "Loading",
             [

@@ -41,8 +41,8 @@ _CONCEPT = _words(
     """
     Key KeyReader KeyWriter WideKey words_of
     ParamValues StepResult Params Fixed State Site Joint kActionCount kVisibleCount
-    kVariableCount kHasLower init_visible init_hidden export_visible import_visible export_state
-    is_legal is_terminal is_success step observe filter default_policy choose first_legal lower
+    kVariableCount kHasLower kLooksUpPolicy init_visible init_hidden export_visible import_visible
+    export_state is_legal is_terminal is_success step observe filter default_policy choose first_legal lower
     upper tail load joint History NoHistory kHasHistory init_history advance_history roll_history
     declared_upper relaxation exact groups
     remember Posterior NotFactored kFactored kExactUnits kParticleUnits init_posterior advance_posterior

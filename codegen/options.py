@@ -30,5 +30,9 @@ MAX_GROUPS_WORK = 1 << 24
 MAX_UNDECLARED_WORK = 1 << 28
 MAX_GROUP_TERMS = 256
 
+# What the default policy earns is looked up in a table of at most this many entries: 256 kB of floats, as it
+# lies beside the upper bound's, and a rollout of a larger model is worth its time.
+MAX_EARNED_ENTRIES = 65536
+
 # Where generated lines break.
 LINE_LENGTH = 110

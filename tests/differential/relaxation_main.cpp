@@ -1,6 +1,8 @@
-// Compares the upper bound in every state that can be reached with the value of knowing the state, which is
-// computed here from the whole model's step. Prints how many states there are, the least and the largest of
-// bound minus value, and the largest value. MODEL is the model's type, HEADER its generated header.
+// Compares the upper bound in every state that can be reached with the value of knowing the state, and the
+// lower one with what the default policy earns, both computed here from the whole model's step. Prints how
+// many states there are, the least and the largest of bound minus value, the largest value, and the least and
+// the largest of the policy's value minus its bound (of a policy without a history). MODEL is the model's
+// type, HEADER its generated header.
 #include <cstdio>
 #include <cstring>
 #include <map>
@@ -29,6 +31,8 @@ struct Outcome {
 };
 
 struct Choice {
+  int action = 0;
+  double chosen = 0.0;  // with what probability the default policy does
   double reward = 0.0;
   std::vector<Outcome> outcomes;
 };
@@ -59,6 +63,7 @@ int main(int, char** argv) {
     for (int action = 0; action < M::kActionCount; ++action) {
       if (!M::is_legal(params, place.fixed, place.state, action)) continue;
       Choice choice;
+      choice.action = action;
       draws.start();
       do {
         Place next{place.fixed, {}};
@@ -69,26 +74,43 @@ int main(int, char** argv) {
       } while (draws.next());
       choices[i].push_back(choice);
     }
+    draws.start();
+    do {
+      const int chosen = M::default_policy(params, place.fixed, place.state, M::History{}, draws);
+      for (Choice& choice : choices[i]) {
+        if (choice.action == chosen) choice.chosen += draws.probability();
+      }
+    } while (draws.next());
   }
-  std::vector<double> values(places.size(), 0.0);
+  std::vector<double> values(places.size(), 0.0), earned(places.size(), 0.0);
   for (int sweep = 0; sweep < 2000; ++sweep) {
+    const std::vector<double> earned_before = earned;
     for (std::size_t i = 0; i < places.size(); ++i) {
       double best = choices[i].empty() ? 0.0 : -1e30;
+      earned[i] = 0.0;
       for (const Choice& choice : choices[i]) {
-        double value = choice.reward;
-        for (const Outcome& o : choice.outcomes) value += discount * o.probability * values[o.next];
+        double value = choice.reward, own = choice.reward;
+        for (const Outcome& o : choice.outcomes) {
+          value += discount * o.probability * values[o.next];
+          own += discount * o.probability * earned_before[o.next];
+        }
         best = value > best ? value : best;
+        earned[i] += choice.chosen * own;
       }
       values[i] = best;
     }
   }
-  double least = 1e30, most = -1e30, largest = -1e30;
+  double least = 1e30, most = -1e30, largest = -1e30, under = 1e30, deepest = -1e30;
   for (std::size_t i = 0; i < places.size(); ++i) {
     const double over = static_cast<double>(M::upper(params, places[i].fixed, places[i].state)) - values[i];
     least = over < least ? over : least;
     most = over > most ? over : most;
     largest = values[i] > largest ? values[i] : largest;
+    const float lower = M::lower(params, places[i].fixed, places[i].state, M::History{});
+    const double below = earned[i] - static_cast<double>(lower);
+    under = below < under ? below : under;
+    deepest = below > deepest ? below : deepest;
   }
-  std::printf("%zu %.9g %.9g %.9g\n", places.size(), least, most, largest);
+  std::printf("%zu %.9g %.9g %.9g %.9g %.9g\n", places.size(), least, most, largest, under, deepest);
   return 0;
 }

@@ -57,5 +57,18 @@ TEST(Outcomes, AnEpisodeMayEndBeforeItPays) {
   EXPECT_NEAR(values[1], 2.0 / (1.0 - 0.45), 1e-6);
 }
 
+TEST(Outcomes, WhatIsEarnedIsNeverTooMuch) {
+  Outcomes outcomes;
+  choose(outcomes, -1.0, 1, 1.0);
+  end_state(outcomes);
+  choose(outcomes, 2.0, 0, 1.0);
+  end_state(outcomes);
+  const std::vector<double> values = earned(outcomes, 0.9);
+  const double first = (-1.0 + 0.9 * 2.0) / (1.0 - 0.81);
+  EXPECT_NEAR(values[0], first, 1e-6);
+  EXPECT_LE(values[0], first + 1e-12);
+  EXPECT_LE(values[1], 2.0 + 0.9 * first + 1e-12);
+}
+
 }  // namespace
 }  // namespace hypgen::relaxation

@@ -101,7 +101,9 @@ def test_what_forbids_a_factor_is_named() -> None:
     )
 
 
-@pytest.mark.parametrize(("lower", "words"), [(None, "the default policy's rollout"), (-7.5, "-7.5")])
+@pytest.mark.parametrize(
+    ("lower", "words"), [(None, "what the default policy earns, looked up"), (-7.5, "-7.5")]
+)
 def test_bounds(lower: float | None, words: str) -> None:
     value = None if lower is None else ir.Const(Float(lower, lower), lower)
     shown = text(dataclasses.replace(ir_samples.tiger(), lower=value))

@@ -46,6 +46,27 @@ def test_a_table_holds_a_declared_bound_that_is_less() -> None:
     assert not relax(example("rock_sample")).declared  # there is none
 
 
+def test_what_a_policy_without_a_history_earns_is_known(tmp_path: Path) -> None:
+    assert relax(example("tiger")).earned
+    assert not relax(example("tiger_memory")).earned
+    assert not relax(example("tag")).earned  # it draws by what it remembers
+    assert relax(written(FLAGS, tmp_path)).earned
+    assert not relax(written(FLAGS + "bound lower = 0\n", tmp_path)).earned
+    assert not relax(
+        written(
+            FLAGS.replace("default = stay", "default = if wind.calm then stay else look")
+            + """
+element wind {
+  visible calm: bool
+  init calm = true
+  calm' ~ noisy(calm, 0.9)
+}
+""",
+            tmp_path,
+        )
+    ).earned  # it reads what no reward depends on
+
+
 def test_only_what_matters_is_known() -> None:
     assert known(relax(example("tag"))) == [[("robot.cell", ()), ("opponent.cell", ())]]
 

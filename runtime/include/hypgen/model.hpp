@@ -5,12 +5,11 @@
 // for const references to them:
 //
 //   static constexpr int kActionCount, kVisibleCount, kVariableCount;
-//   static constexpr bool kHasLower;                // `bound lower` is declared
-//   static constexpr bool kHasHistory;              // the policy remembers; otherwise derive from NoHistory
-//   using Key = std::uint64_t;                      // of observations, or WideKey<N>
-//   struct Params;                                  // tables derived at load included
-//   struct Fixed { std::uint32_t words[..]; };      // once a scenario
-//   struct State { std::uint32_t words[..]; };      // the rest, packed
+//   static constexpr bool kHasLower;                // `bound lower` is declared, or what the default policy
+//   earns is known static constexpr bool kHasHistory;              // the policy remembers; otherwise derive
+//   from NoHistory using Key = std::uint64_t;                      // of observations, or WideKey<N> struct
+//   Params;                                  // tables derived at load included struct Fixed { std::uint32_t
+//   words[..]; };      // once a scenario struct State { std::uint32_t words[..]; };      // the rest, packed
 //   struct History { std::uint32_t words[..]; };    // what the policy knows of the past
 //
 //   void init_visible(P, D&, Fixed&, State&);       // zeroes first
@@ -62,6 +61,12 @@ template <class M, class = void>
 struct IsRelaxed : std::false_type {};
 template <class M>
 struct IsRelaxed<M, std::void_t<decltype(&M::declared_upper)>> : std::true_type {};
+
+// Whether `bound lower` is declared, not what a table says that the default policy earns.
+template <class M, class = void>
+struct DeclaresLower : std::bool_constant<M::kHasLower> {};
+template <class M>
+struct DeclaresLower<M, std::enable_if_t<M::kLooksUpPolicy>> : std::false_type {};
 
 // The number that a fixed-point sum stands for.
 HYPGEN_FN double from_fixed_sum(std::int64_t sum) {

@@ -56,18 +56,24 @@ class Iteration {
 
   // The optimal values V* lie at most d / (1 - discount) above the present ones V, d the most that one more
   // sweep would raise a value by; so V* = T V* lies at most discount d / (1 - discount) above T V.
-  std::vector<double> bound() const {
+  std::vector<double> above() const { return beyond(1.0); }
+
+  // Likewise from below, with the most that a sweep would lower a value by.
+  std::vector<double> below() const { return beyond(-1.0); }
+
+ private:
+  // One more sweep, and what others may add to it in the direction of `sign`.
+  std::vector<double> beyond(double sign) const {
     std::vector<double> result(values_.size());
-    double raised = 0.0;
+    double moved = 0.0;
     for (std::size_t i = 0; i < values_.size(); ++i) {
       result[i] = backup(i);
-      raised = std::max(raised, result[i] - values_[i]);
+      moved = std::max(moved, sign * (result[i] - values_[i]));
     }
-    for (double& value : result) value += discount_ * raised / (1.0 - discount_);
+    for (double& value : result) value += sign * discount_ * moved / (1.0 - discount_);
     return result;
   }
 
- private:
   double backup(std::size_t state) const {
     const auto begin = static_cast<std::size_t>(outcomes_.first_choice[state]);
     const auto end = static_cast<std::size_t>(outcomes_.first_choice[state + 1]);
@@ -103,7 +109,14 @@ class Iteration {
 inline std::vector<double> worth(const Outcomes& outcomes, double discount, bool may_stop) {
   Iteration iteration(outcomes, discount, may_stop);
   iteration.run();
-  return iteration.bound();
+  return iteration.above();
+}
+
+// What is earned where each state has one choice, never too much.
+inline std::vector<double> earned(const Outcomes& outcomes, double discount) {
+  Iteration iteration(outcomes, discount, false);
+  iteration.run();
+  return iteration.below();
 }
 
 }  // namespace hypgen::relaxation

@@ -1,8 +1,9 @@
-// Upper bounds from small models: fills a table with what a group of rewards can be worth from each state.
+// Bounds from small models: fills a table with what a group of rewards can be worth from each state, and one
+// with what the default policy earns.
 //
-// A generated model calls `relaxation::fill` for its groups when params are loaded. A group's states are
-// numbered; its step is the model's own, of the variables that the group needs, over every outcome of the
-// draws.
+// A generated model calls `relaxation::fill` for its groups when params are loaded, and `fill_earned` where
+// one group has all rewards and the policy is a function of its states. A group's states are numbered; its
+// step is the model's own, of the variables that the group needs, over every outcome of the draws.
 #pragma once
 
 #include <algorithm>
@@ -32,6 +33,9 @@ inline float rounded_up(double value, std::size_t groups) {
                         std::numeric_limits<float>::infinity());
 }
 
+// A float below `value`.
+inline float rounded_down(double value) { return -rounded_up(-value, 1); }
+
 // More outcomes than this take seconds, and 12 bytes each.
 constexpr std::size_t kMostOutcomes = std::size_t{1} << 26;
 // The most of the squares of the choices' outcomes: to come to an outcome of a long list takes as many
@@ -51,6 +55,10 @@ struct Group {
   float* table;
 };
 
+// The default policy: -1 where no action is legal.
+template <class Params, class Fixed, class State>
+using Policy = int (*)(const Params&, const Fixed&, const State&, exact::EnumeratingDraws&);
+
 // Goes through a group's states.
 template <class Params, class Fixed, class State>
 class Enumeration {
@@ -66,24 +74,46 @@ class Enumeration {
       group_.put(i, fixed, state);
       for (const int action : group_.actions) {
         if (!group_.is_legal(params_, fixed, state, action)) continue;
-        if (!add(fixed, state, action, outcomes)) return false;
+        if (!add(fixed, state, [&] { return action; }, outcomes)) return false;
       }
-      if (outcomes.next.size() > kMostOutcomes) return false;
-      outcomes.first_choice.push_back(static_cast<std::int64_t>(outcomes.reward.size()));
+      if (!end_state(outcomes)) return false;
+    }
+    return true;
+  }
+
+  // The same of what a policy does, which draws along with the step.
+  bool run(Policy<Params, Fixed, State> policy, Outcomes& outcomes) {
+    for (std::int32_t i = 0; i < group_.states; ++i) {
+      Fixed fixed;
+      State state;
+      group_.put(i, fixed, state);
+      const auto choose = [&] { return policy(params_, fixed, state, draws_); };
+      if (!add(fixed, state, choose, outcomes) || !end_state(outcomes)) return false;
     }
     return true;
   }
 
  private:
-  // Appends what an action leads to; false if there are too many paths to try, or a reward is NaN.
-  bool add(const Fixed& fixed, const State& state, int action, Outcomes& outcomes) {
+  // Ends the list of a state's choices; false if there are too many outcomes.
+  static bool end_state(Outcomes& outcomes) {
+    outcomes.first_choice.push_back(static_cast<std::int64_t>(outcomes.reward.size()));
+    return outcomes.next.size() <= kMostOutcomes;
+  }
+
+  // Appends what a choice leads to; false if there are too many paths to try, or a reward is NaN. No action
+  // (-1) ends the episode.
+  template <class Choose>
+  bool add(const Fixed& fixed, const State& state, const Choose& choose, Outcomes& outcomes) {
     const auto first = static_cast<std::size_t>(outcomes.first_outcome.back());
     double reward = 0.0;
     double paths = 0.0;
     draws_.start();
     do {
       State next;
-      const StepResult result = group_.step(params_, fixed, state, action, draws_, next);
+      const int action = choose();
+      StepResult result{};
+      result.terminal = true;
+      if (action >= 0) result = group_.step(params_, fixed, state, action, draws_, next);
       const double probability = draws_.probability();
       if (result.error) return false;
       reward += probability * from_fixed_sum(result.reward);
@@ -134,6 +164,29 @@ void fill_one(const Group<Params, Fixed, State>& group, std::size_t groups, cons
     group.put(i, fixed, state);
     const float declared = group.declared(params, fixed, state);
     if (!(entry < declared)) entry = declared;
+  }
+}
+
+// Fills a table with what the policy earns for ever from each state, where the group has all rewards; with
+// `tail` where that cannot be enumerated.
+template <class Params, class Fixed, class State>
+void fill_earned(const Group<Params, Fixed, State>& group, Policy<Params, Fixed, State> policy,
+                 float (*tail)(const Params&, const Fixed&, const State&), float* table, const Params& params,
+                 double discount) {
+  Outcomes outcomes;
+  std::vector<double> values;
+  if (Enumeration<Params, Fixed, State>(group, params).run(policy, outcomes)) {
+    values = earned(outcomes, discount);
+  }
+  for (std::int32_t i = 0; i < group.states; ++i) {
+    if (!values.empty()) {
+      table[i] = rounded_down(values[static_cast<std::size_t>(i)]);
+      continue;
+    }
+    Fixed fixed;
+    State state;
+    group.put(i, fixed, state);
+    table[i] = tail(params, fixed, state);
   }
 }
 

@@ -97,7 +97,7 @@ class Tracer {
     for (const std::uint64_t word : words_of(key)) put(static_cast<std::int64_t>(word));
     put_float(declared_upper(lane));
     put_float(M::tail(params_, lane.fixed, lane.state));
-    put_float(M::kHasLower ? M::lower(params_, lane.fixed, lane.state, lane.history) : 0.0F);
+    put_float(DeclaresLower<M>::value ? M::lower(params_, lane.fixed, lane.state, lane.history) : 0.0F);
     if (goes_on) {
       put_filter(lane, i, t, action, key);
       advance(lane, action, key, draws, next);

@@ -549,7 +549,7 @@ struct RockSample {
     return 0.0f;
   }
 
-  // Upper bounds from small models ----------------------------------------------------------------------
+  // Bounds from small models ----------------------------------------------------------------------------
 
   // States as far as rover.exit, rock.sampled goes.
   HYPGEN_FN static std::int32_t index_of_group_0(const Fixed&, const State& state) {

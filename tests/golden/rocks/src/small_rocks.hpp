@@ -21,8 +21,9 @@ struct SmallRocks : NoHistory, NotFactored {
   static constexpr int kActionCount = 5;
   static constexpr int kVisibleCount = 1;
   static constexpr int kVariableCount = 3;
-  static constexpr bool kHasLower = false;
+  static constexpr bool kHasLower = true;
   using Key = std::uint64_t;
+  static constexpr bool kLooksUpPolicy = true;
   static constexpr int kStages = 1;
   static constexpr int kMaxWarps = 1;
 
@@ -53,6 +54,7 @@ struct SmallRocks : NoHistory, NotFactored {
     float accuracy_table[4][2];  // computed: sample.pomdp:9, by rover_x, r
     float upper_table[4];  // computed: sample.pomdp:7, by rover_x
     float group_0_table[16];  // computed: the worth of rover.exit, rock.sampled
+    float earned_table[16];  // computed: what the default policy earns
   };
 
   // What never changes: stored once a scenario.
@@ -329,11 +331,7 @@ struct SmallRocks : NoHistory, NotFactored {
     return 0.0f;
   }
 
-  HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
-    return 0.0f;
-  }
-
-  // Upper bounds from small models ----------------------------------------------------------------------
+  // Bounds from small models ----------------------------------------------------------------------------
 
   // States as far as rover.exit, rock.sampled goes.
   HYPGEN_FN static std::int32_t index_of_group_0(const Fixed&, const State& state) {
@@ -378,6 +376,11 @@ struct SmallRocks : NoHistory, NotFactored {
     return worth < declared ? worth : declared;
   }
 
+  HYPGEN_FN static float lower(const Params& params, const Fixed& fixed, const State& state,
+      const History&) {
+    return params.earned_table[index_of_group_0(fixed, state)];
+  }
+
   // Loading ---------------------------------------------------------------------------------------------
 
   // sample.pomdp:9
@@ -410,6 +413,11 @@ struct SmallRocks : NoHistory, NotFactored {
           params.group_0_table},
     };
     relaxation::fill(groups, params, 0.949999988079071, false);
+    const auto policy = [](const Params& given, const Fixed& fixed, const State& state, Draws& draws) {
+      return default_policy(given, fixed, state, History{}, draws);
+    };
+    relaxation::fill_earned<Params, Fixed, State>(groups[0], policy, tail, params.earned_table, params,
+        0.949999988079071);
     return true;
   }
 };

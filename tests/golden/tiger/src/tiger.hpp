@@ -21,8 +21,9 @@ struct Tiger : NoHistory {
   static constexpr int kActionCount = 3;
   static constexpr int kVisibleCount = 0;
   static constexpr int kVariableCount = 1;
-  static constexpr bool kHasLower = false;
+  static constexpr bool kHasLower = true;
   using Key = std::uint64_t;
+  static constexpr bool kLooksUpPolicy = true;
   static constexpr int kStages = 1;
   static constexpr int kMaxWarps = 1;
   static constexpr bool kFactored = true;
@@ -50,6 +51,7 @@ struct Tiger : NoHistory {
   struct Params {
     float hearing;  // tiger.pomdp:9
     float group_0_table[2];  // computed: the worth of outcome
+    float earned_table[2];  // computed: what the default policy earns
   };
 
   // What never changes: stored once a scenario.
@@ -324,11 +326,7 @@ struct Tiger : NoHistory {
     return -19.999996f;
   }
 
-  HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
-    return 0.0f;
-  }
-
-  // Upper bounds from small models ----------------------------------------------------------------------
+  // Bounds from small models ----------------------------------------------------------------------------
 
   // States as far as outcome goes.
   HYPGEN_FN static std::int32_t index_of_group_0(const Fixed&, const State& state) {
@@ -361,6 +359,11 @@ struct Tiger : NoHistory {
     return params.group_0_table[index_of_group_0(fixed, state)];
   }
 
+  HYPGEN_FN static float lower(const Params& params, const Fixed& fixed, const State& state,
+      const History&) {
+    return params.earned_table[index_of_group_0(fixed, state)];
+  }
+
   // Loading ---------------------------------------------------------------------------------------------
 
   template <class Draws = exact::EnumeratingDraws>
@@ -372,6 +375,10 @@ struct Tiger : NoHistory {
           params.group_0_table},
     };
     relaxation::fill(groups, params, 0.95, false);
+    const auto policy = [](const Params& given, const Fixed& fixed, const State& state, Draws& draws) {
+      return default_policy(given, fixed, state, History{}, draws);
+    };
+    relaxation::fill_earned<Params, Fixed, State>(groups[0], policy, tail, params.earned_table, params, 0.95);
     return true;
   }
 };

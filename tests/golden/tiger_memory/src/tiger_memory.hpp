@@ -392,7 +392,7 @@ struct TigerMemory {
     return 0.0f;
   }
 
-  // Upper bounds from small models ----------------------------------------------------------------------
+  // Bounds from small models ----------------------------------------------------------------------------
 
   // States as far as outcome goes.
   HYPGEN_FN static std::int32_t index_of_group_0(const Fixed&, const State& state) {

@@ -401,7 +401,7 @@ struct WandererOf : NoHistory, NotFactored {
     return -20.0f;
   }
 
-  // Upper bounds from small models ----------------------------------------------------------------------
+  // Bounds from small models ----------------------------------------------------------------------------
 
   // States as far as bot.worth goes.
   HYPGEN_FN static std::int32_t index_of_group_0(const Fixed& fixed, const State& state) {
