@@ -47,6 +47,8 @@ class _Reader:
         }
         while self.tokens.peek().text:
             word = self.tokens.next()
+            if word.text.lower() in headings or word.text.upper() in ("T", "O", "R"):
+                self.tokens.taken = ""
             known = headings.get(word.text.lower())
             if known is not None:
                 known(word)
@@ -61,9 +63,9 @@ class _Reader:
     def _unknown(self, word: Word) -> None:
         remedy = did_you_mean(word.text.lower(), HEADINGS) or "a specification starts with T, O or R"
         code, message = "E0901", f"a specification is expected, but found '{word.text[:30]}'"
-        if _INTEGER.match(word.text.lstrip("+-.")):
-            code, message = "E0903", "here are more numbers than the row or matrix takes"
-            remedy = "give one for each state, or for each observation"
+        if self.tokens.taken and _INTEGER.match(word.text.lstrip("+-.")):
+            code, message = "E0903", f"here is a number too many: {self.tokens.taken}"
+            remedy = "remove it, or one before it"
         self.trouble.add(code, message, word.start, len(word.text), remedy)
         self.tokens.skip_to_heading()
 
@@ -80,7 +82,7 @@ class _Reader:
         if not self._colon(heading):
             return
         place = self.tokens.peek()
-        self.discount = self.tokens.number("the discount")
+        self.discount = self.tokens.number("the discount", "write a number from 0 to 1, such as 0.95")
         if self.discount is None:
             self.tokens.skip_to_heading()
         elif not 0 <= self.discount <= 1:
@@ -93,7 +95,7 @@ class _Reader:
         word = self.tokens.next()
         kind = word.text.lower().rstrip("s")
         if kind not in ("reward", "cost"):
-            self.tokens.unexpected(word, "'reward' or 'cost'")
+            self.tokens.unexpected(word, "'reward' or 'cost'", "write `values: reward` or `values: cost`")
             self.tokens.skip_to_heading()
         self.is_cost = kind == "cost"
 

@@ -44,7 +44,11 @@ class Rewards:
             number = self.tokens.number("a reward")
             values = None if number is None else [number]
         else:
-            values = self.tokens.numbers(count, "R's " + ("row" if len(rest) == 1 else "matrix"))
+            form = " : ".join(
+                ("R", "action", "state", "next state", "observation")[: 1 + len(self.variables)]
+            )
+            remedy = f"give the numbers that are missing; one reward is written `{form} number`"
+            values = self.tokens.numbers(count, "R's " + ("row" if len(rest) == 1 else "matrix"), remedy)
         if values is None:
             return False
         for entry, value in zip(product(*(range(v.size) for v in rest)), values, strict=True):

@@ -6,9 +6,12 @@ import math
 import re
 from typing import NamedTuple
 
+from hypgen.dsl.diagnostics import did_you_mean
 from hypgen.dsl.foreign.trouble import Trouble
 
 HEADINGS = ("discount", "values", "states", "actions", "observations", "start")
+_FORM = "write `T : action : state : next-state probability`, and `O` and `R` likewise"
+_GIVE = "give the numbers that are missing"
 _COMMENT = re.compile(r"#[^\n]*")
 _WORD = re.compile(r"\s*(:|[^\s:]+)")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
@@ -31,6 +34,7 @@ class Tokens:
         self.trouble = trouble
         # Comments become blanks, so that places stay what they are.
         self.text = _COMMENT.sub(lambda m: " " * len(m.group()), trouble.source.text)
+        self.taken = ""  # what the numbers just read were, in words; empty behind a heading
         self.at, self.seen_at = 0, -1
         self.seen = Word("", 0)
 
@@ -72,65 +76,73 @@ class Tokens:
             result.append(self.next())
         return result
 
-    def numbers(self, count: int, what: str) -> list[float] | None:
-        """Return the next ``count`` numbers; None where there are fewer, which is noted as a mistake."""
+    def numbers(self, count: int, what: str, remedy: str = _GIVE) -> list[float] | None:
+        """Return the next ``count`` numbers; None where there are fewer, a mistake with that ``remedy``."""
+        self.taken = f"{what} takes {_numbers(count)}"
         window = self.text[self.at : self.at + 24 * count + 64]
         words = window.split(None, count)
         if len(words) > count and "_" not in window:
             try:
                 values = list(map(float, words[:count]))
             except ValueError:
-                return self._slowly(count, what)
+                return self._slowly(count, what, remedy)
             if math.isfinite(math.fsum(values)):
                 self.at += len(window) - len(words[count])
                 return values
-        return self._slowly(count, what)
+        return self._slowly(count, what, remedy)
 
-    def number(self, what: str) -> float | None:
+    def number(self, what: str, remedy: str = "") -> float | None:
         """Return the next number."""
+        self.taken = f"{what} is one number"
         word = self.peek()
         if not _NUMBER.fullmatch(word.text) or not math.isfinite(float(word.text)):
-            self.unexpected(word, what)
+            self.unexpected(word, what, remedy or _number_like(word))
             return None
         self.next()
         return float(word.text)
 
-    def unexpected(self, word: Word, what: str) -> None:
+    def unexpected(self, word: Word, what: str, remedy: str = _FORM) -> None:
         """Note that ``what`` was expected and ``word`` found."""
         if not word.text:
             self.trouble.add(
                 "E0901", f"{what} is expected, but the file ends", word.start - 1, 1, "complete the file"
             )
             return
-        remedy = "write `T : action : state : next-state probability`, and `O` and `R` likewise"
         self.trouble.add(
             "E0901", f"{what} is expected, but found '{_cut(word.text)}'", word.start, len(word.text), remedy
         )
 
-    def _slowly(self, count: int, what: str) -> list[float] | None:
+    def _slowly(self, count: int, what: str, remedy: str) -> list[float] | None:
         first = self.peek()
         values: list[float] = []
         for _ in range(count):
             word = self.peek()
             if not _NUMBER.fullmatch(word.text) or not math.isfinite(float(word.text)):
                 if self.at_heading() or not values:
-                    self._too_few(count, len(values), first, word, what)
+                    self._too_few(count, len(values), first, word, what, remedy)
                 else:
-                    self.unexpected(word, f"number {len(values) + 1} of {what}")
+                    self.unexpected(word, f"number {len(values) + 1} of {what}", _number_like(word))
                 return None
             values.append(float(self.next().text))
         return values
 
-    def _too_few(self, count: int, given: int, first: Word, word: Word, what: str) -> None:
+    def _too_few(self, count: int, given: int, first: Word, word: Word, what: str, remedy: str) -> None:
         if word.text and not given:
-            self.unexpected(word, what)
+            self.unexpected(word, what, remedy if self.at_heading() else _number_like(word))
             return
         end = "the file ends" if not word.text else "the next specification starts"
-        message = f"{what} takes {count} numbers, but {end} after {given}"
+        message = f"{what} takes {_numbers(count)}, but {end} after {given}"
         place = (first if given else word).start - (0 if first.text else 1)
-        self.trouble.add(
-            "E0903", message, place, max(len(first.text), 1), "give the numbers that are missing"
-        )
+        self.trouble.add("E0903", message, place, max(len(first.text), 1), remedy)
+
+
+def _numbers(count: int) -> str:
+    return f"{count} number{'' if count == 1 else 's'}"
+
+
+def _number_like(word: Word) -> str:
+    """Return what to write instead of a word where numbers are expected."""
+    return did_you_mean(word.text.lower(), ("identity", "uniform", "reset")) or "write a number, such as 0.25"
 
 
 def _cut(text: str) -> str:

@@ -16,6 +16,10 @@ from hypgen.dsl.foreign.xml_tree import Element, parse
 from hypgen.dsl.source import Source
 
 MAX_VALUES = 100_000
+_PARTS = frozenset(
+    {"Description", "Discount", "Horizon", "Variable", "InitialStateBelief"}
+    | {"StateTransitionFunction", "ObsFunction", "RewardFunction"}
+)
 _KINDS = {"StateVar": "state", "ObsVar": "observation", "ActionVar": "action"}
 
 
@@ -70,7 +74,11 @@ class _Reader:
 
     def _lacks(self, element: Element, what: str) -> Exception:
         message = f"<{element.tag}> lacks {what}"
-        return self.trouble.stop("E0911", message, element.start, len(element.tag) + 1, f"add {what} to it")
+        remedy, tag = f"add {what} to it", what.strip("<>")
+        for child in element.children:
+            if child.tag not in _PARTS and did_you_mean(child.tag, (tag,)):
+                remedy = f"did you mean {what} where <{child.tag}> stands?"
+        return self.trouble.stop("E0911", message, element.start, len(element.tag) + 1, remedy)
 
     def _discount(self, root: Element) -> float:
         element = self._part(root, "Discount")
@@ -205,9 +213,14 @@ class _Reader:
                 left, value = divmod(left, len(parent.names))
                 given.append(f"{parent.name} = {parent.names[value]}")
             row = f"'{own.name}'" + (f" given {', '.join(reversed(given))}" if given else "")
-            message = f"the probabilities of {row} sum to {total:.6g}"
-            code = "E0904" if total else "E0905"
-            self.trouble.add(code, message, element.start, 9, "make them sum to 1")
+            if total:
+                message = f"the probabilities of {row} sum to {total:.6g}"
+                self.trouble.add("E0904", message, element.start, 9, "make them sum to 1")
+            else:
+                message = f"there are no probabilities of {row}"
+                self.trouble.add(
+                    "E0905", message, element.start, 9, "give them, in an <Entry> of its own or with '*'"
+                )
         if len(wrong) > 3:
             message = f"{len(wrong) - 3} more rows of '{own.name}' do not sum to 1"
             self.trouble.add("E0904", message, element.start, 9, "make them sum to 1")

@@ -120,7 +120,8 @@ class Tables:
     def _entry(self, entry: Element, target: _Target, tag: str) -> None:
         instance, numbers = entry.child("Instance"), entry.child(tag)
         if instance is None or numbers is None:
-            self._add("E0911", f"<Entry> lacks <Instance> or <{tag}>", entry, "give it both")
+            lacks = f"<{tag}>" if instance is not None else "<Instance>"
+            self._add("E0911", f"<Entry> lacks {lacks}", entry, f"give it <Instance> and <{tag}>")
             return
         words = instance.text.split()
         if len(words) != len(target.axes):

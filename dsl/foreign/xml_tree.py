@@ -65,7 +65,8 @@ class _Builder:
         except expat.ExpatError as error:
             place = self.trouble.offset(error.lineno, error.offset)
             reason = expat.ErrorString(error.code)
-            remedy = "correct the XML" if self.root is not None else "complete the file"
+            cut = self.root is None or not self.trouble.source.text[place + 1 :].strip()
+            remedy = "complete the file, which may be cut off" if cut else "correct the XML"
             raise self.trouble.stop(
                 "E0909", f"this is no well-formed XML: {reason}", place, 1, remedy
             ) from None

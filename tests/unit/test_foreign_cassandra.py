@@ -108,7 +108,8 @@ def test_large_tables_are_lists_of_successors() -> None:
         (ROBOT + "T: go : left\n1 0\nO: * uniform",
          ["E0903 10: a row of T takes 3 numbers, but the next specification starts after 2"]),
         (ROBOT + "T: go : left\n1 x 0", ["E0901 10: number 2 of a row of T is expected, but found 'x'"]),
-        (ROBOT + "T: go : left\n1 0 0 0", ["E0903 10: here are more numbers than the row or matrix takes"]),
+        (ROBOT + "T: go : left\n1 0 0 0",
+         ["E0903 10: here is a number too many: a row of T takes 3 numbers"]),
         (ROBOT + "T: go : left : left 0.5",
          ["E0904 9: the probabilities of row T : go : left sum to 1.16667"]),
         (ROBOT + "T: go : left : left nan", ["E0901 9: a probability is expected, but found 'nan'"]),
@@ -132,6 +133,25 @@ def test_large_tables_are_lists_of_successors() -> None:
 )  # fmt: skip
 def test_mistakes_are_told_where_they_are(text: str, expected: list[str]) -> None:
     assert told(text) == expected
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "remedy"),
+    [
+        ("values: reward", "values: profit", "write `values: reward` or `values: cost`"),
+        ("discount: 0.9", "discount: 90%", "write a number from 0 to 1, such as 0.95"),
+        ("T: stay identity", "T: stay identiy", "did you mean 'identity'?"),
+        ("T: stay identity", "T: stay\n1 0 0\n0 one 0", "write a number, such as 0.25"),
+        ("T: stay identity", "R: stay : left 1\nT: stay identity",
+         "give the numbers that are missing; one reward is written "
+         "`R : action : state : next state : observation number`"),
+        ("T: stay identity", "T: stay identity 1", "a specification starts with T, O or R"),
+    ],
+)  # fmt: skip
+def test_remedies_fit_the_place(old: str, new: str, remedy: str) -> None:
+    with pytest.raises(ModelError) as error:
+        imported(ROBOT.replace(old, new))
+    assert error.value.diagnostics[0].remedy == remedy
 
 
 def test_numbers_are_the_shortest_that_stay_the_same() -> None:

@@ -155,6 +155,19 @@ def test_mistakes_are_told(old: str, new: str, expected: str) -> None:
     assert expected in told(ROVER.replace(old, new))
 
 
+def test_a_misspelt_part_is_named_in_the_remedy() -> None:
+    with pytest.raises(ModelError) as error:
+        imported(ROVER.replace("ObsFunction", "ObsFunktion"))
+    (mistake,) = error.value.diagnostics
+    assert mistake.message == "<pomdpx> lacks <ObsFunction>"
+    assert mistake.remedy == "did you mean <ObsFunction> where <ObsFunktion> stands?"
+
+
+def test_a_row_that_no_entry_gives_is_told() -> None:
+    row = "there are no probabilities of 'sensor' given act = check, rover_1 = s0, rock_1 = good"
+    assert f"E0905: {row}" in told(ROVER.replace("0.8 0.2 0.2 0.8", "0 0 0.2 0.8"))
+
+
 def test_a_template_that_leads_to_itself_is_refused() -> None:
     inner = '<Edge val="good"><Node var="rock_1">'
     circle = DIAGRAMS.replace(inner, inner.replace("<Node", '<SubDAG type="template" idref="kept"/><Node'))
