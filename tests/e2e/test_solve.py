@@ -2,10 +2,10 @@
 
 import importlib.util
 import json
+import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -51,15 +51,18 @@ def test_no_time_is_spent_where_nothing_is_left_to_gain() -> None:
 def test_an_interrupt_prints_what_is_proven(tmp_path: Path) -> None:
     patient = tmp_path / "patient.pomdp"  # whose sweeps take long
     patient.write_text(Path(TIGER).read_text().replace("discount 0.95", "discount 0.9999999"))
-    assert solve(str(patient), "--time", "0").returncode == Exit.OK
-    started = subprocess.Popen(
-        [*HYPGEN, str(patient), "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    time.sleep(2)
-    started.send_signal(signal.SIGINT)
-    printed, _ = started.communicate(timeout=30)
-    assert started.returncode == Exit.INTERRUPTED
-    assert json.loads(printed)["status"] == "interrupted"
+    terminal, theirs = os.openpty()  # on a terminal it says how far it is
+    command = [*HYPGEN, str(patient), "--gap", "0", "--time", "600"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=theirs, text=True) as started:
+        os.close(theirs)
+        shown = b""
+        while b" trials" not in shown and started.poll() is None:
+            shown += os.read(terminal, 1024)
+        started.send_signal(signal.SIGINT)
+        printed, _ = started.communicate(timeout=60)
+    os.close(terminal)
+    assert started.returncode == Exit.INTERRUPTED, shown
+    assert "Tiger: 2 states" in printed and "interrupted" in printed
 
 
 def test_a_continuous_draw_is_refused_before_anything_is_compiled() -> None:
