@@ -27,7 +27,7 @@ class FactorFunctions(Weighing):
 
     def fields(self) -> tuple[str, ...]:
         """Return the members of ``Posterior``."""
-        return tuple(f"float {self.field(f)}[{f.members * stored(f)}];" for f in self.exact)
+        return tuple(f"double {self.field(f)}[{f.members * stored(f)}];" for f in self.exact)
 
     def field(self, factor: ir.Factor) -> str:
         """Return the member of ``Posterior`` that holds a factor's probabilities."""
@@ -59,18 +59,18 @@ class FactorFunctions(Weighing):
     # Exact posteriors ----------------------------------------------------------------------------
 
     def _start(self, factor: ir.Factor) -> views.Function:
-        """Return what gives a factor's posterior before the first step."""
-        builder = self.interface.given([*_SCRATCH, ("float*", "after")])
+        """Return what gives a factor's posterior before the first step, in floats or doubles."""
+        builder = self.interface.given([*_SCRATCH, ("Real*", "after")])
         code, unique, n = builder.code, builder.printer.scope.unique, factor.size
         inits = [i for i in self.model.inits if i.variable in factor.variables]
         with self._members(builder, factor):
             sums, h, weight = unique("sums"), unique("h"), unique("likelihood")
-            code.add(f"float {sums}[{n}];")
+            code.add(f"Real {sums}[{n}];")
             with builder.printer.block(f"for (std::int32_t {h} = 0; {h} < {n}; ++{h})"):
                 code.add(f"{self.put[factor.element]}({self._scratch(builder, factor, 'state', h)});")
                 code.add(f"double {weight} = 1.0;")
                 self._weigh_draws(builder, factor, inits, False, weight)
-                code.add(f"{sums}[{h}] = static_cast<float>({weight});")
+                code.add(f"{sums}[{h}] = static_cast<Real>({weight});")
             code.add(f"posteriors::normalise<{n}>({sums}, {self._place(builder, factor, 'after')});")
         return builder.done("void", self.start[factor.element])
 
@@ -81,7 +81,7 @@ class FactorFunctions(Weighing):
             [
                 *[("const Params&", "params"), (fixed, "fixed"), ("State", "state"), ("int", "action")],
                 *[(self.interface.key.argument, "key"), ("State", "next")],
-                *[("const float*", "now"), ("float*", "after")],
+                *[("const Real*", "now"), ("Real*", "after")],
             ]
         )
         code, unique, n = builder.code, builder.printer.scope.unique, factor.size
@@ -93,12 +93,12 @@ class FactorFunctions(Weighing):
         with self._members(builder, factor):
             self._skip(builder, factor, watches, moves)
             sums, same, h, p = unique("sums"), unique("same"), unique("h"), unique("p")
-            code.add(f"float {sums}[{n}] = {{}};")
+            code.add(f"Real {sums}[{n}] = {{}};")
             code.add(f"bool {same} = true;")
             with builder.printer.block(f"for (std::int32_t {h} = 0; {h} < {n}; ++{h})"):
                 place = self._place(builder, factor, "now")
-                code.add(f"const float {p} = posteriors::probability<{n}>({place}, {h});")
-                code.add(f"if (!({p} > 0.0f)) continue;")
+                code.add(f"const Real {p} = posteriors::probability<{n}>({place}, {h});")
+                code.add(f"if (!({p} > Real{{}})) continue;")
                 for state in ("state", "next") if "state" in self.owners(factor) else ("state",):
                     code.add(f"{self.put[factor.element]}({self._scratch(builder, factor, state, h)});")
                 if self._certain(factor):
@@ -133,7 +133,7 @@ class FactorFunctions(Weighing):
         self._weigh(builder, factor, digits, watches, weight)
         stays = f"{g} == {h} && " if g != h else ""
         code.add(f"{same} = {same} && {stays}{weight} == 1.0;")
-        code.add(f"{sums}[{g}] += {p} * static_cast<float>({weight});")
+        code.add(f"{sums}[{g}] += {p} * static_cast<Real>({weight});")
 
     def _drawn_step(
         self,
@@ -155,7 +155,7 @@ class FactorFunctions(Weighing):
                 code.add("continue;")
             self._weigh(builder, factor, digits, watches, weight)
             code.add(f"{same} = {same} && {weight} == ({g} == {h} ? 1.0 : 0.0);")
-            code.add(f"{sums}[{g}] += {p} * static_cast<float>({weight});")
+            code.add(f"{sums}[{g}] += {p} * static_cast<Real>({weight});")
 
     # What the runtime calls ----------------------------------------------------------------------
 
@@ -277,7 +277,7 @@ class FactorFunctions(Weighing):
         for factor in self._units(builder, self.exact):
             place = self._place(builder, factor, f"posterior.{self.field(factor)}")
             builder.code.add(f"return posteriors::probability<{factor.size}>({place}, value);")
-        return builder.done("float", "probability")
+        return builder.done("double", "probability")
 
     def _put_unit(self) -> views.Function:
         builder = self.interface.given(

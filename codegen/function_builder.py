@@ -99,6 +99,8 @@ class Builder:
         head = wrapped(f"HYPGEN_FN static {result} {name}({', '.join(arguments)}) {{")
         if any(kind == "D&" for kind, _ in self.arguments):
             head.insert(0, "template <class D>")
+        if any(kind == "Real*" for kind, _ in self.arguments):
+            head.insert(0, "template <class Real>")
         return views.Function(tuple(comment), tuple(head), tuple(lines))
 
 

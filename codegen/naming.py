@@ -30,7 +30,7 @@ _KEYWORDS = _words(
 # Macros of the headers that generated code includes, and its namespaces.
 _TAKEN = _words(
     """
-    std hypgen math dist bits models D NULL EOF INFINITY NAN HUGE_VAL HUGE_VALF HUGE_VALL assert
+    std hypgen math dist bits models D Real NULL EOF INFINITY NAN HUGE_VAL HUGE_VALF HUGE_VALL assert
     errno stdin stdout stderr main linux unix SEEK_SET SEEK_CUR SEEK_END BUFSIZ FP_NAN FP_INFINITE
     FP_ZERO FP_NORMAL FP_SUBNORMAL signbit isnan isinf isfinite RAND_MAX EXIT_SUCCESS EXIT_FAILURE
     """

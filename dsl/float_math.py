@@ -118,3 +118,8 @@ def canonical_bits(x: npt.ArrayLike) -> Array:
     """Return the bits of float32 values as uint32; every NaN gives the same ones."""
     single = np.asarray(x, dtype=np.float32)
     return np.where(np.isnan(single), np.uint32(0x7FC00000), single.view(np.uint32))
+
+
+def canonical_double_bits(x: Array) -> Array:
+    """Return the bits of float64 values as uint64; every NaN gives the same ones."""
+    return np.where(np.isnan(x), np.uint64(0x7FF8000000000000), np.ascontiguousarray(x).view(np.uint64))

@@ -218,7 +218,7 @@ class Interpreter:
 
     def init_posterior(self, state: State) -> Posterior:
         """Return the posterior of each exact factor at the start, given the visible variables."""
-        return self._posteriors.start(state, [f.element for f in self._posteriors.factors])
+        return self._posteriors.start(state, [f.element for f in self._posteriors.factors], np.float64)
 
     def advance_posterior(
         self, state: State, action: npt.ArrayLike, key: npt.ArrayLike, after: State, now: Posterior
@@ -245,7 +245,7 @@ class Interpreter:
                 history[f"last {o.name}"] = self._array(o.type, tuple(b.type for b in o.binders))
         for r in kept.registers:
             history[f"memory {r.name}"] = self._fill(r, r.first, frame)
-        posterior = self._posteriors.start(state, kept.beliefs)
+        posterior = self._posteriors.start(state, kept.beliefs, np.float32)
         return history | {f"belief {name}": values for name, values in posterior.items()}
 
     def advance_history(

@@ -103,7 +103,7 @@ class Episode:
         """Return what the agent believes, for each member of each exact factor: its values' probabilities."""
         posteriors = Posteriors(self.model, Evaluator(self.model, {}), 1)
         first, *later = self._moments
-        now = posteriors.start(first.state, {f.element for f in posteriors.factors})
+        now = posteriors.start(first.state, {f.element for f in posteriors.factors}, np.float64)
         before = first
         for moment in later:
             if moment.key is not None:

@@ -1,6 +1,7 @@
 """The exact posterior of each factor, in each lane: what the agent knows of hidden state.
 
 docs/design/0002, "The factored filter", fixes every operation, so that generated code gives the same bits.
+Numbers are float64 in the agent's belief and float32 in the history of policies.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -38,9 +40,9 @@ class Posteriors:
         self._lanes = np.arange(lanes)
         self.factors = [f for f in model.factors if f.exact]
 
-    def start(self, state: State, elements: Collection[str]) -> Posterior:
-        """Return posteriors before the first step; ``state`` has the visible variables."""
-        return {f.element: self._start(f, state) for f in self.factors if f.element in elements}
+    def start(self, state: State, elements: Collection[str], kind: type[np.floating[Any]]) -> Posterior:
+        """Return posteriors of a kind before the first step; ``state`` has the visible variables."""
+        return {f.element: self._start(f, state, kind) for f in self.factors if f.element in elements}
 
     def advance(
         self, state: State, action: Array, after: State, seen: Mapping[str, Array], now: Posterior
@@ -64,8 +66,8 @@ class Posteriors:
                 possible &= fine
         return result, possible
 
-    def _start(self, factor: ir.Factor, state: State) -> Array:
-        result = np.zeros((len(self._lanes), factor.members, factor.size), dtype=np.float32)
+    def _start(self, factor: ir.Factor, state: State, kind: type[np.floating[Any]]) -> Array:
+        result = np.zeros((len(self._lanes), factor.members, factor.size), dtype=kind)
         for member, h in itertools.product(range(factor.members), range(factor.size)):
             trial = self.copied(factor, state)
             entries = list(self.entries(factor, member, self._model.inits))
@@ -185,11 +187,11 @@ class _Step:
                 continue
             weights = self._weights(h)
             same &= ~held | (weights == (np.arange(self.factor.size) == h)).all(axis=1)
-            shares = now[:, h, np.newaxis] * weights.astype(np.float32)
-            sums += np.where(held[:, np.newaxis], shares, np.float32(0))
+            shares = now[:, h, np.newaxis] * weights.astype(now.dtype)
+            sums += np.where(held[:, np.newaxis], shares, now.dtype.type(0))
         whole = total(sums)
         possible = same | (whole > 0)
-        divisor = np.where(whole > 0, whole, np.float32(1))[:, np.newaxis]
+        divisor = np.where(whole > 0, whole, now.dtype.type(1))[:, np.newaxis]
         after = np.where((same | ~possible)[:, np.newaxis], now, stored(sums / divisor))
         return after, possible
 
@@ -242,8 +244,8 @@ def _lanes_of(place: tuple[int, ...]) -> tuple[slice | int, ...]:
 
 
 def total(values: Array) -> Array:
-    """Return the float32 sum over the last axis, in order."""
-    result = np.zeros(values.shape[:-1], dtype=np.float32)
+    """Return the sum over the last axis, in order."""
+    result = np.zeros(values.shape[:-1], dtype=values.dtype)
     for column in range(values.shape[-1]):
         result = result + values[..., column]
     return result
@@ -253,5 +255,5 @@ def stored(posterior: Array) -> Array:
     """Return the posterior as it is kept: of two values, only the second's probability is."""
     if posterior.shape[-1] == 2:
         posterior = posterior.copy()
-        posterior[..., 0] = np.float32(1) - posterior[..., 1]
+        posterior[..., 0] = posterior.dtype.type(1) - posterior[..., 1]
     return posterior

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from hypgen.dsl import ir, keys
 from hypgen.dsl.eval_values import Array, State
-from hypgen.dsl.float_math import canonical_bits
+from hypgen.dsl.float_math import canonical_bits, canonical_double_bits
 from hypgen.dsl.interpreter import Interpreter, pick_legal
 from hypgen.dsl.interpreter_factors import Posterior
 from hypgen.dsl.philox import PhiloxDraws, Stream, derive, philox
@@ -121,7 +121,7 @@ def _probabilities(model: ir.Model, posterior: Posterior, lanes: int) -> Array:
     for factor in model.factors:
         if factor.exact:
             values = posterior[factor.element][..., 1 if factor.size == 2 else 0 :]
-            parts.append(canonical_bits(values.reshape(lanes, -1)).astype(np.int64))
+            parts.append(canonical_double_bits(values.reshape(lanes, -1)).view(np.int64))
     return np.concatenate(parts, axis=1)
 
 

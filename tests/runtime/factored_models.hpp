@@ -35,7 +35,7 @@ struct CoinAndLevel : NoHistory {
     std::int32_t words[2];
   };
   struct Posterior {
-    float coin[1];
+    double coin[1];
   };
 
   static double coin_density(int coin, int seen) { return coin == seen ? 0.8 : 0.2; }
@@ -95,16 +95,14 @@ struct CoinAndLevel : NoHistory {
   static float lower(const Params&, const Fixed&, const State&, const History&) { return 0.0F; }
   static bool load(const ParamValues&, Params&, std::string&) { return true; }
 
-  static void init_posterior(const Params&, const Fixed&, const State&, Posterior& after) {
-    after = {{0.5F}};
-  }
+  static void init_posterior(const Params&, const Fixed&, const State&, Posterior& after) { after = {{0.5}}; }
   static bool advance_posterior(const Params&, const Fixed&, const State&, int action, Key key, const State&,
                                 const Posterior& now, Posterior& after) {
     after = now;
-    float sums[2];
+    double sums[2];
     for (int coin = 0; coin < 2; ++coin) {
-      const auto likelihood = static_cast<float>(coin_density(coin, static_cast<int>(key / 12)));
-      sums[coin] = action == 1 ? 0.0F : posteriors::probability<2>(now.coin, coin) * likelihood;
+      const double likelihood = coin_density(coin, static_cast<int>(key / 12));
+      sums[coin] = action == 1 ? 0.0 : posteriors::probability<2>(now.coin, coin) * likelihood;
     }
     return posteriors::normalise<2>(sums, after.coin);
   }
@@ -120,7 +118,7 @@ struct CoinAndLevel : NoHistory {
   }
   static int unit_size(int) { return 2; }
   static int unit_of(int variable) { return variable == 0 ? 0 : 1; }
-  static float probability(const Posterior& posterior, int, std::int32_t value) {
+  static double probability(const Posterior& posterior, int, std::int32_t value) {
     return posteriors::probability<2>(posterior.coin, value);
   }
   static void put_unit(int, std::int32_t value, Fixed&, State& state) { state.words[0] = value; }

@@ -137,7 +137,7 @@ def compare(exact: Enumerated, posterior: Posterior) -> None:
         for member in range(factor.members):
             codes = of.code(factor, member, exact.hidden)
             expected = np.bincount(codes, weights=exact.weights, minlength=factor.size)
-            assert np.allclose(posterior[factor.element][0, member], expected, atol=1e-6, rtol=0)
+            assert np.allclose(posterior[factor.element][0, member], expected, atol=1e-12, rtol=0)
 
 
 # Models that do not factor: the element that cannot, the line of the read, and what explains it.

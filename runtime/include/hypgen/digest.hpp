@@ -23,7 +23,7 @@ class Digest {
     value_ ^= value_ >> 32;
   }
   HYPGEN_FN void add_float(float value) { add(math::canonical_bits(value)); }
-  HYPGEN_FN void add_double(double value) { add(value != value ? ~std::uint64_t{0} : math::to_bits(value)); }
+  HYPGEN_FN void add_double(double value) { add(math::canonical_bits(value)); }
 
   // The words of a packed struct, whichever of them are floats. Processors choose the bits of a NaN freely,
   // so every word that would be one counts as the same: of an integer, that hides one value in 256.

@@ -167,7 +167,7 @@ class FactoredBelief final : public Belief {
   // The probability of a unit's joint value, or the weight of its particle, number i.
   double weight(int unit, int i) const {
     if constexpr (M::kExactUnits > 0) {
-      if (unit < M::kExactUnits) return static_cast<double>(M::probability(posterior_, unit, i));
+      if (unit < M::kExactUnits) return M::probability(posterior_, unit, i);
     }
     return weights_[static_cast<std::size_t>(unit - M::kExactUnits) * now_.size() +
                     static_cast<std::size_t>(i)];

@@ -35,7 +35,8 @@ HYPGEN_FN double from_bits(std::uint64_t bits) {
   return x;
 }
 
-/// The bits of a float for comparison: every NaN gives the same ones.
+/// The bits of a number for comparison: every NaN gives the same ones.
 HYPGEN_FN std::uint32_t canonical_bits(float x) { return x != x ? 0x7FC00000U : to_bits(x); }
+HYPGEN_FN std::uint64_t canonical_bits(double x) { return x != x ? 0x7FF8000000000000U : to_bits(x); }
 
 }  // namespace hypgen::math

@@ -1,4 +1,5 @@
-// Exact posteriors of independent hidden variables: the arithmetic that every model shares.
+// Exact posteriors of independent hidden variables: the arithmetic that every model shares. `Real` is double
+// for the agent's belief, which many observations go into, and float for the history of policies.
 #pragma once
 
 #include <cstdint>
@@ -24,18 +25,18 @@ struct NotFactored {
 namespace posteriors {
 
 // The probability of one of N joint values. Of two, only the second's is stored.
-template <int N>
-HYPGEN_FN float probability(const float* stored, std::int32_t value) {
-  if constexpr (N == 2) return value != 0 ? stored[0] : 1.0F - stored[0];
+template <int N, class Real>
+HYPGEN_FN Real probability(const Real* stored, std::int32_t value) {
+  if constexpr (N == 2) return value != 0 ? stored[0] : Real{1} - stored[0];
   return stored[value];
 }
 
 // Stores the sums divided by their total; false, and nothing is stored, unless that is above 0.
-template <int N>
-HYPGEN_FN bool normalise(const float* sums, float* stored) {
-  float total = 0.0F;
+template <int N, class Real>
+HYPGEN_FN bool normalise(const Real* sums, Real* stored) {
+  Real total{};
   for (int i = 0; i < N; ++i) total += sums[i];
-  if (!(total > 0.0F)) return false;
+  if (!(total > Real{})) return false;
   if constexpr (N == 2) {
     stored[0] = sums[1] / total;
   } else {

@@ -53,7 +53,7 @@ class Tracer {
  private:
   static constexpr std::uint32_t kActionSite = 0xAC7;
   static constexpr std::size_t kProbabilities = M::kExactUnits > 0
-                                                    ? sizeof(typename M::Posterior) / sizeof(float)
+                                                    ? sizeof(typename M::Posterior) / sizeof(double)
                                                     : 0;
   static constexpr std::size_t kColumns =
       2 * M::kVariableCount + kProbabilities + 9 + kKeyWords<typename M::Key>;
@@ -157,9 +157,10 @@ class Tracer {
   }
 
   void put_posterior(const typename M::Posterior& posterior) {
-    float values[kProbabilities + 1];
-    std::memcpy(values, &posterior, kProbabilities * sizeof(float));
-    for (std::size_t i = 0; i < kProbabilities; ++i) put_float(values[i]);
+    double values[kProbabilities + 1];
+    std::memcpy(values, &posterior, kProbabilities * sizeof(double));
+    for (std::size_t i = 0; i < kProbabilities; ++i)
+      put(static_cast<std::int64_t>(math::canonical_bits(values[i])));
   }
 
   void write_row(std::ofstream& out) const {

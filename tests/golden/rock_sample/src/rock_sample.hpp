@@ -111,7 +111,7 @@ struct RockSample {
 
   // What the agent knows: the probabilities of each exact factor's values.
   struct Posterior {
-    float rock[8];
+    double rock[8];
   };
 
   // Functions of the model ------------------------------------------------------------------------------
@@ -241,21 +241,23 @@ struct RockSample {
     return static_cast<std::int32_t>(state.rock_good(r));
   }
 
-  HYPGEN_FN static void start_rock(const Params&, Fixed, State state, float* after) {
+  template <class Real>
+  HYPGEN_FN static void start_rock(const Params&, Fixed, State state, Real* after) {
     for (std::int32_t r = 0; r <= 7; ++r) {
-      float sums[2];
+      Real sums[2];
       for (std::int32_t h = 0; h < 2; ++h) {
         put_rock(state, r, h);
         double likelihood = 1.0;
         likelihood *= density_init_rock_good(r, state.rock_good(r));
-        sums[h] = static_cast<float>(likelihood);
+        sums[h] = static_cast<Real>(likelihood);
       }
       posteriors::normalise<2>(sums, after + r);
     }
   }
 
+  template <class Real>
   HYPGEN_FN static bool advance_rock(const Params& params, const Fixed&, State state, int act, Key key,
-      State next, const float* now, float* after) {
+      State next, const Real* now, Real* after) {
     Key rest = key;
     const std::int32_t reading_seen = static_cast<std::int32_t>(rest % 3);
     rest /= 3;
@@ -264,11 +266,11 @@ struct RockSample {
     bool possible = true;
     for (std::int32_t r = 0; r <= 7; ++r) {
       if (!(moves || reading_touch == r)) continue;
-      float sums[2] = {};
+      Real sums[2] = {};
       bool same = true;
       for (std::int32_t h = 0; h < 2; ++h) {
-        const float p = posteriors::probability<2>(now + r, h);
-        if (!(p > 0.0f)) continue;
+        const Real p = posteriors::probability<2>(now + r, h);
+        if (!(p > Real{})) continue;
         put_rock(state, r, h);
         put_rock(next, r, h);
         next.set_rock_good(r, state.rock_good(r) && !(act == Act::sample && here(params, state, r)));
@@ -276,7 +278,7 @@ struct RockSample {
         double likelihood = 1.0;
         if (reading_touch == r) likelihood *= density_reading(params, act, next, reading_seen);
         same = same && g == h && likelihood == 1.0;
-        sums[g] += p * static_cast<float>(likelihood);
+        sums[g] += p * static_cast<Real>(likelihood);
       }
       if (!same && !posteriors::normalise<2>(sums, after + r)) possible = false;
     }
@@ -323,7 +325,7 @@ struct RockSample {
     return 2;
   }
 
-  HYPGEN_FN static float probability(const Posterior& posterior, int unit, std::int32_t value) {
+  HYPGEN_FN static double probability(const Posterior& posterior, int unit, std::int32_t value) {
     return posteriors::probability<2>(posterior.rock + unit, value);
   }
 

@@ -101,7 +101,7 @@ struct Tag : NoHistory {
 
   // What the agent knows: the probabilities of each exact factor's values.
   struct Posterior {
-    float opponent[50];
+    double opponent[50];
   };
 
   // Functions of the model ------------------------------------------------------------------------------
@@ -214,29 +214,31 @@ struct Tag : NoHistory {
     return state.opponent_cell();
   }
 
-  HYPGEN_FN static void start_opponent(const Params& params, Fixed, State state, float* after) {
-    float sums[50];
+  template <class Real>
+  HYPGEN_FN static void start_opponent(const Params& params, Fixed, State state, Real* after) {
+    Real sums[50];
     for (std::int32_t h = 0; h < 50; ++h) {
       put_opponent(state, h);
       double likelihood = 1.0;
       likelihood *= density_init_opponent_cell(params, state.opponent_cell());
-      sums[h] = static_cast<float>(likelihood);
+      sums[h] = static_cast<Real>(likelihood);
     }
     posteriors::normalise<50>(sums, after);
   }
 
+  template <class Real>
   HYPGEN_FN static bool advance_opponent(const Params& params, const Fixed&, State state, int act, Key key,
-      State next, const float* now, float* after) {
+      State next, const Real* now, Real* after) {
     Key rest = key;
     const std::int32_t robot_seen_seen = static_cast<std::int32_t>(rest % 2);
     rest /= 2;
     const std::int32_t end_touch = act == Act::tag ? 0 : -1;
     bool possible = true;
-    float sums[50] = {};
+    Real sums[50] = {};
     bool same = true;
     for (std::int32_t h = 0; h < 50; ++h) {
-      const float p = posteriors::probability<50>(now, h);
-      if (!(p > 0.0f)) continue;
+      const Real p = posteriors::probability<50>(now, h);
+      if (!(p > Real{})) continue;
       put_opponent(state, h);
       put_opponent(next, h);
       for (std::int32_t g = 0; g < 50; ++g) {
@@ -252,7 +254,7 @@ struct Tag : NoHistory {
           if (act == Act::tag && state.robot_cell() == state.opponent_cell()) likelihood = 0.0;
         }
         same = same && likelihood == (g == h ? 1.0 : 0.0);
-        sums[g] += p * static_cast<float>(likelihood);
+        sums[g] += p * static_cast<Real>(likelihood);
       }
     }
     if (!same && !posteriors::normalise<50>(sums, after)) possible = false;
@@ -302,7 +304,7 @@ struct Tag : NoHistory {
     return 50;
   }
 
-  HYPGEN_FN static float probability(const Posterior& posterior, int, std::int32_t value) {
+  HYPGEN_FN static double probability(const Posterior& posterior, int, std::int32_t value) {
     return posteriors::probability<50>(posterior.opponent, value);
   }
 

@@ -70,7 +70,7 @@ struct Tiger : NoHistory {
 
   // What the agent knows: the probabilities of each exact factor's values.
   struct Posterior {
-    float room[1];
+    double room[1];
   };
 
   // Element updates -------------------------------------------------------------------------------------
@@ -136,29 +136,31 @@ struct Tiger : NoHistory {
     return state.room_tiger();
   }
 
-  HYPGEN_FN static void start_room(const Params&, Fixed, State state, float* after) {
-    float sums[2];
+  template <class Real>
+  HYPGEN_FN static void start_room(const Params&, Fixed, State state, Real* after) {
+    Real sums[2];
     for (std::int32_t h = 0; h < 2; ++h) {
       put_room(state, h);
       double likelihood = 1.0;
       likelihood *= density_init_room_tiger(state.room_tiger());
-      sums[h] = static_cast<float>(likelihood);
+      sums[h] = static_cast<Real>(likelihood);
     }
     posteriors::normalise<2>(sums, after);
   }
 
+  template <class Real>
   HYPGEN_FN static bool advance_room(const Params& params, const Fixed&, State state, int act, Key key,
-      State next, const float* now, float* after) {
+      State next, const Real* now, Real* after) {
     Key rest = key;
     const std::int32_t heard_seen = static_cast<std::int32_t>(rest % 2);
     rest /= 2;
     const std::int32_t heard_touch = act == Act::listen ? 0 : -1;
     bool possible = true;
-    float sums[2] = {};
+    Real sums[2] = {};
     bool same = true;
     for (std::int32_t h = 0; h < 2; ++h) {
-      const float p = posteriors::probability<2>(now, h);
-      if (!(p > 0.0f)) continue;
+      const Real p = posteriors::probability<2>(now, h);
+      if (!(p > Real{})) continue;
       put_room(state, h);
       put_room(next, h);
       for (std::int32_t g = 0; g < 2; ++g) {
@@ -171,7 +173,7 @@ struct Tiger : NoHistory {
         }
         if (heard_touch == 0) likelihood *= density_heard(params, act, next, heard_seen);
         same = same && likelihood == (g == h ? 1.0 : 0.0);
-        sums[g] += p * static_cast<float>(likelihood);
+        sums[g] += p * static_cast<Real>(likelihood);
       }
     }
     if (!same && !posteriors::normalise<2>(sums, after)) possible = false;
@@ -206,7 +208,7 @@ struct Tiger : NoHistory {
     return 2;
   }
 
-  HYPGEN_FN static float probability(const Posterior& posterior, int, std::int32_t value) {
+  HYPGEN_FN static double probability(const Posterior& posterior, int, std::int32_t value) {
     return posteriors::probability<2>(posterior.room, value);
   }
 

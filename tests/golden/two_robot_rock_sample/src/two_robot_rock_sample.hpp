@@ -116,7 +116,7 @@ struct TwoRobotRockSample {
 
   // What the agent knows: the probabilities of each exact factor's values.
   struct Posterior {
-    float rock[20];
+    double rock[20];
   };
 
   // Functions of the model ------------------------------------------------------------------------------
@@ -284,21 +284,23 @@ struct TwoRobotRockSample {
     return static_cast<std::int32_t>(state.rock_good(r));
   }
 
-  HYPGEN_FN static void start_rock(const Params&, Fixed, State state, float* after) {
+  template <class Real>
+  HYPGEN_FN static void start_rock(const Params&, Fixed, State state, Real* after) {
     for (std::int32_t r = 0; r <= 19; ++r) {
-      float sums[2];
+      Real sums[2];
       for (std::int32_t h = 0; h < 2; ++h) {
         put_rock(state, r, h);
         double likelihood = 1.0;
         likelihood *= density_init_rock_good(r, state.rock_good(r));
-        sums[h] = static_cast<float>(likelihood);
+        sums[h] = static_cast<Real>(likelihood);
       }
       posteriors::normalise<2>(sums, after + r);
     }
   }
 
+  template <class Real>
   HYPGEN_FN static bool advance_rock(const Params& params, const Fixed&, State state, int action, Key key,
-      State next, const float* now, float* after) {
+      State next, const Real* now, Real* after) {
     const Joint move = joint(action);
     Key rest = key;
     std::int32_t bot_reading_seen[2];
@@ -326,11 +328,11 @@ struct TwoRobotRockSample {
       bool concerned = moves;
       for (const std::int32_t entry : bot_reading_touch) concerned |= entry == r;
       if (!concerned) continue;
-      float sums[2] = {};
+      Real sums[2] = {};
       bool same = true;
       for (std::int32_t h = 0; h < 2; ++h) {
-        const float p = posteriors::probability<2>(now + r, h);
-        if (!(p > 0.0f)) continue;
+        const Real p = posteriors::probability<2>(now + r, h);
+        if (!(p > Real{})) continue;
         put_rock(state, r, h);
         put_rock(next, r, h);
         bool holds = state.rock_good(r);
@@ -348,7 +350,7 @@ struct TwoRobotRockSample {
           }
         }
         same = same && g == h && likelihood == 1.0;
-        sums[g] += p * static_cast<float>(likelihood);
+        sums[g] += p * static_cast<Real>(likelihood);
       }
       if (!same && !posteriors::normalise<2>(sums, after + r)) possible = false;
     }
@@ -400,7 +402,7 @@ struct TwoRobotRockSample {
     return 2;
   }
 
-  HYPGEN_FN static float probability(const Posterior& posterior, int unit, std::int32_t value) {
+  HYPGEN_FN static double probability(const Posterior& posterior, int unit, std::int32_t value) {
     return posteriors::probability<2>(posterior.rock + unit, value);
   }
 
