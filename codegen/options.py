@@ -24,10 +24,10 @@ MAX_STATE_TABLE_ENTRIES = 1 << 19
 
 # A group of reward terms has a table of at most this many entries (2 MB of floats) for its upper bound. To
 # fill all tables takes so many steps of the small models at most, states times actions: under a second, or
-# some seconds of one core where the author declares no bound, as there is nothing else then.
+# about two seconds of one core where the author declares no bound, as there is nothing else then.
 MAX_GROUP_ENTRIES = 1 << 19
 MAX_GROUPS_WORK = 1 << 24
-MAX_UNDECLARED_WORK = 1 << 28
+MAX_UNDECLARED_WORK = 1 << 25
 MAX_GROUP_TERMS = 256
 
 # What the default policy earns is looked up in a table of at most this many entries: 256 kB of floats, as it
