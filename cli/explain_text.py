@@ -142,14 +142,19 @@ def _bounds(facts: Facts) -> list[str]:
 def _relaxation(facts: Facts) -> str:
     """Say what the upper bound in use is, and why it is no better."""
     relaxation, written = facts["relaxation"], facts["bounds"]["upper"]["line"] is not None
+    note = f"; agents are not taken apart, as {why}" if (why := relaxation["agents_together"]) else ""
     if relaxation["reason"]:
-        return f"Upper bound in use: the one above alone, as {relaxation['reason']}"
+        return f"Upper bound in use: the one above alone, as {relaxation['reason']}{note}"
     count = len(relaxation["groups"])
     worth = "what the rewards are worth to who knows the state"
     if count > 1:
         worth = f"what {count} groups of rewards are worth, each alone, to who knows the state"
+    if agents := relaxation["agents_apart"]:
+        worth = f"what {agents} agents that act apart and share what there is in the best way are worth"
+        worth += f", in {_some(count // agents, 'group')} of rewards"
     other = "the declared bound" if written else "the one above"
-    return f"Upper bound in use: {worth}, computed when the solver starts, or {other} where that is less"
+    computed = f"{worth}, computed when the solver starts"
+    return f"Upper bound in use: {computed}, or {other} where that is less{note}"
 
 
 def _groups(groups: list[Facts]) -> list[str]:

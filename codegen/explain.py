@@ -8,9 +8,10 @@ from typing import Any
 
 from hypgen.codegen import unread
 from hypgen.codegen.enumerable import continuous_draws
-from hypgen.codegen.groups import Part, describe, relax, runs
+from hypgen.codegen.groups import Part, describe, runs
 from hypgen.codegen.layout import WORD, Block, pack
 from hypgen.codegen.partition import Share, most_warps, partition, run_count, shares, written_words
+from hypgen.codegen.relaxation import relax
 from hypgen.dsl import ir, keys
 from hypgen.dsl.source import Span
 from hypgen.dsl.types import Float, Int, Type, length_of, low_of, size_of
@@ -226,6 +227,8 @@ def _relaxation(model: ir.Model) -> dict[str, Any]:
         "reason": found.reason or None,
         "holds_declared": found.declared,
         "holds_policy": found.earned,
+        "agents_apart": None if found.team is None else found.team.agents,
+        "agents_together": found.together or None,
         "groups": [
             {
                 "rewards": describe(group),

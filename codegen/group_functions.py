@@ -10,7 +10,7 @@ from hypgen.codegen import views
 from hypgen.codegen.cpp import Code, code_of, integer, value_of
 from hypgen.codegen.function_builder import Builder
 from hypgen.codegen.functions import arguments
-from hypgen.codegen.groups import Group, Part, Relaxation, describe, runs, updated
+from hypgen.codegen.groups import Group, Part, Relaxation, describe, runs, strides, updated
 from hypgen.codegen.interface import HISTORY, PLACE, Interface
 from hypgen.codegen.layout import Field
 from hypgen.dsl import ir
@@ -18,7 +18,7 @@ from hypgen.dsl.types import Type, low_of, size_of
 
 
 @dataclass(frozen=True)
-class _Named:
+class Named:
     """A group and the C++ names of its table and functions."""
 
     group: Group
@@ -29,7 +29,7 @@ class _Named:
 
 
 class GroupFunctions:
-    """Builds what bounds the groups of one model's rewards."""
+    """Builds what bounds the groups of one model's rewards, of all agents together."""
 
     def __init__(self, interface: Interface, relaxation: Relaxation, fields: Sequence[Field]) -> None:
         self.interface = interface
@@ -38,7 +38,7 @@ class GroupFunctions:
         self.fields = {field.variable: field for field in fields}
         names, unique = self.context.names, self.context.names.struct.unique
         self.groups = [
-            _Named(
+            Named(
                 group,
                 names.derived_table(f"group_{i}_table"),
                 unique(f"index_of_group_{i}"),
@@ -74,7 +74,7 @@ class GroupFunctions:
         return [
             function
             for named in self.groups
-            for function in (self._index(named), self._put(named), self._step(named))
+            for function in (self._numbering(named), self._put(named), self._step(named))
         ]
 
     def upper(self) -> views.Function:
@@ -102,8 +102,7 @@ class GroupFunctions:
     def fill(self, code: Code) -> None:
         """Append what fills the tables when params are loaded."""
         model = self.interface.model
-        stops = "true" if model.horizon is not None else "false"
-        declared = "declared_upper" if self.relaxation.declared else "nullptr"
+        stops = "true" if self._may_stop() else "false"
         for i, named in enumerate(self.groups):
             actions = ", ".join(map(str, named.group.actions))
             code.add(f"static constexpr int actions_{i}[] = {{{actions}}};")
@@ -111,8 +110,7 @@ class GroupFunctions:
             for i, named in enumerate(self.groups):
                 code.add(
                     f"{{{named.group.states}, {{actions_{i}, {len(named.group.actions)}}}, {named.put}, "
-                    f"{named.index}, is_legal, {named.step}<Draws>, {declared}, "
-                    f"params.{named.table}}},"
+                    f"{named.index}, {self._legal(i)}, {named.step}<Draws>, {self._table(i)}}},"
                 )
         code.lines[-1] += ";"
         code.add(f"relaxation::fill(groups, params, {model.discount!r}, {stops});")
@@ -127,13 +125,37 @@ class GroupFunctions:
             f"params, {model.discount!r});"
         )
 
+    def _may_stop(self) -> bool:
+        """Return whether an episode may end after any step."""
+        return self.interface.model.horizon is not None
+
+    def _legal(self, number: int) -> str:
+        """Return the name of the function that says which actions are legal in a group."""
+        return "is_legal"
+
+    def _table(self, number: int) -> str:
+        """Return the members of the runtime's group that say what is in its table."""
+        declared = "declared_upper" if self.relaxation.declared else "nullptr"
+        return f"{declared}, params.{self.groups[number].table}"
+
+    def _ends(self) -> str:
+        """Return the condition on which a group's step ends the episode."""
+        needs = self.context.needs.of(self.context.model.terminal)
+        return f"is_terminal({arguments(needs, self.context)})"
+
     # A group's states ----------------------------------------------------------------------------
 
-    def _index(self, named: _Named) -> views.Function:
+    def _numbering(self, named: Named) -> views.Function:
         """Return the function that numbers a state of the group."""
+        return self._index(
+            named.group.parts, named.index, f"// States as far as {describe(named.group)} goes."
+        )
+
+    def _index(self, parts: Sequence[Part], name: str, comment: str) -> views.Function:
+        """Return the function that numbers the joint values of the parts."""
         builder = self.interface.given(PLACE[1:])
         builder.code.add("std::int32_t index = 0;")
-        for part in named.group.parts:
+        for part in parts:
             type_ = part.variable.type
             if (bits := self._bits(part)) is not None:
                 builder.code.add(f"index = index * {1 << bits.count} + {bits.read};")
@@ -145,11 +167,9 @@ class GroupFunctions:
 
             self._each(builder, part, append, ascending=True)
         builder.code.add("return index;")
-        return builder.done(
-            "std::int32_t", named.index, [f"// States as far as {describe(named.group)} goes."]
-        )
+        return builder.done("std::int32_t", name, [comment])
 
-    def _put(self, named: _Named) -> views.Function:
+    def _put(self, named: Named) -> views.Function:
         """Return the function that makes a state of the group; all that it does not need is zero."""
         builder = self.interface.given([("std::int32_t", "index"), ("Fixed&", "fixed"), ("State&", "state")])
         builder.code.add("fixed = Fixed{};")
@@ -170,7 +190,7 @@ class GroupFunctions:
                 builder.code.add(f"index /= {size_of(type_)};")
 
             self._each(builder, part, take, ascending=False)
-        return _on_host(builder.done("void", named.put))
+        return on_host(builder.done("void", named.put))
 
     def _each(
         self, builder: Builder, part: Part, use: Callable[[ir.StateRead], None], ascending: bool
@@ -184,13 +204,13 @@ class GroupFunctions:
         if not binders:
             use(read)
             return
-        found = runs(part.members or range(size_of(indices[0])))
-        for ends in found if ascending else reversed(found):
+        found = strides(part.members or range(size_of(indices[0])))
+        for some in found if ascending else reversed(found):
             with ExitStack() as stack:
-                stack.enter_context(_loop(builder, binders[0], ends, ascending))
+                stack.enter_context(_loop(builder, binders[0], some, ascending))
                 for binder in binders[1:]:
-                    ends = (0, size_of(binder.type) - 1)
-                    stack.enter_context(_loop(builder, binder, ends, ascending))
+                    some = range(size_of(binder.type))
+                    stack.enter_context(_loop(builder, binder, some, ascending))
                 use(read)
 
     def _bits(self, part: Part) -> _Bits | None:
@@ -214,31 +234,28 @@ class GroupFunctions:
 
     # A group's step ------------------------------------------------------------------------------
 
-    def _step(self, named: _Named) -> views.Function:
+    def _step(self, named: Named) -> views.Function:
         """Return the step of the group's variables, rewards and end."""
         builder = self.interface.acting([*PLACE, ("int", "action"), ("D&", "draws"), ("State&", "next")])
         builder.code.add("next = state;")
         for update in (update for stage in self.interface.stages for update in stage):
             binder = update.element.binder
-            for ends in runs(updated(named.group, update)):
-                with builder.guarded(update.guard), _loop(builder, binder, ends):
+            for some in strides(updated(named.group, update)):
+                with builder.guarded(update.guard), _loop(builder, binder, some):
                     builder.code.add(self.interface.update_call(builder, update))
         builder.code.add("StepResult result{};")
         for reward in self.context.model.rewards:
             members = [m or 0 for r, m in named.group.terms if r.name == reward.name]
-            for ends in runs(sorted(members)):
+            for some in strides(sorted(members)):
                 with (
                     builder.guarded(self.interface.reward_guard(reward)),
-                    _loop(builder, reward.binder, ends),
+                    _loop(builder, reward.binder, some),
                 ):
                     self.interface.earn(builder, reward, "result.reward", "result.error")
         builder.code.add("result.reward = math::saturate_fixed(result.reward);")
-        terminal = self.context.model.terminal
-        builder.code.add(
-            f"result.terminal = is_terminal({arguments(self.context.needs.of(terminal), self.context)});"
-        )
+        builder.code.add(f"result.terminal = {self._ends()};")
         builder.code.add("return result;")
-        return _on_host(builder.done("StepResult", named.step))
+        return on_host(builder.done("StepResult", named.step))
 
 
 @dataclass(frozen=True)
@@ -251,23 +268,21 @@ class _Bits:
 
 
 @contextmanager
-def _loop(
-    builder: Builder, binder: ir.Binder | None, ends: tuple[int, int], ascending: bool = True
-) -> Iterator[None]:
-    """Put what is added meanwhile into a loop over some of the binder's values, if there is a binder."""
+def _loop(builder: Builder, binder: ir.Binder | None, some: range, ascending: bool = True) -> Iterator[None]:
+    """Put what is added meanwhile into a loop over some of the binder's positions, if there is a binder."""
     if binder is None:
         yield
         return
-    first, last = (integer(position + low_of(binder.type)) for position in ends)
-    head = f"for (std::int32_t {{0}} = {first}; {{0}} <= {last}; ++{{0}})"
-    if not ascending:
-        head = f"for (std::int32_t {{0}} = {last}; {{0}} >= {first}; --{{0}})"
+    first, last = (integer(position + low_of(binder.type)) for position in (some[0], some[-1]))
+    begin, test, end, step = (first, "<=", last, "+") if ascending else (last, ">=", first, "-")
+    onward = f"{step * 2}{{0}}" if some.step == 1 else f"{{0}} {step}= {some.step}"
+    head = f"for (std::int32_t {{0}} = {begin}; {{0}} {test} {end}; {onward})"
     with builder.printer.loop(binder, head):
         yield
     builder.code.join()
 
 
-def _on_host(function: views.Function) -> views.Function:
+def on_host(function: views.Function) -> views.Function:
     """Return the function without a device's version."""
     head = tuple(line.replace("HYPGEN_FN static", "static") for line in function.head)
     return views.Function(function.comment, head, function.body)

@@ -9,18 +9,17 @@ value of that small model is computed when params are loaded, and looked up in `
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import groupby, pairwise
 
 from hypgen.codegen import options
+from hypgen.codegen.agents import Team
 from hypgen.codegen.needs import NeedsAnalysis
 from hypgen.codegen.partition import ElementUpdate, partition
-from hypgen.codegen.reads import Entry, Reader, Reads, alike
+from hypgen.codegen.reads import Entry, Reader, Reads, Term, alike, terms_of
 from hypgen.dsl import ir
 from hypgen.dsl.types import is_finite, length_of, low_of, size_of
-
-Term = tuple[ir.Reward, int | None]  # a reward, and the position of the member that earns it
 
 
 @dataclass(frozen=True)
@@ -68,21 +67,25 @@ class Relaxation:
     ``exact``: one group has all terms, so that the table is the value of knowing the state. ``declared``:
     the bound that the author wrote is a function of the group's variables, so that the table holds the less.
     ``earned``: so is what the default policy does, and a second table holds what it earns, as a lower bound.
+    ``team``: its agents act apart. Each has a group for each share of the tokens, and groups that share
+    tokens follow each other. ``together``: what forbids that, where the action is a product.
     """
 
     groups: tuple[Group, ...] = ()
     reason: str = ""
     declared: bool = False
     earned: bool = False
+    team: Team | None = None
+    together: str = ""
 
     @property
     def exact(self) -> bool:
         """Return whether no term is bounded apart from another."""
-        return len(self.groups) == 1
+        return len(self.groups) == 1 and self.team is None
 
 
-def relax(model: ir.Model) -> Relaxation:
-    """Return the groups of the model's rewards."""
+def grow(model: ir.Model) -> Relaxation:
+    """Return the groups of the model's rewards, of all agents together."""
     return _Relaxer(model).result()
 
 
@@ -109,7 +112,7 @@ class _Relaxer:
     def result(self) -> Relaxation:
         if self.model.discount == 1:
             return Relaxation(reason="the discount is 1")
-        terms = [term for reward in self.model.rewards for term in _terms(reward)]
+        terms = [term for reward in self.model.rewards for term in terms_of(reward)]
         if not terms:
             return Relaxation(reason="there are no rewards")
         if len(terms) > options.MAX_GROUP_TERMS:
@@ -121,7 +124,7 @@ class _Relaxer:
                 return Relaxation(reason=grown)
             found.append(grown)
             terms = [term for term in terms if term not in grown.terms]
-        if reason := self._too_large(found):
+        if reason := too_large(self.model, found):
             return Relaxation(reason=reason)
         if len(found) > 1:
             return Relaxation(tuple(found))
@@ -147,17 +150,6 @@ class _Relaxer:
             return False
         reads = self.reader.of(model.policy.dist, {})
         return not reads.endless and reads.entries <= _entries_of(group, self.reader)
-
-    def _too_large(self, groups: list[Group]) -> str:
-        declared = "upper" in self.model.spans
-        most = options.MAX_GROUPS_WORK if declared else options.MAX_UNDECLARED_WORK
-        work = sum(g.states * len(g.actions) for g in groups)
-        if work <= most:
-            return ""
-        return (
-            f"{len(groups)} tables of {max(g.states for g in groups)} entries and "
-            f"{max(len(g.actions) for g in groups)} actions would take more than {most} steps to fill"
-        )
 
     # Growing groups ------------------------------------------------------------------------------
 
@@ -238,7 +230,7 @@ class _Relaxer:
 
     def _term_reads(self, term: Term) -> Reads:
         reward, member = term
-        return self.reader.of(reward.value, _known(reward.binder, member))
+        return self.reader.of(reward.value, self.reader.known(reward.binder, member))
 
     def _entry_reads(self, entry: Entry) -> Reads:
         """Return what the entry's next value depends on, and what is drawn along with it."""
@@ -250,11 +242,24 @@ class _Relaxer:
                 drawn = "draws" in self.needs.of(assign.dist)
                 if assign.variable == name or drawn:
                     binder = assign.binders[0] if member is not None else None
-                    found.add(self.reader.of(assign.dist, _known(binder, member)))
+                    found.add(self.reader.of(assign.dist, self.reader.known(binder, member)))
                 if drawn:
                     found.entries.add((assign.variable, member))
             self.reads[entry] = found
         return self.reads[entry]
+
+
+def too_large(model: ir.Model, groups: Sequence[Group]) -> str:
+    """Return why the groups' tables would take too long to fill, if they would."""
+    declared = "upper" in model.spans
+    most = options.MAX_GROUPS_WORK if declared else options.MAX_UNDECLARED_WORK
+    work = sum(g.states * len(g.actions) for g in groups)
+    if work <= most:
+        return ""
+    return (
+        f"{len(groups)} tables of {max(g.states for g in groups)} entries and "
+        f"{max(len(g.actions) for g in groups)} actions would take more than {most} steps to fill"
+    )
 
 
 def updated(group: Group, update: ElementUpdate) -> tuple[int, ...]:
@@ -279,6 +284,14 @@ def runs(positions: Iterable[int]) -> list[tuple[int, int]]:
     return found
 
 
+def strides(positions: Sequence[int]) -> list[range]:
+    """Return ascending positions as ranges: one where all are equally far from the next, else runs."""
+    steps = {b - a for a, b in pairwise(positions)}
+    if len(steps) == 1:
+        return [range(positions[0], positions[-1] + 1, steps.pop())]
+    return [range(first, last + 1) for first, last in runs(positions)]
+
+
 def describe(group: Group) -> str:
     """Return the group's rewards in words: ``rover_exit, rock_sampled[0 .. 10]``."""
     found = []
@@ -294,21 +307,9 @@ def describe(group: Group) -> str:
     return ", ".join(found)
 
 
-def _terms(reward: ir.Reward) -> list[Term]:
-    if reward.binder is None:
-        return [(reward, None)]
-    return [(reward, member) for member in range(size_of(reward.binder.type))]
-
-
 def _name(term: Term) -> str:
     reward, member = term
     return f"the reward '{reward.name}'" if member is None else f"a member's reward '{reward.name}'"
-
-
-def _known(binder: ir.Binder | None, member: int | None) -> dict[str, int]:
-    if binder is None or member is None:
-        return {}
-    return {binder.name: member + low_of(binder.type)}
 
 
 def _entries_of(group: Group, reader: Reader) -> set[Entry]:

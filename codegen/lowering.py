@@ -25,7 +25,7 @@ from hypgen.codegen.functions import (
     table_fill,
 )
 from hypgen.codegen.group_functions import GroupFunctions
-from hypgen.codegen.groups import Relaxation, relax
+from hypgen.codegen.groups import Relaxation
 from hypgen.codegen.histories import belief_reads, with_field_reads
 from hypgen.codegen.history_functions import HistoryFunctions
 from hypgen.codegen.interface import Interface
@@ -36,7 +36,9 @@ from hypgen.codegen.needs import NeedsAnalysis
 from hypgen.codegen.partition import partition
 from hypgen.codegen.partitioned_step import PartitionedStep
 from hypgen.codegen.policy_functions import PolicyFunctions, uncalled_lets
+from hypgen.codegen.relaxation import relax
 from hypgen.codegen.tabulate import DerivedTable, tabulate
+from hypgen.codegen.team_functions import TeamFunctions
 from hypgen.codegen.value_types import enum_view, history_view, joint_view, record_view, words_view
 from hypgen.dsl import ir
 from hypgen.dsl.types import Type, length_of, size_of
@@ -84,7 +86,8 @@ def _header(
     interface = Interface(context, PartNames(context, stages := partition(model)), stages)
     partitioned = PartitionedStep(interface, packed.state)
     factors = FactorFunctions(interface) if model.factors else None
-    groups = GroupFunctions(interface, relaxation, packed.state.fields) if relaxation.groups else None
+    kind = TeamFunctions if relaxation.team else GroupFunctions
+    groups = kind(interface, relaxation, packed.state.fields) if relaxation.groups else None
     bases = [*([] if packed.history.fields else ["NoHistory"]), *([] if factors else ["NotFactored"])]
     tracks = bool(unread.redrawn(model))
     whole = {variable for table in derived for variable in table.variables} & names.bits.keys()
@@ -124,6 +127,7 @@ def _header(
         posterior=factors.fields() if factors else None,
         tracks=tracks,
         relaxed=groups is not None,
+        shares=relaxation.team is not None,
         sections=_sections(interface, partitioned, factors, groups, derived),
     )
 

@@ -34,5 +34,8 @@ MAX_GROUP_TERMS = 256
 # lies beside the upper bound's, and a rollout of a larger model is worth its time.
 MAX_EARNED_ENTRIES = 65536
 
+# Agents that act apart share so many tokens of a group at most: to share n takes 2^n sums at each state.
+MAX_SHARED_TOKENS = 12
+
 # Where generated lines break.
 LINE_LENGTH = 110

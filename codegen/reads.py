@@ -17,6 +17,7 @@ from hypgen.dsl.types import Enum, Type, length_of, low_of, size_of
 
 Values: TypeAlias = Mapping[str, int]  # of locals that are known
 Entry: TypeAlias = tuple[str, int | None]  # a variable, and the position of a family's member
+Term: TypeAlias = tuple[ir.Reward, int | None]  # a reward, and the position of the member that earns it
 Question: TypeAlias = tuple[str, str, int]  # what is asked of the action: a kind, a variant, a value
 
 
@@ -56,6 +57,11 @@ class Reader:
         """Return the positions of the members that have the variable."""
         binder = self._families.get(self._variables[variable].element)
         return [None] if binder is None else list(range(size_of(binder.type)))
+
+    @staticmethod
+    def known(binder: ir.Binder | None, member: int | None) -> dict[str, int]:
+        """Return the value of a family's binder for a member."""
+        return {} if binder is None or member is None else {binder.name: member + low_of(binder.type)}
 
     def _visit(self, node: Node, values: Values, found: Reads) -> None:
         hidden = set(bound_names(node))
@@ -103,6 +109,13 @@ class Reader:
             inner = {f: v for f, v in zip(formals, given, strict=True) if v is not None}
             self._known[name, given] = self.of(body, inner)
         return self._known[name, given]
+
+
+def terms_of(reward: ir.Reward) -> list[Term]:
+    """Return a reward's terms, one for each member that earns it."""
+    if reward.binder is None:
+        return [(reward, None)]
+    return [(reward, member) for member in range(size_of(reward.binder.type))]
 
 
 def alike(action: ir.Action, questions: set[Question]) -> tuple[int, ...]:

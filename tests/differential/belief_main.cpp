@@ -14,7 +14,7 @@
 
 int main(int, char** argv) {
   using M = hypgen::models::MODEL;
-  M::Params params{};
+  static M::Params params{};  // tables may not fit on the stack
   std::string error;
   if (!M::load(hypgen::ParamValues{}, params, error)) return 1;
   hypgen::BELIEF<M> belief(params, 0, std::strtoul(argv[1], nullptr, 10));

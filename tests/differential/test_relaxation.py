@@ -10,7 +10,7 @@ import pytest
 
 from hypgen.codegen import options
 from hypgen.codegen.driver import generate
-from hypgen.codegen.groups import relax
+from hypgen.codegen.relaxation import relax
 from hypgen.dsl.driver import load
 from hypgen.runtime.errors import ToolchainError
 from hypgen.runtime.toolchain import find_tools
@@ -120,3 +120,19 @@ def test_what_the_default_policy_earns_is_known(tmp_path: Path, policy: str) -> 
     assert states == 12
     assert least >= 0
     assert 0 <= under <= deepest < 1e-4 * largest
+
+
+# The best way to share all rocks is the value; to share half of them at a time is not.
+FEW = ("n=3", "k=4", "start_row=[0, 2]", "rock_x=[0, 1, 2, 2]", "rock_y=[2, 0, 1, 2]")
+
+
+@pytest.mark.parametrize(("rocks", "low", "high"), [(4, 0.0, 1e-5), (2, 0.02, 0.2)])
+def test_agents_apart_are_above_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rocks: int, low: float, high: float
+) -> None:
+    monkeypatch.setattr(options, "MAX_GROUP_ENTRIES", 12 << rocks)  # a robot's places and some rocks
+    text = (ROOT / "examples/two_robot_rock_sample.pomdp").read_text().replace("\nparam ", "\nconst ")
+    states, least, most, largest = excess(text, FEW, tmp_path)
+    assert states > 1000
+    assert least >= 0
+    assert low * largest <= most < high * largest

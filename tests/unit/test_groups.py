@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from hypgen.codegen import options
-from hypgen.codegen.groups import Relaxation, relax
+from hypgen.codegen.groups import Relaxation, grow, strides
 from hypgen.codegen.reads import Reader, alike
+from hypgen.codegen.relaxation import relax
 from hypgen.dsl import ir
 from hypgen.dsl.driver import load
 
@@ -78,9 +79,9 @@ def test_actions_that_do_alike_are_one() -> None:
 
 def test_joint_actions_that_do_alike_are_one(monkeypatch: pytest.MonkeyPatch) -> None:
     two_robots = example("two_robot_rock_sample")
-    assert "would take more than" in relax(two_robots).reason
-    monkeypatch.setattr(options, "MAX_GROUPS_WORK", 1 << 28)
-    found = relax(two_robots)
+    assert "would take more than" in grow(two_robots).reason
+    monkeypatch.setattr(options, "MAX_UNDECLARED_WORK", 1 << 28)
+    found = grow(two_robots)
     assert [len(group.actions) for group in found.groups] == [36] * 20
     assert known(found)[3] == [("bot.x", ()), ("bot.y", ()), ("rock.good", (3,))]
 
@@ -141,3 +142,116 @@ def test_actions_are_told_apart_by_what_is_asked(tmp_path: Path) -> None:
     assert alike(action, {("argument", "take", 0)}) == (0, 1, 2, 3, 4, 5, 6)
     assert alike(action, {("argument is", "take", 3)}) == (0, 1, 3)
     assert len(alike(action, {("any", "", 0)})) == 8
+
+
+# Agents that act apart -------------------------------------------------------------------------------
+
+TEAM = """model M
+type Bot = 0 .. 1
+type R = 0 .. 3
+enum Act { grab, left, right, kick }
+discount 0.9
+action act: Act[Bot]
+fn takes(b: Bot, r: R): bool = act[b] == grab and bot[b].x == r
+fn finds(b: Bot, r: R): bool = tok[r].on and not any(c in Bot where c < b: takes(c, r))
+element bot[b in Bot] {
+  visible x: R
+  init x = 3 * b
+  x' = match act[b] { left => clamp(x - 1)  right => clamp(x + 1)  else => x }
+  reward moved = if x' != x then -1 else 0
+}
+element tok[r in R] {
+  hidden on: bool
+  init on ~ bernoulli(0.5)
+  on' = on and not any(b in Bot: takes(b, r))
+  reward gain = sum(b in Bot where takes(b, r): if finds(b, r) then 5 else -1)
+}
+observe seen: bool ~ noisy(tok[0].on, 0.8)
+policy default = [b in Bot: left]
+"""
+
+
+def team(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *changes: str) -> Relaxation:
+    """Return what bounds the model above with texts of it replaced, too large for one table of all."""
+    monkeypatch.setattr(options, "MAX_GROUP_ENTRIES", 64)
+    text = TEAM
+    for old, new in zip(changes[::2], changes[1::2], strict=True):
+        assert old in text
+        text = text.replace(old, new)
+    (tmp_path / "m.pomdp").write_text(text)
+    return relax(load(tmp_path / "m.pomdp").model)
+
+
+def test_agents_apart_share_tokens_dealt_one_by_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = team(tmp_path, monkeypatch)
+    assert known(found) == [[("tok.on", ()), ("bot.x", (b,))] for b in (0, 1)]
+    assert found.team is not None
+    assert found.team.idle == 1  # left: an agent that moves takes nothing
+    assert [group.actions for group in found.groups] == [(1, 5, 9, 13), (4, 5, 6, 7)]
+    monkeypatch.setattr(options, "MAX_SHARED_TOKENS", 2)
+    found = relax(load(tmp_path / "m.pomdp").model)
+    assert known(found) == [[("tok.on", t), ("bot.x", (b,))] for t in ((0, 2), (1, 3)) for b in (0, 1)]
+    assert [len(group.terms) for group in found.groups] == [2, 2, 3, 3]  # each moves for its own once
+
+
+GAIN = "sum(b in Bot where takes(b, r): if finds(b, r) then 5 else -1)"
+UPDATE = "on and not any(b in Bot: takes(b, r))"
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        (GAIN, "if on and not on' then 5 else 0"),
+        (GAIN, "if on then -1 else 0"),
+        (UPDATE, "on and all(b in Bot: not takes(b, r))"),
+        ("policy", "legal when bot[0].x != bot[1].x\npolicy"),
+        ("policy", "terminal when any(b in Bot: bot[b].x' == 2)\npolicy"),
+    ],
+)
+def test_agents_that_act_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, changes: list[str]) -> None:
+    assert team(tmp_path, monkeypatch, *changes).team is not None
+
+
+NOT_AS_MUCH = "'tok.on' is not as much to the agents apart as to all together"
+
+
+DRAWS = "'tok.on' depends on draws or on more than agents and itself"
+OTHERS = "the reward 'tok.gain' depends on more than an agent or a token"  # that the others disturb
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        # Both are paid for one token; it takes both; a token that is spent costs all together once.
+        (("if finds(b, r)", "if on"), NOT_AS_MUCH),
+        ((GAIN, "if on and all(b in Bot: takes(b, r)) then 5 else 0"), NOT_AS_MUCH),
+        ((GAIN, "if on then 0 else -1"), NOT_AS_MUCH),
+        ((UPDATE, "on or any(b in Bot: act[b] == kick and bot[b].x == r)"), NOT_AS_MUCH),  # it comes back
+        ((UPDATE, "on and not any(b in Bot: bot[b].x == r)"), NOT_AS_MUCH),  # nobody can leave it alone
+        ((UPDATE, "on and tok[0].on"), DRAWS),
+        (("  on' = " + UPDATE, "  on' ~ bernoulli(0.5)"), DRAWS),
+        (("hidden on: bool", "hidden on: R", "init on ~ bernoulli(0.5)", "init on = 1",
+          UPDATE, "if takes(0, r) then 0 else on", GAIN, "on", "tok[0].on", "true", "tok[r].on", "true"),
+         "'tok.on' is no single entry of two values"),
+        (("policy", "reward both = if tok[0].on and tok[1].on then 1 else 0\npolicy"),
+         "the reward 'both' depends on more than an agent or a token"),
+        # One agent pushes the other; moves at random.
+        (("right => clamp(x + 1)", "right => clamp(x + bot[1 - b].x)"),
+         OTHERS),
+        (("x' = match act[b] {", "x' ~ if act[b] == kick then uniform(R) else match act[b] {"),
+         OTHERS),
+        (("type Bot = 0 .. 1", "type Bot = 0 .. 2", "init x = 3 * b", "init x = b"),
+         "there are not two agents"),
+    ],
+)  # fmt: skip
+def test_what_forbids_taking_agents_apart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, changes: list[str], reason: str
+) -> None:
+    found = team(tmp_path, monkeypatch, *changes)
+    assert (found.team, found.together) == (None, reason)
+
+
+def test_positions_with_gaps() -> None:
+    assert strides((0, 2, 4)) == [range(0, 5, 2)]
+    assert strides((3,)) == [range(3, 4)]
+    assert strides((0, 1, 4, 5)) == [range(2), range(4, 6)]

@@ -53,6 +53,9 @@ struct Group {
   StepResult (*step)(const Params&, const Fixed&, const State&, int action, exact::EnumeratingDraws&, State&);
   float (*declared)(const Params&, const Fixed&, const State&);  // a bound on the whole; null: none
   float* table;
+  std::int32_t rows = 1;  // of the table: state i is in row i % rows
+
+  float& entry(std::int32_t i) const { return table[i % rows * (states / rows) + i / rows]; }
 };
 
 // The default policy: -1 where no action is legal.
@@ -155,7 +158,7 @@ void fill_one(const Group<Params, Fixed, State>& group, std::size_t groups, cons
     values = worth(outcomes, discount, may_stop);
   }
   for (std::int32_t i = 0; i < group.states; ++i) {
-    float& entry = group.table[i];
+    float& entry = group.entry(i);
     entry = values.empty() ? std::numeric_limits<float>::infinity()
                            : rounded_up(values[static_cast<std::size_t>(i)], groups);
     if (group.declared == nullptr) continue;
