@@ -62,8 +62,8 @@ OTHERS = ("sarsop",)
     "--steps",
     metavar="N",
     type=click.IntRange(1, 1_000_000),
-    help="Most steps; by default what the discount makes of any more is at most a thousandth, "
-    f"or {MOST_STEPS}.",
+    help="Most steps of an episode; by default as many as leave out no more than a thousandth of the sum "
+    f"of discounts, up to {MOST_STEPS}.",
 )
 @click.option(
     "--seed", metavar="S", type=click.IntRange(0), default=0, show_default=True, help="Of the worlds."
@@ -194,7 +194,8 @@ def _print(comparison: Comparison, rest: float, steps: int, as_json: bool) -> No
     if as_json:
         click.echo(json.dumps(numbers(comparison) | {"steps": steps, "left_out": rest}, indent=2))
     else:
-        click.echo(table(policies))
+        if any(policy.returns for policy in policies):
+            click.echo(table(policies))
         if sarsop is not None:
             click.echo(
                 f"SARSOP's own bounds: {sarsop['lower']:.6g} .. {sarsop['upper']:.6g}, "
