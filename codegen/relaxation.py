@@ -11,7 +11,7 @@ from hypgen.codegen.agents import Team, legal_alone, team_of
 from hypgen.codegen.groups import Group, Part, Relaxation, grow, too_large
 from hypgen.codegen.reads import Entry, Reader, Reads, Term, alike
 from hypgen.dsl import ir
-from hypgen.dsl.types import length_of, size_of
+from hypgen.dsl.types import is_finite, length_of, size_of
 
 
 def relax(model: ir.Model) -> Relaxation:
@@ -48,6 +48,9 @@ class _Dealer:
         agents = range(self.team.agents)
         terms = [term for _, found in self.team.tokens for term in found]
         alone = [self._parts([*terms, *self.team.own[agent]], agent) for agent in agents]
+        for variable in (part.variable for parts in alone for part in parts):
+            if not is_finite(variable.type):
+                return f"an agent depends on '{variable.name}', whose values are not finitely many"
         cells = max(math.prod(size_of(p.variable.type) for p in parts) for parts in alone)
         most = min(int(math.log2(max(options.MAX_GROUP_ENTRIES // cells, 1))), options.MAX_SHARED_TOKENS)
         if self.team.tokens and most < 1:

@@ -105,6 +105,7 @@ def test_bounds_are_sampled(tmp_path: Path) -> None:
     assert {name: (b["beliefs"], b["violations"]) for name, b in bounds.items()} == {
         "upper": (500, 0),
         "declared upper": (500, 0),
+        "lower": (500, 0),
         "tail": (500, 0),
     }
     assert "upper" in hypgen("run", TIGER, "--check-bounds", "100").stdout

@@ -242,6 +242,9 @@ OTHERS = "the reward 'tok.gain' depends on more than an agent or a token"  # tha
          OTHERS),
         (("type Bot = 0 .. 1", "type Bot = 0 .. 2", "init x = 3 * b", "init x = b"),
          "there are not two agents"),
+        (("  reward moved = if x' != x",
+          "  hidden far: float\n  init far = 0.0\n  far' = far + 0.5\n  reward moved = if far > 3.0"),
+         "an agent depends on 'bot.far', whose values are not finitely many"),
     ],
 )  # fmt: skip
 def test_what_forbids_taking_agents_apart(
