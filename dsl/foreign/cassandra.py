@@ -122,6 +122,8 @@ class _Reader:
                 )
             self.declared[kind] = Variable(singular, size)
             return
+        if listed := next((word for word in words if word.text != word.text.strip(",")), None):
+            self.tokens.unexpected(listed, f"a name of the {kind}", "put blanks between names, no commas")
         first: dict[str, Word] = {}
         for word in words:
             if first.setdefault(word.text, word) is not word:

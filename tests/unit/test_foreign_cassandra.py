@@ -123,6 +123,8 @@ def test_large_tables_are_lists_of_successors() -> None:
         (ROBOT.replace("0.9", "1.5"), ["E0908 1: the discount is 1.5"]),
         (ROBOT.replace("0.9", "1"), ["E0908 1: the discount is 1, so that values are sums without end"]),
         (ROBOT.replace("states: left middle right", ""), ["E0907 6: the states are not declared"]),
+        (ROBOT.replace("left middle", "left, middle"),
+         ["E0901 3: a name of the states is expected, but found 'left,'"]),
         (ROBOT.replace("left middle", "left left"), ["E0907 3: the state 'left' is declared twice"]),
         (ROBOT.replace("left middle right", "200000"),
          ["E0912 3: there are 200000 states, and 1 to 100000 can be imported"]),
