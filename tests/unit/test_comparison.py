@@ -2,6 +2,7 @@
 
 import signal
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -94,6 +95,15 @@ def test_policies_of_the_exact_solver_play_too(program: Path) -> None:
     assert numbers(comparison)["policies"][0]["return"] == {"mean": 4.5, "half": None}
 
 
+@pytest.fixture
+def _interruptible() -> Iterator[None]:
+    """A process that a shell started in the background ignores interrupts."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("_interruptible")
 def test_an_interrupt_keeps_what_has_been_played(program: Path) -> None:
     comparison = Comparison()
     play_mode(program, comparison.add("default"), [], ignore)
