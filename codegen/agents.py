@@ -131,12 +131,25 @@ class _Check:
         """Return what a step does; None where that is not decided."""
         known = {f"atom {number}": value for number, value in enumerate(atoms)}
         token = low_of(self.type) + valuable
-        after = folded(self.next, _knowing(known, token, token))
+        after = folded(self.next, self._knowing(known, token, token))
         if after is None:
             return None
-        rewards = [folded(reward, _knowing(known, token, after)) for reward in self.rewards]
+        rewards = [folded(reward, self._knowing(known, token, after)) for reward in self.rewards]
         fixed = [round(reward * 2.0**24) for reward in rewards if reward is not None]
         return _Outcome(after != low_of(self.type), sum(fixed)) if len(fixed) == len(rewards) else None
+
+    def _knowing(self, atoms: Mapping[str, Value | None], token: Value, after: Value) -> Known:
+        """Return what reads give; nothing for agents' variables outside of atoms: ``x[0] != x[1]``."""
+
+        def known(e: ir.Expr) -> Value | None:
+            match e:
+                case ir.Local(name=name):
+                    return atoms.get(name)
+                case ir.StateRead(variable=name, primed=primed) if name == self.name:
+                    return after if primed else token
+            return None
+
+        return known
 
 
 @dataclass(frozen=True)
@@ -145,18 +158,6 @@ class _Outcome:
 
     kept: bool
     reward: int
-
-
-def _knowing(atoms: Mapping[str, Value | None], token: Value, after: Value) -> Known:
-    def known(e: ir.Expr) -> Value | None:
-        match e:
-            case ir.Local(name=name):
-                return atoms.get(name)
-            case ir.StateRead(primed=primed):  # of the token: a check reads no other entry
-                return after if primed else token
-        return None
-
-    return known
 
 
 class _Finder:

@@ -226,6 +226,8 @@ OTHERS = "the reward 'tok.gain' depends on more than an agent or a token"  # tha
         (("if finds(b, r)", "if on"), NOT_AS_MUCH),
         ((GAIN, "if on and all(b in Bot: takes(b, r)) then 5 else 0"), NOT_AS_MUCH),
         ((GAIN, "if on then 0 else -1"), NOT_AS_MUCH),
+        # What is neither a condition on one agent nor the token is not decided.
+        ((GAIN, "if on and takes(0, r) and bot[0].x != bot[1].x then 5 else 0"), NOT_AS_MUCH),
         ((UPDATE, "on or any(b in Bot: act[b] == kick and bot[b].x == r)"), NOT_AS_MUCH),  # it comes back
         ((UPDATE, "on and not any(b in Bot: bot[b].x == r)"), NOT_AS_MUCH),  # nobody can leave it alone
         ((UPDATE, "on and tok[0].on"), DRAWS),
