@@ -122,7 +122,7 @@ class _Reader:
                 )
             self.declared[kind] = Variable(singular, size)
             return
-        if listed := next((word for word in words if word.text != word.text.strip(",")), None):
+        if listed := next((word for word in words if "," in word.text), None):
             self.tokens.unexpected(listed, f"a name of the {kind}", "put blanks between names, no commas")
         first: dict[str, Word] = {}
         for word in words:

@@ -125,6 +125,8 @@ def test_large_tables_are_lists_of_successors() -> None:
         (ROBOT.replace("states: left middle right", ""), ["E0907 6: the states are not declared"]),
         (ROBOT.replace("left middle", "left, middle"),
          ["E0901 3: a name of the states is expected, but found 'left,'"]),
+        (ROBOT.replace("left middle", "left,middle"),
+         ["E0901 3: a name of the states is expected, but found 'left,middle'"]),
         (ROBOT.replace("left middle", "left left"), ["E0907 3: the state 'left' is declared twice"]),
         (ROBOT.replace("left middle right", "200000"),
          ["E0912 3: there are 200000 states, and 1 to 100000 can be imported"]),
