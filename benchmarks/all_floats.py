@@ -22,8 +22,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hypgen.dsl import float_exponentials, float_trigonometry
-from hypgen.dsl.float_math import canonical_bits
+from hypgen.dsl.interpret.floats import exponentials, trigonometry
+from hypgen.dsl.interpret.floats.scalar_functions import canonical_bits
 
 ROOT = Path(__file__).resolve().parent.parent
 FUNCTIONS = ("sqrt", "exp", "exp2", "log", "log2", "sin", "cos", "tan", "asin", "acos")
@@ -32,7 +32,7 @@ CHUNK, CHUNKS, BLOCK, TASK = 2**20, 2**12, 2**14, 2**5
 
 def numpy_hash(name: str, chunk: int) -> int:
     """Return the hash of one chunk; blocks are small enough for the cache."""
-    module = float_exponentials if hasattr(float_exponentials, name) else float_trigonometry
+    module = exponentials if hasattr(exponentials, name) else trigonometry
     function = getattr(module, name)
     total = np.uint64(0)
     with np.errstate(all="ignore"):

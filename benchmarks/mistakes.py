@@ -15,9 +15,9 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-from hypgen.dsl import driver
-from hypgen.dsl.diagnostics import Diagnostic, ModelError
-from hypgen.dsl.snippet import render_all
+from hypgen.dsl import load
+from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
+from hypgen.dsl.messages.render import render_all
 
 HERE = Path(__file__).parent / "mistakes"
 PAGE = Path(__file__).parent.parent / "docs" / "results" / "mistakes.md"
@@ -79,7 +79,7 @@ def told(mistake: Mistake) -> tuple[list[Diagnostic], str]:
         path = Path(folder) / "pipes.pomdp"
         path.write_text(mistake.text)
         try:
-            driver.load(path)
+            load.load(path)
         except ModelError as error:
             text = render_all(error.diagnostics, error.sources)
             return list(error.diagnostics), text.replace(f"{folder}/", "")

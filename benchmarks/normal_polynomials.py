@@ -1,4 +1,4 @@
-"""Prints the coefficients of the normal law: ``normal.hpp`` and ``dsl/float_normal.py`` have them.
+"""Prints the coefficients of the normal law: ``normal.hpp`` and ``dsl/interpret/floats/normal.py`` have them.
 
 Needs gmpy2 (the test extra). Both functions are interpolated at 60 Chebyshev nodes with 300 bits; the first
 terms of the Chebyshev series, as many as reach 2^-52, are rewritten in powers, highest first, and rounded to

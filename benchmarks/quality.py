@@ -22,7 +22,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from search.paired import differences, interval
+from hypgen.play.paired_statistics import differences, interval
 
 ROOT = Path(__file__).resolve().parent.parent
 # The solvers' lines. A finished mode is not run again: delete its file to measure anew.

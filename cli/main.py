@@ -11,8 +11,8 @@ from collections.abc import Sequence
 import click
 
 from hypgen import __version__
-from hypgen.cli.common import EXIT_CODES, Exit, say, show_model_error
-from hypgen.dsl.diagnostics import did_you_mean
+from hypgen.cli.shared import EXIT_CODES, Exit, say, show_model_error
+from hypgen.dsl.messages.diagnostic import did_you_mean
 
 SECTIONS = {
     "Write a model": ("new", "check", "error", "fmt", "sim", "explain"),
@@ -35,7 +35,7 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         own = f"{cmd_name}_" if keyword.iskeyword(cmd_name) else cmd_name  # `import` can name no module
-        module = importlib.import_module(f"hypgen.cli.{own}")
+        module = importlib.import_module(f"hypgen.cli.commands.{own}")
         command: click.Command = module.command
         return command
 
@@ -83,8 +83,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run hypgen on ``arguments`` and return its exit code."""
-    from hypgen.dsl.diagnostics import ModelError
-    from hypgen.runtime.errors import BuildError, ToolchainError
+    from hypgen.dsl.messages.diagnostic import ModelError
+    from hypgen.runtime.builder.errors import BuildError, ToolchainError
 
     try:
         result = group.main(arguments, prog_name="hypgen", standalone_mode=False)

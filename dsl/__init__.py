@@ -1,6 +1,5 @@
-"""Text to a checked, typed intermediate representation of a POMDP; knows nothing of C++.
+"""Text to a checked, typed model; knows nothing of C++.
 
-Pipeline: ``parser`` (text -> ``ast``) -> ``lower`` with ``typecheck`` (``ast`` -> ``ir``) -> ``analysis``
-(stages, observation key, filter rules). ``interpreter`` gives the IR its meaning. User mistakes are
-``Diagnostic`` values; any other exception is a bug of hypgen.
+Takes the files that an author writes. Gives an ``ir.Model``, or every independent mistake as a
+``Diagnostic``. ``load.load`` is the way in; ``pipeline`` lists the passes. README.md lists the rooms.
 """

@@ -1,1 +1,1 @@
-"""The C++ solver library's sources and the Python side that finds compilers and builds with them."""
+"""The C++ solver library's sources, and the package that builds with them (``builder``)."""

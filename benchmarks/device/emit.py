@@ -9,10 +9,10 @@ import shutil
 import sys
 from pathlib import Path
 
-from hypgen.codegen.driver import generate
-from hypgen.dsl.driver import load
-from hypgen.runtime.build import runtime_files
-from hypgen.runtime.toolchain import find_json
+from hypgen.codegen.generate import generate
+from hypgen.dsl.load import load
+from hypgen.runtime.builder.solver import runtime_files
+from hypgen.runtime.builder.tools import find_json
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 MODELS = ("examples", "tests/differential/models")

@@ -82,7 +82,8 @@ def build(folder: Path, names: list[str], asked: argparse.Namespace) -> dict[str
     with tempfile.TemporaryDirectory() as place, ThreadPoolExecutor(asked.jobs) as pool:
         units: dict[Path, list[str]] = {}
         models = {name: sorted((folder / "models" / name).glob("*.c*")) for name in missing}
-        runtime = sorted((folder / "runtime" / "src").glob("*.cpp")) if missing else []
+        sources = (folder / "runtime" / "src").rglob("*.cpp") if missing else ()
+        runtime = sorted(path for path in sources if path.parent.name != "exact")
         # Those that take longest come first.
         for source in sorted([*sum(models.values(), []), *runtime], key=lambda path: path.suffix != ".cu"):
             target = Path(place) / f"{source.parent.name}.{source.name}.o"

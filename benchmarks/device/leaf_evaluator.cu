@@ -9,9 +9,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <hypgen/belief.hpp>
+#include <hypgen/belief/belief.hpp>
 #include <hypgen/cuda/evaluator.cuh>
-#include <hypgen/params.hpp>
+#include <hypgen/model/params.hpp>
 
 namespace {
 

@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <hypgen/cuda/evaluator.cuh>
-#include <hypgen/planner.hpp>
+#include <hypgen/search/planner.hpp>
 #include <thread>
 
 namespace {

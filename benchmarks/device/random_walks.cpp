@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "hypgen/walks.hpp"
+#include "hypgen/verify/digest_walks.hpp"
 
 namespace random_walks {
 namespace {

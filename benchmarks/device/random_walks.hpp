@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "hypgen/belief.hpp"
-#include "hypgen/descriptor.hpp"
-#include "hypgen/digest.hpp"
-#include "hypgen/leaf_evaluator.hpp"
-#include "hypgen/schedule.hpp"
-#include "hypgen/world.hpp"
+#include "hypgen/belief/belief.hpp"
+#include "hypgen/episode/world.hpp"
+#include "hypgen/leaves/leaf_evaluator.hpp"
+#include "hypgen/model/descriptor.hpp"
+#include "hypgen/verify/digest.hpp"
+#include "hypgen/verify/schedule.hpp"
 
 namespace hypgen::cuda {
 

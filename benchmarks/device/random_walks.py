@@ -26,10 +26,10 @@ sys.path += [str(ROOT / "tests" / "differential"), str(ROOT / "tests" / "unit")]
 import model_batches  # noqa: E402 - of the tests
 import random_failures  # noqa: E402
 
-from hypgen.codegen.driver import generate  # noqa: E402
+from hypgen.codegen.generate import generate  # noqa: E402
 from hypgen.dsl import ir  # noqa: E402
-from hypgen.runtime.cuda_toolchain import find_nvcc  # noqa: E402
-from hypgen.runtime.toolchain import find_compiler  # noqa: E402
+from hypgen.runtime.builder.cuda_tools import find_nvcc  # noqa: E402
+from hypgen.runtime.builder.tools import find_compiler  # noqa: E402
 
 # Not -march=native: the machine with the GPU is another one. Every H100's host has these instructions.
 HOST_FLAGS = ["-std=c++17", "-O2", "-march=x86-64-v3", "-ffp-contract=off", "-w"]
@@ -116,7 +116,11 @@ def build(folder: Path, batches: int, jobs: int) -> Path:
     flags = (RUNTIME / "cmake" / "nvcc_flags.txt").read_text().split()
     shared = [f"-Xcompiler={flag}" for flag in HOST_FLAGS[1:]]
     device = [str(nvcc.path), *flags, "-w", *GPU, "-ccbin", compiler, *shared, *include]
-    sources = [RUNTIME / "src" / "walks.cpp", HERE / "random_walks.cpp", folder / "registry.cpp"]
+    sources = [
+        RUNTIME / "src" / "verify" / "digest_walks.cpp",
+        HERE / "random_walks.cpp",
+        folder / "registry.cpp",
+    ]
     sources += [folder / f"host{i}.cpp" for i in range(batches)]
     units = [Unit(folder / f"device{i}.cu", folder / f"device{i}.o", device) for i in range(batches)]
     units += [Unit(source, folder / f"{source.stem}.o", host) for source in sources]

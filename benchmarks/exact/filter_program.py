@@ -9,16 +9,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from hypgen.codegen.driver import generate_exact
-from hypgen.dsl import driver
-from hypgen.runtime.build import EXACT_MAIN, build_solver
+from hypgen.codegen.generate import generate_exact
+from hypgen.dsl import load
+from hypgen.runtime.builder.solver import EXACT_MAIN, build_solver
 
 HERE = Path(__file__).parent
 
 
 def build(model: Path, settings: Sequence[str] = ()) -> Path:
     """Return the program that compares beliefs of a model with the exact one."""
-    loaded = driver.load(model, settings=tuple(settings))
+    loaded = load.load(model, settings=tuple(settings))
     files = generate_exact(loaded.model)
     beginning, _, _ = files[EXACT_MAIN].partition("int main(")
     files[EXACT_MAIN] = beginning + (HERE / "filters.cpp").read_text(encoding="utf-8")

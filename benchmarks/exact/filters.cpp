@@ -16,10 +16,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <hypgen/belief/factored_belief.hpp>
+#include <hypgen/belief/particle_belief.hpp>
 #include <hypgen/exact/enumeration.hpp>
 #include <hypgen/exact/filter.hpp>
-#include <hypgen/factored_belief.hpp>
-#include <hypgen/particle_belief.hpp>
 #include <map>
 #include <memory>
 #include <set>

@@ -19,7 +19,8 @@ from typing import Any
 
 import episodes
 from episodes import Played, Setting
-from paired import differences, interval, with_interval
+
+from hypgen.play.paired_statistics import differences, interval, with_interval
 
 GPU_MODES = ("gpu", "hyp")
 PIECES_A_WAVE = 5

@@ -21,7 +21,8 @@ from typing import Any
 
 import episodes
 from episodes import Played, Setting
-from paired import differences, interval, with_interval
+
+from hypgen.play.paired_statistics import differences, interval, with_interval
 
 # The axes and the solver's options, in the order of a setting's values.
 OPTIONS = ("--threads", "--in-flight", "--observation-loss", "--exploration", "--xi")

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "hypgen/math.hpp"
-#include "hypgen/search.hpp"
-#include "hypgen/tree_check.hpp"
+#include "hypgen/math/scalar_functions.hpp"
+#include "hypgen/search/search.hpp"
+#include "hypgen/search/tree_check.hpp"
 
 namespace {
 

@@ -1,4 +1,5 @@
-"""Models in other people's formats: Cassandra's and POMDPX are read, and written as text of this language.
+"""Models in other people's formats: recognised, read, and written as text of this language.
 
-Imports the standard library, and of ``hypgen.dsl`` diagnostics and source alone.
+Takes files in Cassandra's format and POMDPX. Gives text of a ``.pomdp`` file (``reader.import_text``).
+Imports the standard library and ``hypgen.dsl.messages`` alone.
 """

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 
-from hypgen.dsl.diagnostics import Diagnostic, ModelError
-from hypgen.dsl.foreign.formats import recognise
-from hypgen.dsl.source import Source
+from hypgen.dsl.foreign.recognise import recognise
+from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
+from hypgen.dsl.messages.source import Source
 
 MAX_BYTES = 32_000_000
 _HEAD = 65_536

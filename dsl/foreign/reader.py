@@ -7,14 +7,15 @@ import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
-from hypgen.dsl.diagnostics import Diagnostic, ModelError
-from hypgen.dsl.foreign import cassandra, pomdpx
+from hypgen.dsl.foreign.cassandra import read_cassandra
 from hypgen.dsl.foreign.files import refusal, source_of
-from hypgen.dsl.foreign.formats import recognise
-from hypgen.dsl.foreign.model import ForeignModel
-from hypgen.dsl.foreign.names import model_name
-from hypgen.dsl.foreign.trouble import Trouble
-from hypgen.dsl.foreign.writer import write
+from hypgen.dsl.foreign.pomdpx import read_pomdpx
+from hypgen.dsl.foreign.recognise import recognise
+from hypgen.dsl.foreign.tables.foreign_model import ForeignModel
+from hypgen.dsl.foreign.tables.names import model_name
+from hypgen.dsl.foreign.tables.trouble import Trouble
+from hypgen.dsl.foreign.writer.write import write
+from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
 
 MAX_TEXT = 4_000_000  # what a model file of this language may have
 
@@ -36,7 +37,7 @@ def import_text(path: str, content: bytes, name: str | None, horizon: int | None
     found = recognise(source)
     if found is None:  # the beginning alone was readable in another encoding
         raise refusal(path)
-    model = (cassandra if found.code == "E0130" else pomdpx).read(source)
+    model = (read_cassandra if found.code == "E0130" else read_pomdpx).read(source)
     if model.discount == 1 and horizon is None:
         message = "the discount is 1, so that values are sums without end"
         limited = shlex.quote(f"{Path(path).stem}_100.pomdp")

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "hypgen/factored_belief.hpp"
-#include "hypgen/particle_belief.hpp"
-#include "hypgen/world.hpp"
+#include "hypgen/belief/factored_belief.hpp"
+#include "hypgen/belief/particle_belief.hpp"
+#include "hypgen/episode/world.hpp"
 
 #include HEADER
 

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from hypgen.runtime.errors import ToolchainError
-from hypgen.runtime.toolchain import find_tools
+from hypgen.runtime.builder.errors import ToolchainError
+from hypgen.runtime.builder.tools import find_tools
 
 HERE = Path(__file__).parent
 INCLUDE = HERE.parent.parent / "runtime" / "include"

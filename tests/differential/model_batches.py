@@ -11,14 +11,14 @@ from pathlib import Path
 
 import traces
 
-from hypgen.codegen.driver import generate
+from hypgen.codegen.generate import generate
 from hypgen.dsl import ir
-from hypgen.dsl.diagnostics import ModelError
-from hypgen.dsl.interpreter_trace import trace
-from hypgen.dsl.lower import lower
-from hypgen.dsl.parser import parse
-from hypgen.dsl.source import Source
-from hypgen.runtime.toolchain import find_compiler
+from hypgen.dsl.interpret.trace import trace
+from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax.parse import parse
+from hypgen.runtime.builder.tools import find_compiler
 
 INCLUDE = Path(__file__).parent.parent.parent / "runtime" / "include"
 # Most of a compiler's time goes into optimising; what is compared does not depend on it.
@@ -31,9 +31,9 @@ MAIN = """#include <algorithm>
 #include <cstdlib>
 #include <string>
 
-#include <hypgen/descriptor.hpp>
-#include <hypgen/schedule.hpp>
-#include <hypgen/trace.hpp>
+#include <hypgen/model/descriptor.hpp>
+#include <hypgen/verify/schedule.hpp>
+#include <hypgen/verify/trace.hpp>
 
 {includes}
 

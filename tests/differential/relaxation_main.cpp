@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "hypgen/exact/enumerating_draws.hpp"
+#include "hypgen/random/enumerating_draws.hpp"
 
 #include HEADER
 

@@ -13,13 +13,13 @@ import ir_samples
 import pytest
 import traces
 
-from hypgen.codegen.driver import generate
+from hypgen.codegen.generate import generate
 from hypgen.dsl import ir
-from hypgen.dsl.driver import load
-from hypgen.dsl.interpreter_trace import columns, trace
-from hypgen.runtime.build import build_solver
-from hypgen.runtime.errors import ToolchainError
-from hypgen.runtime.toolchain import find_tools
+from hypgen.dsl.interpret.trace import columns, trace
+from hypgen.dsl.load import load
+from hypgen.runtime.builder.errors import ToolchainError
+from hypgen.runtime.builder.solver import build_solver
+from hypgen.runtime.builder.tools import find_tools
 
 FOLDER = Path(__file__).parent
 EXAMPLES = sorted((FOLDER.parent.parent / "examples").rglob("*.pomdp"))

@@ -11,7 +11,7 @@ import pytest
 from belief_program import beliefs
 from factored_models import FACTORED, model_of
 
-from hypgen.codegen.driver import generate
+from hypgen.codegen.generate import generate
 from hypgen.dsl import ir
 
 PARTICLES, STEPS = 100_000, 30

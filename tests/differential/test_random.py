@@ -10,8 +10,8 @@ import random_models
 from random_failures import UNLUCKY, failures
 from random_tree import Node, shrink
 
-from hypgen.runtime.errors import ToolchainError
-from hypgen.runtime.toolchain import find_compiler
+from hypgen.runtime.builder.errors import ToolchainError
+from hypgen.runtime.builder.tools import find_compiler
 
 FOUND = sorted((Path(__file__).parent / "found").glob("*.pomdp"))
 MODELS, MANY = 200, 10_000

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.codegen import options
-from hypgen.codegen.driver import generate
-from hypgen.codegen.relaxation import relax
-from hypgen.dsl.driver import load
-from hypgen.runtime.errors import ToolchainError
-from hypgen.runtime.toolchain import find_tools
+from hypgen.codegen.bounds.relaxation import relax
+from hypgen.codegen.generate import generate
+from hypgen.codegen.layout import limits
+from hypgen.dsl.load import load
+from hypgen.runtime.builder.errors import ToolchainError
+from hypgen.runtime.builder.tools import find_tools
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
@@ -77,7 +77,7 @@ def test_one_group_has_the_value(tmp_path: Path) -> None:
 
 
 def test_several_groups_are_above_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(options, "MAX_GROUP_ENTRIES", 12 << 2)  # two rocks each
+    monkeypatch.setattr(limits, "MAX_GROUP_ENTRIES", 12 << 2)  # two rocks each
     text = undeclared((ROOT / "examples/rock_sample.pomdp").read_text()).replace("\nparam ", "\nconst ")
     states, least, most, largest = excess(text, SMALL, tmp_path)
     assert states > 100
@@ -130,7 +130,7 @@ FEW = ("n=3", "k=4", "start_row=[0, 2]", "rock_x=[0, 1, 2, 2]", "rock_y=[2, 0, 1
 def test_agents_apart_are_above_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rocks: int, low: float, high: float
 ) -> None:
-    monkeypatch.setattr(options, "MAX_GROUP_ENTRIES", 12 << rocks)  # a robot's places and some rocks
+    monkeypatch.setattr(limits, "MAX_GROUP_ENTRIES", 12 << rocks)  # a robot's places and some rocks
     text = (ROOT / "examples/two_robot_rock_sample.pomdp").read_text().replace("\nparam ", "\nconst ")
     states, least, most, largest = excess(text, FEW, tmp_path)
     assert states > 1000

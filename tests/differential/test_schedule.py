@@ -7,9 +7,9 @@ from pathlib import Path
 import model_batches
 import pytest
 
-from hypgen.codegen import partition
-from hypgen.runtime.errors import ToolchainError
-from hypgen.runtime.toolchain import find_compiler
+from hypgen.codegen.passes import partition
+from hypgen.runtime.builder.errors import ToolchainError
+from hypgen.runtime.builder.tools import find_compiler
 
 LAMPS = """model Lamps
 discount 0.95

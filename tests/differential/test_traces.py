@@ -7,7 +7,7 @@ import pytest
 import traces
 from ir_samples import tiger
 
-from hypgen.dsl.interpreter_trace import columns, trace
+from hypgen.dsl.interpret.trace import columns, trace
 
 
 def test_equal_traces_have_no_difference(tmp_path: Path) -> None:

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 from belief_program import beliefs
 
-from hypgen.codegen.driver import generate
-from hypgen.dsl import driver
+from hypgen.codegen.generate import generate
+from hypgen.dsl import load
 
 MODELS = Path(__file__).parent / "models"
 PLACES, STEPS = 10, 480
@@ -37,7 +37,7 @@ def exact(rows: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 def error(folder: Path, change: Callable[[str], str], particles: int) -> float:
     """Return how far the particles are from the posterior of the map, on average."""
-    model = driver.load(MODELS / "corridor.pomdp").model
+    model = load.load(MODELS / "corridor.pomdp").model
     header = change(next(t for path, t in generate(model).items() if path.endswith(".hpp")))
     rows = beliefs(header, model.name, "ParticleBelief", folder, particles, STEPS)
     goes_on = rows[:, 0] == 0
@@ -59,7 +59,7 @@ def test_unread_cells_keep_their_prior(tmp_path: Path) -> None:
 
 
 def test_what_an_unread_value_depends_on_is_kept(tmp_path: Path) -> None:
-    model = driver.load(MODELS / "soil.pomdp").model
+    model = load.load(MODELS / "soil.pomdp").model
     header = next(t for path, t in generate(model).items() if path.endswith(".hpp"))
     rows = beliefs(header, model.name, "ParticleBelief", tmp_path / "soil", 5_000, 60)
     found = rows[rows[:, 0] == 0, 3:].reshape(-1, 13, 8)[:, :, 1]
@@ -82,7 +82,7 @@ def test_copies_that_drew_anew_are_one_hypothesis(tmp_path: Path) -> None:
     text = text.replace("type Place = 0 .. 9", "type Place = 0 .. 99")
     path = tmp_path / "codes.pomdp"
     path.write_text(text)
-    model = driver.load(path).model
+    model = load.load(path).model
     header = next(t for name, t in generate(model).items() if name.endswith(".hpp"))
     status = beliefs(header, model.name, "ParticleBelief", tmp_path / "codes", 40, 600)[:, 0]
     assert DEPLETED in status

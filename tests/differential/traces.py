@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hypgen.dsl import ir
-from hypgen.dsl.interpreter_trace import columns
+from hypgen.dsl.interpret.trace import columns
 
 Table = npt.NDArray[np.int64]
 

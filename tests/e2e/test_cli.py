@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.cli import common, main
-from hypgen.runtime.errors import BuildError
+from hypgen.cli import main, shared
+from hypgen.runtime.builder.errors import BuildError
 
 ROOT = Path(__file__).parent.parent.parent
 TIGER = str(ROOT / "examples" / "tiger.pomdp")
 ROCKS = str(ROOT / "examples" / "rock_sample.pomdp")
-SLOW_IMPORTS = ("jinja2", "numpy", "rich", "hypgen.codegen.driver", "hypgen.runtime.build")
+SLOW_IMPORTS = ("jinja2", "numpy", "rich", "hypgen.codegen.generate", "hypgen.runtime.builder.solver")
 
 
 def hypgen(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -129,7 +129,7 @@ def fail(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> int:
     def load(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("hypgen.cli.explain.load", load)
+    monkeypatch.setattr("hypgen.cli.commands.explain.load", load)
     return main.run(["explain", TIGER])
 
 
@@ -154,7 +154,7 @@ def test_cpp_errors_are_a_bug_and_stay_in_the_log(
 
 
 def test_an_interrupt_ends_with_130(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert fail(monkeypatch, KeyboardInterrupt()) == common.Exit.INTERRUPTED == 130
+    assert fail(monkeypatch, KeyboardInterrupt()) == shared.Exit.INTERRUPTED == 130
 
 
 def test_a_reader_that_goes_away_is_no_bug() -> None:

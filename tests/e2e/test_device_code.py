@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.codegen.driver import generate
-from hypgen.dsl.driver import load
-from hypgen.runtime import build, cache, cuda_toolchain, toolchain
-from hypgen.runtime.cuda_toolchain import CudaBuild
-from hypgen.runtime.errors import ToolchainError
+from hypgen.codegen.generate import generate
+from hypgen.dsl.load import load
+from hypgen.runtime.builder import cache, cuda_tools, solver, tools
+from hypgen.runtime.builder.cuda_tools import CudaBuild
+from hypgen.runtime.builder.errors import ToolchainError
 
 ROOT = Path(__file__).parent.parent.parent
 TIGER = ROOT / "examples" / "tiger.pomdp"
@@ -26,7 +26,7 @@ QUICK = ("--mode=despot", "--runs=1", "--trials=20", "--scenarios=50", "--steps=
 @pytest.fixture(scope="module")
 def cuda() -> CudaBuild:
     try:
-        return CudaBuild(cuda_toolchain.find_nvcc(), (90,))
+        return CudaBuild(cuda_tools.find_nvcc(), (90,))
     except ToolchainError as error:
         pytest.skip(f"needs nvcc: {error}")
 
@@ -36,10 +36,10 @@ def compile_device_units(example: Path, cuda: CudaBuild, folder: Path) -> str:
     for name, text in generate(load(example).model).items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
-    flags = (ROOT / "runtime" / build.NVCC_FLAGS).read_text().split()
+    flags = (ROOT / "runtime" / solver.NVCC_FLAGS).read_text().split()
     # What the compiler accepts and warns of is the same; optimised, all examples take minutes.
     flags += [*WARNINGS, "--Ofast-compile=max"] if numbers_of(cuda) >= (13, 0) else WARNINGS
-    command = cuda_toolchain.nvcc_command(cuda, flags, toolchain.find_compiler().path, ["-ffp-contract=off"])
+    command = cuda_tools.nvcc_command(cuda, flags, tools.find_compiler().path, ["-ffp-contract=off"])
     include = [f"-I{folder / 'src'}", f"-I{ROOT / 'runtime' / 'include'}"]
     said = ""
     for unit in sorted((folder / "src").glob("*.cu")):
@@ -51,7 +51,7 @@ def compile_device_units(example: Path, cuda: CudaBuild, folder: Path) -> str:
 
 
 def numbers_of(cuda: CudaBuild) -> tuple[int, ...]:
-    return toolchain.numbers(cuda.nvcc.version)
+    return tools.numbers(cuda.nvcc.version)
 
 
 @pytest.fixture(scope="module")
@@ -85,11 +85,11 @@ def test_nvcc_has_nothing_to_say(example: Path, messages: dict[Path, Future[str]
 
 def test_a_solver_with_device_code_plans_as_without(cuda: CudaBuild) -> None:
     """Also on a machine without a driver."""
-    steps: list[build.Step] = []
+    steps: list[solver.Step] = []
     files = generate(load(TIGER).model)
-    both = build.build_solver(files, "device/tiger", steps.append, cuda=cuda)
+    both = solver.build_solver(files, "device/tiger", steps.append, cuda=cuda)
     assert steps[-1].what == "tiger for CPU and sm_90"
-    plain = build.build_solver(files, "device/tiger", steps.append)
+    plain = solver.build_solver(files, "device/tiger", steps.append)
     assert both != plain and (not steps[-1].reason or "another target" in steps[-1].reason)
     outputs = [subprocess.run([s, *QUICK], capture_output=True, text=True, check=True) for s in (both, plain)]
     assert outputs[0].stdout == outputs[1].stdout != ""
@@ -100,8 +100,8 @@ def test_an_exported_project_builds_for_gpus_with_plain_cmake(cuda: CudaBuild, t
     command = [sys.executable, "-c", "from hypgen.cli.main import main; main()", "compile", str(TIGER)]
     options = ["--nvcc", str(cuda.nvcc.path), "--arch", "sm_90", "-o", str(project), "--emit-only"]
     subprocess.run([*command, *options], check=True, capture_output=True)
-    cmake = str(toolchain.find_cmake().path)
-    build.build_solver(generate(load(TIGER).model), "device/tiger", lambda step: None)
+    cmake = str(tools.find_cmake().path)
+    solver.build_solver(generate(load(TIGER).model), "device/tiger", lambda step: None)
     libraries = cache.folder("runtime").glob("*/libhypgen_runtime.a")
     library = max(libraries, key=lambda path: path.parent.stat().st_mtime)  # the one used last
     for arguments in (

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from hypgen.cli import main
-from hypgen.dsl import builtins
+from hypgen.dsl.types import builtin_names
 
 ROOT = Path(__file__).parent.parent.parent
 PAGES = ("README.md", "docs/language.md")
@@ -38,8 +38,12 @@ def test_every_word_of_the_language_has_an_example() -> None:
     page = (ROOT / "docs" / "language.md").read_text()
     examples = "\n".join(re.findall(r"```pomdp[a-z-]*\n(.*?)```", page, re.DOTALL))
     examples = re.sub(r"#.*", "", examples)
-    grammar = (ROOT / "dsl" / "pomdp.lark").read_text()
-    words = {*re.findall(r'"([a-z]+)"', grammar), *builtins.RESERVED_CALLS, *builtins.RESERVED_VALUES}
+    grammar = (ROOT / "dsl" / "syntax" / "pomdp.lark").read_text()
+    words = {
+        *re.findall(r'"([a-z]+)"', grammar),
+        *builtin_names.RESERVED_CALLS,
+        *builtin_names.RESERVED_VALUES,
+    }
     assert {word for word in words if not re.search(rf"\b{word}\b", examples)} == set()
     signs = re.findall(r'^\w+: "([^a-z"]+)"$', grammar, re.MULTILINE)
     assert {sign for sign in signs if sign not in examples} == set()

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from hypgen.codegen.driver import generate
-from hypgen.dsl.driver import load
-from hypgen.runtime.build import build_solver
-from hypgen.runtime.errors import ToolchainError
-from hypgen.runtime.toolchain import find_tools
+from hypgen.codegen.generate import generate
+from hypgen.dsl.load import load
+from hypgen.runtime.builder.errors import ToolchainError
+from hypgen.runtime.builder.solver import build_solver
+from hypgen.runtime.builder.tools import find_tools
 
 ROOT = Path(__file__).parent.parent.parent
 # Nothing to choose and nothing to see: there is one leaf at a time.

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from hypgen.cli import main
-from hypgen.cli.new import TEMPLATES
+from hypgen.cli.commands.new import TEMPLATES
 
 
 @pytest.mark.parametrize("template", TEMPLATES)

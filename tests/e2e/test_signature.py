@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.codegen.driver import generate
-from hypgen.dsl.driver import load
-from hypgen.runtime.build import build_solver
-from hypgen.runtime.errors import ToolchainError
-from hypgen.runtime.toolchain import find_tools
+from hypgen.codegen.generate import generate
+from hypgen.dsl.load import load
+from hypgen.runtime.builder.errors import ToolchainError
+from hypgen.runtime.builder.solver import build_solver
+from hypgen.runtime.builder.tools import find_tools
 
 ROOT = Path(__file__).parent.parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.pomdp"))
@@ -35,12 +35,13 @@ def unoptimised(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[str], li
     command = [str(tools.compiler.path), *flags]
 
     def compile_source(source: Path) -> Path:
-        target = folder / f"{source.stem}.o"
+        target = folder / f"{source.parent.name}_{source.stem}.o"
         subprocess.run([*command, "-c", str(source), "-o", str(target)], check=True)
         return target
 
+    sources = sorted(p for p in (RUNTIME / "src").rglob("*.cpp") if p.parent.name != "exact")
     with ThreadPoolExecutor(2) as pool:
-        return command, list(pool.map(compile_source, sorted((RUNTIME / "src").glob("*.cpp"))))
+        return command, list(pool.map(compile_source, sources))
 
 
 @pytest.mark.parametrize(

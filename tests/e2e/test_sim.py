@@ -120,9 +120,9 @@ def test_the_same_seed_gives_the_same_episode(play: Any) -> None:
 
 
 def test_the_solver_plays_the_same_episodes(play: Any, tmp_path: Path) -> None:
-    from hypgen.codegen.driver import generate
-    from hypgen.dsl.driver import load
-    from hypgen.runtime.build import build_solver
+    from hypgen.codegen.generate import generate
+    from hypgen.dsl.load import load
+    from hypgen.runtime.builder.solver import build_solver
 
     loaded = load(TAG)
     solver = build_solver(generate(loaded.model), "tag", lambda step: None, model=loaded.model.source_hash)

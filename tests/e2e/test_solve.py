@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.cli.common import Exit
+from hypgen.cli.shared import Exit
 
 ROOT = Path(__file__).parent.parent.parent
 HYPGEN = [sys.executable, "-c", "from hypgen.cli.main import main; main()", "solve"]

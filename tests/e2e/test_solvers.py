@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.runtime import toolchain
+from hypgen.runtime.builder import tools
 
 ROOT = Path(__file__).parent.parent.parent
 TIGER = str(ROOT / "examples" / "tiger.pomdp")
@@ -143,7 +143,7 @@ def test_a_project_builds_with_plain_cmake_and_nothing_of_hypgen(project: Path) 
     done = hypgen("compile", TIGER, "-o", str(project), "--emit-only")
     assert done.returncode == 0, done.stderr
     assert done.stdout == f"{project}\n"
-    cmake = str(toolchain.find_cmake().path)
+    cmake = str(tools.find_cmake().path)
     bare = {"PATH": f"{Path(cmake).parent}:/usr/bin:/bin", "HOME": str(project)}
     if compiler := os.environ.get("CXX"):
         bare["CXX"] = compiler

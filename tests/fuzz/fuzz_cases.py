@@ -15,10 +15,10 @@ from pathlib import Path
 
 from lark.grammar import NonTerminal, Symbol
 
-from hypgen.dsl.diagnostics import ModelError
-from hypgen.dsl.driver import load_any
-from hypgen.dsl.parser import _load_lark
-from hypgen.dsl.snippet import render_all
+from hypgen.dsl.load import load_any
+from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.messages.render import render_all
+from hypgen.dsl.syntax.parse import _load_lark
 
 ROOT = Path(__file__).parent.parent.parent
 FOLDERS = ("examples", "tests/unit/errors", "tests/unit/findings", "tests/differential/models")

@@ -8,9 +8,9 @@ from pathlib import Path
 import ir_samples
 import pytest
 
-from hypgen.codegen.driver import generate
+from hypgen.codegen.generate import generate
 from hypgen.dsl import ir
-from hypgen.dsl.driver import load
+from hypgen.dsl.load import load
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent.parent / "examples"

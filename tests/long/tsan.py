@@ -18,9 +18,9 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from hypgen.codegen.driver import generate
-from hypgen.dsl.driver import load
-from hypgen.runtime.build import build_solver
+from hypgen.codegen.generate import generate
+from hypgen.dsl.load import load
+from hypgen.runtime.builder.solver import build_solver
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 FLAGS = "-fsanitize=thread -g1"  # with lines for the reports

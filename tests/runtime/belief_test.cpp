@@ -1,4 +1,4 @@
-#include "hypgen/belief.hpp"
+#include "hypgen/belief/belief.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "hypgen/chunk_pool.hpp"
+#include "hypgen/memory/chunk_pool.hpp"
 
 #include <gtest/gtest.h>
 

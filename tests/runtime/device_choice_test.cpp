@@ -1,9 +1,9 @@
-#include "hypgen/device_choice.hpp"
+#include "hypgen/solver/device_choice.hpp"
 
 #include <gtest/gtest.h>
 
-#include "hypgen/device.hpp"
-#include "hypgen/solver_main.hpp"
+#include "hypgen/leaves/device.hpp"
+#include "hypgen/solver/solver_main.hpp"
 #include "mock_evaluator.hpp"
 #include "test_solvers.hpp"
 

@@ -1,4 +1,4 @@
-#include "hypgen/draw_cache.hpp"
+#include "hypgen/leaves/draw_cache.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Every outcome of a draw, once, with the probability that the density gives.
-#include "hypgen/exact/enumerating_draws.hpp"
+#include "hypgen/random/enumerating_draws.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "hypgen/distributions.hpp"
+#include "hypgen/random/distributions.hpp"
 
 namespace hypgen::exact {
 namespace {

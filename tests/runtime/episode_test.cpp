@@ -1,4 +1,4 @@
-#include "hypgen/episode.hpp"
+#include "hypgen/episode/episode.hpp"
 
 #include <gtest/gtest.h>
 

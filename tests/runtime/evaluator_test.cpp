@@ -5,8 +5,8 @@
 #include <thread>
 #include <vector>
 
-#include "hypgen/cpu_evaluator.hpp"
-#include "hypgen/leaf_check.hpp"
+#include "hypgen/leaves/cpu_evaluator.hpp"
+#include "hypgen/verify/leaf_check.hpp"
 #include "test_solvers.hpp"
 
 namespace hypgen::testing {

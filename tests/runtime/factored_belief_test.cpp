@@ -1,4 +1,4 @@
-#include "hypgen/factored_belief.hpp"
+#include "hypgen/belief/factored_belief.hpp"
 
 #include <gtest/gtest.h>
 

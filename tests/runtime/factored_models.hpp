@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <string>
 
-#include "hypgen/descriptor.hpp"
-#include "hypgen/history.hpp"
-#include "hypgen/model.hpp"
-#include "hypgen/posterior.hpp"
+#include "hypgen/belief/posterior.hpp"
+#include "hypgen/model/descriptor.hpp"
+#include "hypgen/model/history.hpp"
+#include "hypgen/model/model.hpp"
 #include "test_models.hpp"
 
 namespace hypgen::testing {

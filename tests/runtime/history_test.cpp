@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "hypgen/cpu_evaluator.hpp"
+#include "hypgen/leaves/cpu_evaluator.hpp"
 #include "test_solvers.hpp"
 
 namespace hypgen::testing {

@@ -1,8 +1,8 @@
-#include "hypgen/key.hpp"
+#include "hypgen/model/key.hpp"
 
 #include <gtest/gtest.h>
 
-#include "hypgen/grouping.hpp"
+#include "hypgen/leaves/grouping.hpp"
 
 namespace hypgen {
 namespace {

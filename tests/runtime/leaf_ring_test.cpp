@@ -1,4 +1,4 @@
-#include "hypgen/leaf_ring.hpp"
+#include "hypgen/leaves/leaf_ring.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <thread>
 
-#include "hypgen/search.hpp"
+#include "hypgen/search/search.hpp"
 #include "mock_evaluator.hpp"
 #include "test_solvers.hpp"
 

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "hypgen/arena.hpp"
-#include "hypgen/grouping.hpp"
+#include "hypgen/leaves/grouping.hpp"
+#include "hypgen/memory/arena.hpp"
 
 namespace hypgen {
 namespace {

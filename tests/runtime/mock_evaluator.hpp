@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "hypgen/leaf_evaluator.hpp"
+#include "hypgen/leaves/leaf_evaluator.hpp"
 
 namespace hypgen::testing {
 

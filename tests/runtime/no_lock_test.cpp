@@ -14,7 +14,7 @@
 #include <cstddef>
 #include <thread>
 
-#include "hypgen/search.hpp"
+#include "hypgen/search/search.hpp"
 #include "test_solvers.hpp"
 
 namespace hypgen::testing {

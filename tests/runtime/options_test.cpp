@@ -1,4 +1,4 @@
-#include "hypgen/options.hpp"
+#include "hypgen/solver/options.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // What states of a small decision process are worth.
-#include "hypgen/outcomes.hpp"
-
 #include <gtest/gtest.h>
 
 #include <vector>
+
+#include "hypgen/bounds/small_process.hpp"
 
 namespace hypgen::relaxation {
 namespace {

@@ -1,4 +1,4 @@
-#include "hypgen/params.hpp"
+#include "hypgen/model/params.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "hypgen/philox.hpp"
+#include "hypgen/random/philox.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "hypgen/planner.hpp"
+#include "hypgen/search/planner.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // Tables of small models: what they hold, and that filling one ends.
-#include "hypgen/relaxation.hpp"
+#include "hypgen/bounds/relaxation.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "hypgen/distributions.hpp"
+#include "hypgen/random/distributions.hpp"
 
 namespace hypgen::relaxation {
 namespace {

@@ -1,12 +1,11 @@
-#include "hypgen/report.hpp"
-
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "hypgen/json_lines.hpp"
-#include "hypgen/solver_main.hpp"
+#include "hypgen/solver/json_lines.hpp"
+#include "hypgen/solver/run_report.hpp"
+#include "hypgen/solver/solver_main.hpp"
 #include "test_solvers.hpp"
 
 namespace hypgen {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <random>
 
-#include "hypgen/leaf_ring.hpp"
+#include "hypgen/leaves/leaf_ring.hpp"
 #include "test_solvers.hpp"
 
 namespace hypgen::testing {

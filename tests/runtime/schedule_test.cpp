@@ -1,5 +1,5 @@
 // Steps that warps share: what the schedule's check accepts, and every mistake that it must see.
-#include "hypgen/schedule.hpp"
+#include "hypgen/verify/schedule.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "hypgen/belief.hpp"
-#include "hypgen/descriptor.hpp"
-#include "hypgen/leaf_evaluator.hpp"
-#include "hypgen/selftest.hpp"
-#include "hypgen/walks.hpp"
-#include "hypgen/world.hpp"
+#include "hypgen/belief/belief.hpp"
+#include "hypgen/episode/world.hpp"
+#include "hypgen/leaves/leaf_evaluator.hpp"
+#include "hypgen/model/descriptor.hpp"
+#include "hypgen/verify/digest_walks.hpp"
+#include "hypgen/verify/selftest.hpp"
 #include "test_models.hpp"
 
 namespace hypgen {

@@ -1,8 +1,8 @@
-#include "hypgen/search.hpp"
+#include "hypgen/search/search.hpp"
 
 #include <gtest/gtest.h>
 
-#include "hypgen/tree_check.hpp"
+#include "hypgen/search/tree_check.hpp"
 #include "mock_evaluator.hpp"
 #include "test_solvers.hpp"
 

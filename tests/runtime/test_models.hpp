@@ -7,10 +7,10 @@
 #include <iterator>
 #include <string>
 
-#include "hypgen/descriptor.hpp"
-#include "hypgen/math.hpp"
-#include "hypgen/model.hpp"
-#include "hypgen/posterior.hpp"
+#include "hypgen/belief/posterior.hpp"
+#include "hypgen/math/scalar_functions.hpp"
+#include "hypgen/model/descriptor.hpp"
+#include "hypgen/model/model.hpp"
 
 namespace hypgen::testing {
 

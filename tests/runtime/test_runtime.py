@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.runtime import toolchain
+from hypgen.runtime.builder import tools as toolchain
 
 HERE = Path(__file__).parent
 
@@ -64,7 +64,7 @@ def test_tree_and_search_take_no_lock(build: Path) -> None:
     if names is None:
         pytest.skip("needs nm")
     compile_target(build, "hypgen_runtime")
-    sources = ("tree", "tree_bounds", "tree_choice", "pomcp", "search_thread")
+    sources = ("tree", "tree_bounds", "tree_choice", "tree_pomcp", "search_thread")
     objects = [next(build.rglob(f"{name}.cpp.o")) for name in sources]
     done = subprocess.run([names, "-u", *map(str, objects)], capture_output=True, text=True, check=True)
     assert "pthread_mutex" not in done.stdout

@@ -7,9 +7,9 @@
 #include <string>
 #include <utility>
 
-#include "hypgen/instance.hpp"
-#include "hypgen/planner.hpp"
-#include "hypgen/tree_check.hpp"
+#include "hypgen/search/planner.hpp"
+#include "hypgen/search/tree_check.hpp"
+#include "hypgen/solver/model_instance.hpp"
 #include "test_models.hpp"
 
 namespace hypgen::testing {

@@ -10,9 +10,9 @@
 #include <thread>
 #include <vector>
 
-#include "hypgen/math.hpp"
-#include "hypgen/monotone.hpp"
-#include "hypgen/tree_check.hpp"
+#include "hypgen/math/scalar_functions.hpp"
+#include "hypgen/search/monotone.hpp"
+#include "hypgen/search/tree_check.hpp"
 
 namespace hypgen {
 namespace {

@@ -1,4 +1,4 @@
-#include "hypgen/tree.hpp"
+#include "hypgen/search/tree.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <atomic>
 #include <cmath>
 
-#include "hypgen/math.hpp"
-#include "hypgen/scan.hpp"
-#include "hypgen/tree_check.hpp"
+#include "hypgen/math/scalar_functions.hpp"
+#include "hypgen/search/atomic_maximum.hpp"
+#include "hypgen/search/tree_check.hpp"
 
 namespace hypgen {
 namespace {

@@ -1,4 +1,4 @@
-#include "hypgen/worker_threads.hpp"
+#include "hypgen/search/worker_threads.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>

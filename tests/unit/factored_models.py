@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from hypgen.dsl import ast, ir
-from hypgen.dsl.lower import lower
-from hypgen.dsl.parser import parse
-from hypgen.dsl.source import Source
+from hypgen.dsl import ir
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.parse import parse
 
 HEAD = "model Trial\ndiscount 0.9\naction act: 0 .. 3\nreward none = 0\npolicy default = 1\n"
 

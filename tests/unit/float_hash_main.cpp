@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "hypgen/math.hpp"
+#include "hypgen/math/scalar_functions.hpp"
 
 namespace math = hypgen::math;
 

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <vector>
 
-#include "hypgen/math.hpp"
+#include "hypgen/math/scalar_functions.hpp"
 
 namespace math = hypgen::math;
 

@@ -10,9 +10,9 @@ import gmpy2
 import numpy as np
 import numpy.typing as npt
 
-from hypgen.dsl import float_exponentials as fe
-from hypgen.dsl import float_trigonometry as ft
-from hypgen.dsl.float_math import canonical_bits
+from hypgen.dsl.interpret.floats import exponentials as fe
+from hypgen.dsl.interpret.floats import trigonometry as ft
+from hypgen.dsl.interpret.floats.scalar_functions import canonical_bits
 
 Floats = npt.NDArray[np.float32]
 FLOAT32 = gmpy2.context(precision=24, emin=-148, emax=128, subnormalize=True)

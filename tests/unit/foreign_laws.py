@@ -9,10 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hypgen.dsl import driver, ir
-from hypgen.dsl.eval_distributions import Evaluator
-from hypgen.dsl.eval_values import Array, Frame
-from hypgen.dsl.source import Source
+from hypgen.dsl import ir
+from hypgen.dsl import load as driver
+from hypgen.dsl.interpret.evaluate.distributions import Evaluator
+from hypgen.dsl.interpret.evaluate.values import Array, Frame
+from hypgen.dsl.messages.source import Source
 from hypgen.dsl.types import low_of, size_of
 
 

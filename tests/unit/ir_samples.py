@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hypgen.dsl import ir
-from hypgen.dsl.source import Span
+from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import BOOL, FLOAT, INT, PROB, Enum, Float, Int, Type, Variant
 
 DOOR = Enum("Door", (Variant("left"), Variant("right")))

@@ -3,11 +3,11 @@
 import pytest
 
 from hypgen.dsl import ir
-from hypgen.dsl.analysis import check_sites, find_cycle
-from hypgen.dsl.lower import lower
-from hypgen.dsl.mistakes import Report
-from hypgen.dsl.parser import parse
-from hypgen.dsl.source import Source, Span
+from hypgen.dsl.analysis.stages import check_sites, find_cycle
+from hypgen.dsl.messages.report import Report
+from hypgen.dsl.messages.source import Source, Span
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax.parse import parse
 
 
 def model(members: str, more: str = "") -> ir.Model:

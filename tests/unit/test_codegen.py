@@ -12,22 +12,22 @@ import ir_samples
 import pytest
 from ir_samples import ROCK, both, const, equal
 
-from hypgen.codegen.cpp import float32, literal, wrapped
-from hypgen.codegen.driver import generate
-from hypgen.codegen.expr_printer import RETURN
-from hypgen.codegen.function_builder import Builder
-from hypgen.codegen.guards import Guards
-from hypgen.codegen.layout import pack
-from hypgen.codegen.lowering import context_of
-from hypgen.codegen.naming import Names, Scope, file_stem, snake_case
-from hypgen.codegen.needs import NeedsAnalysis
-from hypgen.codegen.state_tables import state_reads
-from hypgen.codegen.tabulate import tabulate
+from hypgen.codegen.cpp.expressions import RETURN
+from hypgen.codegen.cpp.function_builder import Builder
+from hypgen.codegen.cpp.text import float32, literal, wrapped
+from hypgen.codegen.generate import generate
+from hypgen.codegen.layout.naming import Names, Scope, file_stem, snake_case
+from hypgen.codegen.layout.state_layout import pack
+from hypgen.codegen.passes.arguments import NeedsAnalysis
+from hypgen.codegen.passes.guards import Guards
+from hypgen.codegen.passes.state_tables import state_reads
+from hypgen.codegen.passes.tabulate import tabulate
+from hypgen.codegen.project import context_of
 from hypgen.dsl import ir
-from hypgen.dsl.driver import load
+from hypgen.dsl.load import load
 from hypgen.dsl.types import BOOL, FLOAT, INT, Enum, Float, Int, Record, Type, Variant, size_of
-from hypgen.runtime.errors import ToolchainError
-from hypgen.runtime.toolchain import find_compiler
+from hypgen.runtime.builder.errors import ToolchainError
+from hypgen.runtime.builder.tools import find_compiler
 
 ROOT = Path(__file__).parent.parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.pomdp"))
@@ -278,7 +278,7 @@ def test_a_formula_of_a_float_is_computed() -> None:
 
 
 def _slow(node: ir.Expr) -> bool:
-    from hypgen.dsl.ir_walk import walk
+    from hypgen.dsl.ir.walk import walk
 
     return any(isinstance(n, ir.Binary) and n.op == "pow" for n in walk(node))
 
@@ -398,7 +398,7 @@ def test_the_compiler_has_nothing_to_say(model: ir.Model, compiler: str, tmp_pat
 # Calls all that the runtime may call.
 PROBE = """
 #include "HEADER"
-#include <hypgen/philox.hpp>
+#include <hypgen/random/philox.hpp>
 
 using M = MODEL;
 using D = hypgen::PhiloxDraws;

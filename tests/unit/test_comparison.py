@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.cli.comparison import (
+from hypgen.play.played_programs import (
     Comparison,
     Policy,
     left_out,

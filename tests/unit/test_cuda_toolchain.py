@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from hypgen.cli import main
-from hypgen.runtime import build_errors, cuda_toolchain, toolchain
-from hypgen.runtime.cuda_toolchain import CudaBuild, Nvcc
-from hypgen.runtime.errors import ToolchainError
+from hypgen.runtime.builder import commands, cuda_tools, tools
+from hypgen.runtime.builder.cuda_tools import CudaBuild, Nvcc
+from hypgen.runtime.builder.errors import ToolchainError
 
 TIGER = str(Path(__file__).parent.parent.parent / "examples" / "tiger.pomdp")
 MakeNvcc = Callable[..., Path]
@@ -32,12 +32,12 @@ def bare_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[No
         if found := shutil.which(name):
             (tmp_path / "bin" / name).symlink_to(found)
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
-    monkeypatch.setattr(cuda_toolchain, "SYSTEM_TOOLKIT", tmp_path / "no-such-toolkit")
-    monkeypatch.setattr(cuda_toolchain, "WSL_SMI", tmp_path / "no-such-program")
-    monkeypatch.setattr(cuda_toolchain, "_wheels", list)
-    cuda_toolchain.find_gpus.cache_clear()
+    monkeypatch.setattr(cuda_tools, "SYSTEM_TOOLKIT", tmp_path / "no-such-toolkit")
+    monkeypatch.setattr(cuda_tools, "WSL_SMI", tmp_path / "no-such-program")
+    monkeypatch.setattr(cuda_tools, "_wheels", list)
+    cuda_tools.find_gpus.cache_clear()
     yield
-    cuda_toolchain.find_gpus.cache_clear()
+    cuda_tools.find_gpus.cache_clear()
 
 
 @pytest.fixture
@@ -68,7 +68,7 @@ def gpus(tmp_path: Path, *capabilities: str) -> None:
 
 def test_without_nvcc_the_remedy_is_the_extra() -> None:
     with pytest.raises(ToolchainError, match="no nvcc .the CUDA compiler. found") as error:
-        cuda_toolchain.find_nvcc()
+        cuda_tools.find_nvcc()
     assert "pip install 'hypgen[cuda]'" in error.value.remedy
 
 
@@ -80,13 +80,13 @@ def test_nvcc_is_looked_for_where_the_user_names_it_first(
         make_nvcc(name="home"),
         make_nvcc(name="cu13", library="lib"),
     )
-    monkeypatch.setattr(cuda_toolchain, "_wheels", lambda: [wheel.parent.parent])
-    found = cuda_toolchain.find_nvcc()
+    monkeypatch.setattr(cuda_tools, "_wheels", lambda: [wheel.parent.parent])
+    found = cuda_tools.find_nvcc()
     assert (found.path, found.library) == (wheel, wheel.parent.parent / "lib")
     assert found.version == "nvcc release 13.0, V13.0.88" and found.architectures == (75, 80, 90, 120)
     monkeypatch.setenv("CUDA_HOME", str(home.parent.parent))
-    assert cuda_toolchain.find_nvcc().path == home
-    assert cuda_toolchain.find_nvcc(str(named)).path == named
+    assert cuda_tools.find_nvcc().path == home
+    assert cuda_tools.find_nvcc(str(named)).path == named
 
 
 def test_an_old_nvcc_is_passed_over_unless_it_is_named(
@@ -95,11 +95,11 @@ def test_an_old_nvcc_is_passed_over_unless_it_is_named(
     old, good = make_nvcc("12.3", name="old"), make_nvcc("12.4", name="good")
     monkeypatch.setenv("CUDA_HOME", str(old.parent.parent))
     with pytest.raises(ToolchainError, match=r"old/bin/nvcc' is too old \(nvcc release 12.3"):
-        cuda_toolchain.find_nvcc()
-    monkeypatch.setattr(cuda_toolchain, "SYSTEM_TOOLKIT", good.parent.parent)
-    assert cuda_toolchain.find_nvcc().path == good
+        cuda_tools.find_nvcc()
+    monkeypatch.setattr(cuda_tools, "SYSTEM_TOOLKIT", good.parent.parent)
+    assert cuda_tools.find_nvcc().path == good
     with pytest.raises(ToolchainError, match="--nvcc: .* is too old") as error:
-        cuda_toolchain.find_nvcc(str(old))
+        cuda_tools.find_nvcc(str(old))
     assert "CUDA 12.4 or newer" in error.value.remedy
 
 
@@ -117,23 +117,23 @@ def test_an_nvcc_that_cannot_be_used_says_why(
     nvcc = make_nvcc()
     spoil(nvcc)
     with pytest.raises(ToolchainError, match=message):
-        cuda_toolchain.find_nvcc(str(nvcc))
+        cuda_tools.find_nvcc(str(nvcc))
 
 
 def test_auto_is_cuda_where_there_is_a_gpu_and_an_nvcc(
     tmp_path: Path, make_nvcc: MakeNvcc, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert cuda_toolchain.choose() == cuda_toolchain.Choice(None)
+    assert cuda_tools.choose() == cuda_tools.Choice(None)
     gpus(tmp_path, "9.0")
-    cuda_toolchain.find_gpus.cache_clear()
-    choice = cuda_toolchain.choose()
+    cuda_tools.find_gpus.cache_clear()
+    choice = cuda_tools.choose()
     assert choice.build is None and choice.note.startswith("the GPU is left unused: no nvcc")
     with pytest.raises(ToolchainError, match="no nvcc"):
-        cuda_toolchain.choose("both")
+        cuda_tools.choose("both")
     monkeypatch.setenv("CUDA_HOME", str(make_nvcc().parent.parent))
-    build = cuda_toolchain.choose().build
+    build = cuda_tools.choose().build
     assert build is not None and build.architectures == (90,)
-    assert cuda_toolchain.choose("cpu").build is None
+    assert cuda_tools.choose("cpu").build is None
 
 
 @pytest.mark.parametrize(
@@ -151,8 +151,8 @@ def test_architectures(
     arch: str, here: tuple[str, ...], expected: tuple[int, ...], tmp_path: Path, make_nvcc: MakeNvcc
 ) -> None:
     gpus(tmp_path, *here)
-    nvcc = cuda_toolchain.find_nvcc(str(make_nvcc()))
-    assert cuda_toolchain.architectures_of(arch, nvcc) == expected
+    nvcc = cuda_tools.find_nvcc(str(make_nvcc()))
+    assert cuda_tools.architectures_of(arch, nvcc) == expected
 
 
 @pytest.mark.parametrize(
@@ -169,13 +169,13 @@ def test_a_wrong_architecture(
 ) -> None:
     gpus(tmp_path, *here)
     with pytest.raises(ToolchainError, match=message) as error:
-        cuda_toolchain.architectures_of(arch, cuda_toolchain.find_nvcc(str(make_nvcc())))
+        cuda_tools.architectures_of(arch, cuda_tools.find_nvcc(str(make_nvcc())))
     assert remedy in error.value.remedy
 
 
 def test_the_newest_architecture_is_also_given_as_ptx(monkeypatch: pytest.MonkeyPatch) -> None:
     build = CudaBuild(Nvcc(Path("nvcc"), "nvcc", Path("lib"), (80, 90)), (80, 90))
-    command = cuda_toolchain.nvcc_command(build, ["-O3"], Path("g++"), ["-std=c++17", "-fPIC"])
+    command = cuda_tools.nvcc_command(build, ["-O3"], Path("g++"), ["-std=c++17", "-fPIC"])
     assert [word for word in command if word.startswith("-gencode")] == [
         "-gencode=arch=compute_80,code=sm_80",
         "-gencode=arch=compute_90,code=sm_90",
@@ -183,12 +183,12 @@ def test_the_newest_architecture_is_also_given_as_ptx(monkeypatch: pytest.Monkey
     ]
     assert command[-3:] == ["-ccbin", "g++", "-Xcompiler=-fPIC"]
     monkeypatch.setenv("NVCC_CCBIN", "g++-13")
-    assert "-ccbin" not in cuda_toolchain.nvcc_command(build, [], Path("g++"), [])
+    assert "-ccbin" not in cuda_tools.nvcc_command(build, [], Path("g++"), [])
 
 
 def test_a_host_flag_with_a_comma_stays_one() -> None:
     build = CudaBuild(Nvcc(Path("nvcc"), "nvcc", Path("lib"), (90,)), (90,))
-    command = cuda_toolchain.nvcc_command(build, [], Path("g++"), ["-fsanitize=address,undefined"])
+    command = cuda_tools.nvcc_command(build, [], Path("g++"), ["-fsanitize=address,undefined"])
     assert command[-1] == r"-Xcompiler=-fsanitize=address\,undefined"
 
 
@@ -196,9 +196,9 @@ def test_a_host_compiler_that_nvcc_does_not_take_is_named(
     make_nvcc: MakeNvcc, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("HYPGEN_CACHE_DIR", str(tmp_path / "cache"))
-    build = CudaBuild(cuda_toolchain.find_nvcc(str(make_nvcc())), (90,))
+    build = CudaBuild(cuda_tools.find_nvcc(str(make_nvcc())), (90,))
     with pytest.raises(ToolchainError, match="its host compiler: unsupported GNU version; see") as error:
-        build_errors.call([str(build.nvcc.path), "-c"], "the model", toolchain.find_tools(), build)
+        commands.call([str(build.nvcc.path), "-c"], "the model", tools.find_tools(), build)
     assert "NVCC_CCBIN" in error.value.remedy and "--nvcc" in error.value.remedy
 
 
@@ -213,10 +213,10 @@ def test_a_machine_at_its_limits_is_told_from_a_bug(
     output: str, message: str, make_nvcc: MakeNvcc, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("HYPGEN_CACHE_DIR", str(tmp_path / "cache"))
-    build = CudaBuild(cuda_toolchain.find_nvcc(str(make_nvcc())), (90,))
+    build = CudaBuild(cuda_tools.find_nvcc(str(make_nvcc())), (90,))
     script(build.nvcc.path, f'echo "{output}"; exit 1')
     with pytest.raises(ToolchainError, match=message):
-        build_errors.call([str(build.nvcc.path), "-c"], "the model", toolchain.find_tools(), build)
+        commands.call([str(build.nvcc.path), "-c"], "the model", tools.find_tools(), build)
 
 
 @pytest.mark.parametrize(

@@ -2,11 +2,12 @@
 
 import pytest
 
-from hypgen.dsl import ast, ir
-from hypgen.dsl.closures import Closures, Irregular
-from hypgen.dsl.lower import lower
-from hypgen.dsl.parser import parse
-from hypgen.dsl.source import Source
+from hypgen.dsl import ir
+from hypgen.dsl.check.constants.closures import Closures, Irregular
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.parse import parse
 
 TEXT = """model M
 const n: int = 4

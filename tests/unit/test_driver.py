@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.dsl import driver
-from hypgen.dsl.diagnostics import Diagnostic, ModelError
-from hypgen.dsl.driver import load
+from hypgen.dsl import load as driver
+from hypgen.dsl.load import load
+from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

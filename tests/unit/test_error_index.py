@@ -11,18 +11,18 @@ from pathlib import Path
 import pytest
 
 from hypgen.cli import main
-from hypgen.cli.error_index import BEGINNING, Entry, Example, entries
-from hypgen.codegen.enumerable import not_enumerable
-from hypgen.dsl import driver, ir
-from hypgen.dsl.diagnostics import ModelError
-from hypgen.dsl.eval_distributions import Evaluator
-from hypgen.dsl.eval_values import Array, Frame
-from hypgen.dsl.findings import Finding
+from hypgen.cli.show.error_index import BEGINNING, Entry, Example, entries
+from hypgen.codegen.passes.enumerable import not_enumerable
+from hypgen.dsl import ir, load
 from hypgen.dsl.foreign import files, reader
-from hypgen.dsl.interpreter_check import Walk
-from hypgen.dsl.interpreter_laws import check_densities, check_returns
-from hypgen.dsl.snippet import render_all
-from hypgen.dsl.source import Source
+from hypgen.dsl.interpret.evaluate.distributions import Evaluator
+from hypgen.dsl.interpret.evaluate.values import Array, Frame
+from hypgen.dsl.interpret.sampling.findings import Finding
+from hypgen.dsl.interpret.sampling.sample_laws import check_densities, check_returns
+from hypgen.dsl.interpret.sampling.sample_model import Walk
+from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.messages.render import render_all
+from hypgen.dsl.messages.source import Source
 from hypgen.dsl.types import PROB
 
 ROOT = Path(__file__).parent.parent.parent
@@ -84,32 +84,32 @@ def prepare(entry: Entry, example: Example, folder: Path) -> None:
     (folder / "example.pomdp").write_text(text)
 
 
-def imported(path: str) -> driver.Loaded:
+def imported(path: str) -> load.Loaded:
     content = files.read(path)
     if content is None:
         raise files.refusal(path)
     text = reader.import_text(path, content, None, None).text
-    return driver.load(path, given=Source("imported", text))
+    return load.load(path, given=Source("imported", text))
 
 
-def loaded(example: Example) -> driver.Loaded | driver.LoadedLibrary:
+def loaded(example: Example) -> load.Loaded | load.LoadedLibrary:
     options = dict(zip(example.options[::2], example.options[1::2], strict=True))
     settings = [options["--set"]] if "--set" in options else []
-    return driver.load_any("example.pomdp", instance=options.get("--instance"), settings=settings)
+    return load.load_any("example.pomdp", instance=options.get("--instance"), settings=settings)
 
 
 def quiet(phase: str, done: int, total: int) -> None:
     """Show no progress."""
 
 
-def sampled(model: driver.Loaded) -> list[Finding]:
+def sampled(model: load.Loaded) -> list[Finding]:
     walk = Walk(model.model, 2000, 0)
     walk.run(quiet)
     check_returns(walk, quiet)
     return walk.findings
 
 
-def sampled_with_a_bug(model: driver.Loaded) -> list[Finding]:
+def sampled_with_a_bug(model: load.Loaded) -> list[Finding]:
     """Return what is found where the density of ``noisy`` takes too little for the value itself."""
     density = Evaluator.density
 
@@ -131,12 +131,12 @@ def told(entry: Entry, example: Example) -> tuple[set[str], str]:
         model = imported("example.pomdp") if entry.code.startswith("E09") else loaded(example)
     except ModelError as error:
         return {d.code for d in error.diagnostics}, render_all(error.diagnostics, error.sources)
-    if entry.code in SAMPLED and isinstance(model, driver.Loaded):
+    if entry.code in SAMPLED and isinstance(model, load.Loaded):
         found = sampled(model) if entry.right else sampled_with_a_bug(model)
         return {f.diagnostic.code for f in found}, "\n".join(f.render(model.sources) for f in found)
-    if entry.code.startswith("W") and isinstance(model, driver.Loaded):
+    if entry.code.startswith("W") and isinstance(model, load.Loaded):
         return {d.code for d in model.warnings}, render_all(model.warnings, model.sources)
-    if entry.code == "E0812" and isinstance(model, driver.Loaded):
+    if entry.code == "E0812" and isinstance(model, load.Loaded):
         found = not_enumerable(model.model)
         return {d.code for d in found}, render_all(found, model.sources)
     return set(), ""

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from hypgen.dsl import ir
-from hypgen.dsl.eval_distributions import Evaluator
-from hypgen.dsl.eval_values import Array, Frame
+from hypgen.dsl.interpret.evaluate.distributions import Evaluator
+from hypgen.dsl.interpret.evaluate.values import Array, Frame
 from hypgen.dsl.types import (
     BOOL,
     FLOAT,

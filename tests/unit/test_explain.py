@@ -10,11 +10,11 @@ from pathlib import Path
 import ir_samples
 import pytest
 
-from hypgen.cli.explain_text import describe
-from hypgen.codegen.explain import explain
+from hypgen.cli.show.explanation import describe
+from hypgen.codegen.model_report import explain
 from hypgen.dsl import ir
-from hypgen.dsl.driver import load
-from hypgen.dsl.source import Span
+from hypgen.dsl.load import load
+from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import Float, Int
 
 

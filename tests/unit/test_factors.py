@@ -11,11 +11,11 @@ import pytest
 from factored_models import FACTORED, HEAD, model_of
 
 from hypgen.dsl import ir
-from hypgen.dsl.driver import load
-from hypgen.dsl.eval_values import Array, Frame, State, combinations
-from hypgen.dsl.interpreter import Interpreter
-from hypgen.dsl.interpreter_factors import Posterior
-from hypgen.dsl.philox import PhiloxDraws, Stream, derive
+from hypgen.dsl.interpret.evaluate.values import Array, Frame, State, combinations
+from hypgen.dsl.interpret.floats.philox import PhiloxDraws, Stream, derive
+from hypgen.dsl.interpret.interpreter import Interpreter
+from hypgen.dsl.interpret.posteriors import Posterior
+from hypgen.dsl.load import load
 from hypgen.dsl.types import low_of, size_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

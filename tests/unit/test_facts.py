@@ -2,10 +2,10 @@
 
 import pytest
 
-from hypgen.dsl.diagnostics import ModelError
-from hypgen.dsl.lower import lower
-from hypgen.dsl.parser import parse
-from hypgen.dsl.source import Source
+from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax.parse import parse
 
 FRAME = """
 model Idioms

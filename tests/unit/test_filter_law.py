@@ -9,12 +9,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hypgen.dsl import ast, ir
-from hypgen.dsl.interpreter import Interpreter
-from hypgen.dsl.lower import lower
-from hypgen.dsl.parser import parse
-from hypgen.dsl.philox import PhiloxDraws, Stream, derive
-from hypgen.dsl.source import Source
+from hypgen.dsl import ir
+from hypgen.dsl.interpret.floats.philox import PhiloxDraws, Stream, derive
+from hypgen.dsl.interpret.interpreter import Interpreter
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.parse import parse
 
 LANES = 400_000
 HEAD = "model Trap\ndiscount 0.9\naction act: 1 .. 2\nreward none = 0\npolicy default = 1\n"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from float_reference import FUNCTIONS, PRECISE, mistaken, samples
 
-from hypgen.dsl import float_normal as fn
+from hypgen.dsl.interpret.floats import normal as fn
 
 SAMPLES = 200_000
 

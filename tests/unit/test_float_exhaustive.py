@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from float_reference import FUNCTIONS
 
-from hypgen.dsl.float_math import canonical_bits
+from hypgen.dsl.interpret.floats.scalar_functions import canonical_bits
 
 HERE = Path(__file__).parent
 INCLUDE = HERE.parent.parent / "runtime" / "include"

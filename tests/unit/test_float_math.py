@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from hypgen.dsl import float_exponentials as fe
-from hypgen.dsl import float_math as fm
-from hypgen.dsl import float_normal as fn
-from hypgen.dsl import float_trigonometry as ft
+from hypgen.dsl.interpret.floats import exponentials as fe
+from hypgen.dsl.interpret.floats import normal as fn
+from hypgen.dsl.interpret.floats import scalar_functions as fm
+from hypgen.dsl.interpret.floats import trigonometry as ft
 
 HERE = Path(__file__).parent
 INCLUDE = HERE.parent.parent / "runtime" / "include"

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from foreign_laws import laws_of_cassandra, laws_of_text
 
-from hypgen.dsl.diagnostics import ModelError
-from hypgen.dsl.foreign import cassandra_tables, files, reader
-from hypgen.dsl.foreign.numbers import shown
-from hypgen.dsl.formatter import format_source
-from hypgen.dsl.source import Source
+from hypgen.dsl.foreign import files, reader
+from hypgen.dsl.foreign.cassandra import tables
+from hypgen.dsl.foreign.tables.numbers import shown
+from hypgen.dsl.format.formatter import format_source
+from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.messages.source import Source
 
 CORPUS = Path(__file__).parents[3] / "shared" / "corpus" / "cassandra"
 FILES = sorted(CORPUS.glob("*.pomdp"))
@@ -203,7 +204,7 @@ def test_very_many_names_become_numbers() -> None:
 
 
 def test_work_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cassandra_tables, "MAX_WRITTEN", 10_000)
+    monkeypatch.setattr(tables, "MAX_WRITTEN", 10_000)
     lines = "T: * : * : 1 0.5\n" * 50
     text = f"discount: 0.9\nstates: 500\nactions: 2\nobservations: 1\n{lines}"
     assert [t[:5] for t in told(text)] == ["E0912"]

@@ -10,8 +10,8 @@ from foreign_laws import laws_of_cassandra
 
 from hypgen.cli import main
 from hypgen.dsl.foreign import reader
-from hypgen.dsl.foreign.cassandra_export import SeveralStartsError, export
-from hypgen.dsl.foreign.enumerated import Enumerated, read
+from hypgen.dsl.foreign.enumerated.dump import Enumerated, read
+from hypgen.dsl.foreign.enumerated.write_cassandra import SeveralStartsError, export
 
 ROOT = Path(__file__).parent.parent.parent
 
@@ -82,8 +82,8 @@ def test_starts_that_can_be_told_apart_are_refused(
     model.starts = [[(0, 1.0)], [(1, 1.0)]]
     with pytest.raises(SeveralStartsError):
         exported(model)
-    monkeypatch.setattr("hypgen.cli.solve.build_exact", lambda *_: shutil.which("true"))
-    monkeypatch.setattr("hypgen.cli.export.read_dump", lambda _: model)
+    monkeypatch.setattr("hypgen.cli.commands.solve.build_exact", lambda *_: shutil.which("true"))
+    monkeypatch.setattr("hypgen.cli.commands.export.read_dump", lambda _: model)
     assert main.run(["export", str(ROOT / "examples" / "tiger.pomdp")]) == 2
     assert "starts in 2 ways that the agent can tell apart" in capsys.readouterr().err
     model.starts = [[(0, 1.0)]]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from foreign_laws import laws_of_cassandra, laws_of_text, load
 
-from hypgen.dsl.diagnostics import ModelError
 from hypgen.dsl.foreign import reader
+from hypgen.dsl.messages.diagnostic import ModelError
 
 CORPUS = Path(__file__).parents[3] / "shared" / "corpus"
 

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hypgen.dsl.formatter import format_source
-from hypgen.dsl.parser import parse_concrete
-from hypgen.dsl.source import Source
+from hypgen.dsl.format.formatter import format_source
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.syntax.parse import parse_concrete
 
 ROOT = Path(__file__).parent.parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.pomdp"))

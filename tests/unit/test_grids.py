@@ -4,11 +4,12 @@ import re
 
 import pytest
 
-from hypgen.dsl import ast, ir
-from hypgen.dsl.diagnostics import ModelError
-from hypgen.dsl.lower import lower
-from hypgen.dsl.parser import parse, parse_expression
-from hypgen.dsl.source import Source
+from hypgen.dsl import ir
+from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.parse import parse, parse_expression
 
 TEXT = """model M
 type Row = 0 .. 1

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.codegen import options
-from hypgen.codegen.groups import Relaxation, grow, strides
-from hypgen.codegen.reads import Reader, alike
-from hypgen.codegen.relaxation import relax
+from hypgen.codegen.bounds.groups import Relaxation, grow, strides
+from hypgen.codegen.bounds.relaxation import relax
+from hypgen.codegen.layout import limits
+from hypgen.codegen.passes.read_sets import Reader, alike
 from hypgen.dsl import ir
-from hypgen.dsl.driver import load
+from hypgen.dsl.load import load
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 
@@ -80,7 +80,7 @@ def test_actions_that_do_alike_are_one() -> None:
 def test_joint_actions_that_do_alike_are_one(monkeypatch: pytest.MonkeyPatch) -> None:
     two_robots = example("two_robot_rock_sample")
     assert "would take more than" in grow(two_robots).reason
-    monkeypatch.setattr(options, "MAX_UNDECLARED_WORK", 1 << 28)
+    monkeypatch.setattr(limits, "MAX_UNDECLARED_WORK", 1 << 28)
     found = grow(two_robots)
     assert [len(group.actions) for group in found.groups] == [36] * 20
     assert known(found)[3] == [("bot.x", ()), ("bot.y", ()), ("rock.good", (3,))]
@@ -113,7 +113,7 @@ policy default = stay
 def test_groups_grow_while_their_tables_fit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     model = written(FLAGS, tmp_path)
     assert known(relax(model)) == [[("flag.on", ())]]
-    monkeypatch.setattr(options, "MAX_GROUP_ENTRIES", 16)
+    monkeypatch.setattr(limits, "MAX_GROUP_ENTRIES", 16)
     found = relax(model)
     assert known(found) == [[("flag.on", (0, 1, 2, 3))], [("flag.on", (4, 5))]]
     assert [group.states for group in found.groups] == [16, 4]
@@ -173,7 +173,7 @@ policy default = [b in Bot: left]
 
 def team(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *changes: str) -> Relaxation:
     """Return what bounds the model above with texts of it replaced, too large for one table of all."""
-    monkeypatch.setattr(options, "MAX_GROUP_ENTRIES", 64)
+    monkeypatch.setattr(limits, "MAX_GROUP_ENTRIES", 64)
     text = TEAM
     for old, new in zip(changes[::2], changes[1::2], strict=True):
         assert old in text
@@ -188,7 +188,7 @@ def test_agents_apart_share_tokens_dealt_one_by_one(tmp_path: Path, monkeypatch:
     assert found.team is not None
     assert found.team.idle == 1  # left: an agent that moves takes nothing
     assert [group.actions for group in found.groups] == [(1, 5, 9, 13), (4, 5, 6, 7)]
-    monkeypatch.setattr(options, "MAX_SHARED_TOKENS", 2)
+    monkeypatch.setattr(limits, "MAX_SHARED_TOKENS", 2)
     found = relax(load(tmp_path / "m.pomdp").model)
     assert known(found) == [[("tok.on", t), ("bot.x", (b,))] for t in ((0, 2), (1, 3)) for b in (0, 1)]
     assert [len(group.terms) for group in found.groups] == [2, 2, 3, 3]  # each moves for its own once

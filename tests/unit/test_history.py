@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from hypgen.dsl import ir
-from hypgen.dsl.interpreter import Interpreter
-from hypgen.dsl.interpreter_trace import columns, trace
-from hypgen.dsl.lower import lower
-from hypgen.dsl.parser import parse
-from hypgen.dsl.philox import PhiloxDraws
-from hypgen.dsl.source import Source
+from hypgen.dsl.interpret.floats.philox import PhiloxDraws
+from hypgen.dsl.interpret.interpreter import Interpreter
+from hypgen.dsl.interpret.trace import columns, trace
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax.parse import parse
 
 LEFT, RIGHT = 0, 1
 LISTEN, OPEN_LEFT, OPEN_RIGHT = 0, 1, 2

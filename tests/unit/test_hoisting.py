@@ -2,10 +2,10 @@
 
 import pytest
 
-from hypgen.codegen.driver import generate
-from hypgen.dsl.lower import lower
-from hypgen.dsl.parser import parse
-from hypgen.dsl.source import Source
+from hypgen.codegen.generate import generate
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax.parse import parse
 
 MODEL = """model M
 type Cell = 0 .. 9

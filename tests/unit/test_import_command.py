@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from hypgen.cli import main
-from hypgen.dsl import driver
-from hypgen.dsl.builtins import RESERVED_CALLS, RESERVED_VALUES
-from hypgen.dsl.foreign.names import Names
-from hypgen.dsl.formatter import format_source
-from hypgen.dsl.parser import _load_lark
-from hypgen.dsl.source import Source
+from hypgen.dsl import load
+from hypgen.dsl.foreign.tables.names import Names
+from hypgen.dsl.format.formatter import format_source
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.syntax.parse import _load_lark
+from hypgen.dsl.types.builtin_names import RESERVED_CALLS, RESERVED_VALUES
 
 ROOT = Path(__file__).parent.parent.parent
 CORPUS = ROOT.parent / "shared" / "corpus"
@@ -157,4 +157,4 @@ def test_imported_files_are_laid_out_and_warn_of_nothing(tmp_path: Path) -> None
         assert main.run(["import", str(path), "-o", str(output), "--horizon", "50"]) == 0
         source = Source(output.name, output.read_text())
         assert format_source(source) == source.text
-        assert driver.load(output).warnings == (), path
+        assert load.load(output).warnings == (), path

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from hypgen.cli import main
-from hypgen.dsl.diagnostics import ModelError
-from hypgen.dsl.driver import Loaded, LoadedLibrary, load, load_any
-from hypgen.dsl.snippet import render_all
+from hypgen.dsl.load import Loaded, LoadedLibrary, load, load_any
+from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.messages.render import render_all
 
 MODEL = """model M
 import "lib.pomdp"

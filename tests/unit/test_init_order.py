@@ -2,11 +2,12 @@
 
 import pytest
 
-from hypgen.dsl import ast, ir
-from hypgen.dsl.diagnostics import ModelError
-from hypgen.dsl.lower import lower
-from hypgen.dsl.parser import parse
-from hypgen.dsl.source import Source
+from hypgen.dsl import ir
+from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.parse import parse
 
 TEXT = """model M
 type Ghost = 0 .. 3

@@ -11,10 +11,10 @@ import pytest
 from ir_samples import const, rocks, tiger, wanderer
 
 from hypgen.dsl import ir
-from hypgen.dsl.eval_values import State
-from hypgen.dsl.interpreter import Interpreter
-from hypgen.dsl.interpreter_trace import columns, trace
-from hypgen.dsl.philox import PhiloxDraws, derive
+from hypgen.dsl.interpret.evaluate.values import State
+from hypgen.dsl.interpret.floats.philox import PhiloxDraws, derive
+from hypgen.dsl.interpret.interpreter import Interpreter
+from hypgen.dsl.interpret.trace import columns, trace
 from hypgen.dsl.types import BOOL
 
 LANES = 20_000

@@ -5,12 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from hypgen.dsl import ir, keys
-from hypgen.dsl.interpreter import Interpreter
-from hypgen.dsl.lower import lower
-from hypgen.dsl.parser import parse
-from hypgen.dsl.philox import PhiloxDraws
-from hypgen.dsl.source import Source
+from hypgen.dsl import ir
+from hypgen.dsl.interpret.floats.philox import PhiloxDraws
+from hypgen.dsl.interpret.interpreter import Interpreter
+from hypgen.dsl.ir import key_digits
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax.parse import parse
 from hypgen.dsl.types import Int
 
 
@@ -36,24 +37,24 @@ def fields(*sizes: tuple[int, int]) -> tuple[ir.KeyField, ...]:
     ],
 )
 def test_a_word_is_filled_before_the_next_is_begun(key: tuple[ir.KeyField, ...], words: int) -> None:
-    assert keys.word_count(key) == words
-    assert keys.is_wide(key) == (words > 1)
+    assert key_digits.word_count(key) == words
+    assert key_digits.is_wide(key) == (words > 1)
 
 
 def test_counting_stops_where_it_is_told_to() -> None:
-    assert keys.word_count(fields((256, 10**9)), most=10) == 11
+    assert key_digits.word_count(fields((256, 10**9)), most=10) == 11
 
 
 @pytest.mark.parametrize("key", [fields((3, 2), (5, 2)), fields((2, 70), (7, 3), (1, 2), (2**31, 5))])
 def test_no_two_digits_of_a_word_share_a_place(key: tuple[ir.KeyField, ...]) -> None:
-    digits = keys.digits(key)
+    digits = key_digits.digits(key)
     assert [(d.field.name, d.entry) for d in digits] == [(f.name, i) for f in key for i in range(f.length)]
-    for word in range(keys.word_count(key)):
+    for word in range(key_digits.word_count(key)):
         inside = [d for d in digits if d.word == word]
         by_place = sorted(inside, key=lambda d: (d.place, d.size))
         sizes = [d.size for d in by_place]
         assert [d.place for d in by_place] == [math.prod(sizes[:n]) for n in range(len(sizes))]
-        assert math.prod(sizes) <= keys.WORD
+        assert math.prod(sizes) <= key_digits.WORD
 
 
 def test_the_filter_reads_what_a_wide_key_says() -> None:

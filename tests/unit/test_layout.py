@@ -7,7 +7,7 @@ import dataclasses
 import ir_samples
 import pytest
 
-from hypgen.codegen.layout import Block, Field, pack
+from hypgen.codegen.layout.state_layout import Block, Field, pack
 from hypgen.dsl import ir
 from hypgen.dsl.types import BOOL, FLOAT, INT32_MAX, INT32_MIN, Int, Type
 

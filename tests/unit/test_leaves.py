@@ -3,11 +3,11 @@
 import numpy as np
 
 from hypgen.dsl import ir
-from hypgen.dsl.interpreter import Interpreter
-from hypgen.dsl.lower import lower
-from hypgen.dsl.parser import parse, parse_expression
-from hypgen.dsl.philox import PhiloxDraws, Stream, derive
-from hypgen.dsl.source import Source
+from hypgen.dsl.interpret.floats.philox import PhiloxDraws, Stream, derive
+from hypgen.dsl.interpret.interpreter import Interpreter
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax.parse import parse, parse_expression
 
 TEXT = """
 model Walk

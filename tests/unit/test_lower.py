@@ -5,12 +5,12 @@ import math
 import pytest
 
 from hypgen.dsl import ir
-from hypgen.dsl.diagnostics import ModelError
-from hypgen.dsl.intervals import float32
-from hypgen.dsl.lower import lower
-from hypgen.dsl.parser import parse, parse_expression
-from hypgen.dsl.source import Source
+from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax.parse import parse, parse_expression
 from hypgen.dsl.types import BOOL, FLOAT, Array, Enum, Float, Int, Record, size_of
+from hypgen.dsl.types.intervals import float32
 
 HEAD = """model M
 const n: int = 4

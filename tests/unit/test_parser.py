@@ -4,10 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.dsl import ast, parser
-from hypgen.dsl.diagnostics import ModelError
-from hypgen.dsl.parser import parse, parse_expression
-from hypgen.dsl.source import Source, Span
+from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.messages.source import Source, Span
+from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax import parse as parser
+from hypgen.dsl.syntax.parse import parse, parse_expression
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.pomdp"))
 

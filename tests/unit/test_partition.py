@@ -6,13 +6,13 @@ import itertools
 
 import pytest
 
-from hypgen.codegen.driver import generate
-from hypgen.codegen.layout import pack
-from hypgen.codegen.partition import Share, most_warps, partition, run_count, shares, written_words
+from hypgen.codegen.generate import generate
+from hypgen.codegen.layout.state_layout import pack
+from hypgen.codegen.passes.partition import Share, most_warps, partition, run_count, shares, written_words
 from hypgen.dsl import ir
-from hypgen.dsl.lower import lower
-from hypgen.dsl.parser import parse
-from hypgen.dsl.source import Source
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax.parse import parse
 
 HEAD = """model Shared
 discount 0.9

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hypgen.dsl.philox import PhiloxDraws, Stream, derive, philox
+from hypgen.dsl.interpret.floats.philox import PhiloxDraws, Stream, derive, philox
 
 ONES = 0xFFFFFFFF
 

@@ -1,9 +1,10 @@
 """Recursive functions, unrolled for the ints that are constant."""
 
-from hypgen.dsl import ast, ir
-from hypgen.dsl.lower import lower
-from hypgen.dsl.parser import parse
-from hypgen.dsl.source import Source
+from hypgen.dsl import ir
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.parse import parse
 
 TEXT = """model M
 type Cell = 0 .. 9

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from hypgen.dsl import ir
-from hypgen.dsl.driver import load
-from hypgen.dsl.eval_distributions import Evaluator
-from hypgen.dsl.eval_values import Array, Frame
-from hypgen.dsl.findings import Finding
-from hypgen.dsl.interpreter_check import Walk
-from hypgen.dsl.interpreter_laws import check_densities, check_returns
+from hypgen.dsl.interpret.evaluate.distributions import Evaluator
+from hypgen.dsl.interpret.evaluate.values import Array, Frame
+from hypgen.dsl.interpret.sampling.findings import Finding
+from hypgen.dsl.interpret.sampling.sample_laws import check_densities, check_returns
+from hypgen.dsl.interpret.sampling.sample_model import Walk
+from hypgen.dsl.load import load
 
 ROOT = Path(__file__).parent.parent.parent
 MODELS = sorted((Path(__file__).parent / "findings").glob("*.pomdp"))

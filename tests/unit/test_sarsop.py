@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from hypgen.cli import compare
-from hypgen.dsl.foreign.policy_file import ClassVectors, policy_lines
+from hypgen.cli.commands import compare
+from hypgen.dsl.foreign.enumerated.policy_file import ClassVectors, policy_lines
 
 # The agent sees at the start whether it is in the lit room (0) or the dark one (1, 2), where a switch is up
 # or down. Pulling ends the episode for 2, 4 or -1; in the dark it may wait, or look how the switch is.
@@ -54,7 +54,7 @@ def test_sarsop_solves_what_starts_in_several_ways(tmp_path: Path) -> None:
     if importlib.util.find_spec("skdecide") is None:
         pytest.skip("scikit-decide is not installed: pip install 'hypgen[sarsop]'")
     (tmp_path / "model.jsonl").write_text("".join(json.dumps(line) + "\n" for line in MODEL))
-    child = [sys.executable, "-m", "hypgen.cli.sarsop_child", str(tmp_path), "10", "1e-6"]
+    child = [sys.executable, "-m", "hypgen.cli.show.sarsop_child", str(tmp_path), "10", "1e-6"]
     subprocess.run(child, check=True, capture_output=True)
     bounds = json.loads((tmp_path / "bounds.json").read_text())
     # In the dark: look, and pull if it looks up, which is likelier to be right by then.

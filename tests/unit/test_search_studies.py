@@ -8,6 +8,8 @@ from types import ModuleType
 
 import pytest
 
+from hypgen.play import paired_statistics
+
 FOLDER = Path(__file__).parents[2] / "benchmarks" / "search"
 # Plays each episode in one step, whose return says which episode and which setting it was.
 SOLVER = """#!{python}
@@ -31,17 +33,17 @@ def script(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return importlib.import_module(name)
 
 
-def test_an_interval_is_1_96_standard_errors(monkeypatch: pytest.MonkeyPatch) -> None:
-    paired = script("paired", monkeypatch)
-    assert paired.interval([1.0, 2.0, 3.0, 4.0]) == pytest.approx((2.5, 1.96 * math.sqrt(5 / 3) / 2))
-    assert paired.interval([7.0])[0] == 7.0 and math.isnan(paired.interval([7.0])[1])
-    assert all(map(math.isnan, paired.interval([])))
+def test_an_interval_is_1_96_standard_errors() -> None:
+    assert paired_statistics.interval([1.0, 2.0, 3.0, 4.0]) == pytest.approx(
+        (2.5, 1.96 * math.sqrt(5 / 3) / 2)
+    )
+    assert paired_statistics.interval([7.0])[0] == 7.0 and math.isnan(paired_statistics.interval([7.0])[1])
+    assert all(map(math.isnan, paired_statistics.interval([])))
 
 
-def test_differences_are_those_of_common_episodes(monkeypatch: pytest.MonkeyPatch) -> None:
-    paired = script("paired", monkeypatch)
-    assert paired.differences({3: 5.0, 1: 2.0, 7: 0.0}, {1: 1.0, 2: 9.0, 3: 1.0}) == [1.0, 4.0]
-    assert paired.with_interval([1.0, 4.0], "+") == "+2.500 +- 2.940"
+def test_differences_are_those_of_common_episodes() -> None:
+    assert paired_statistics.differences({3: 5.0, 1: 2.0, 7: 0.0}, {1: 1.0, 2: 9.0, 3: 1.0}) == [1.0, 4.0]
+    assert paired_statistics.with_interval([1.0, 4.0], "+") == "+2.500 +- 2.940"
 
 
 def test_a_study_has_each_setting_once(monkeypatch: pytest.MonkeyPatch) -> None:

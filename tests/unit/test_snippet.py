@@ -2,9 +2,9 @@
 
 import json
 
-from hypgen.dsl.diagnostics import Diagnostic
-from hypgen.dsl.snippet import render, render_all, to_json
-from hypgen.dsl.source import Source, Span
+from hypgen.dsl.messages.diagnostic import Diagnostic
+from hypgen.dsl.messages.render import render, render_all, to_json
+from hypgen.dsl.messages.source import Source, Span
 
 SOURCES = {"m.pomdp": Source("m.pomdp", "model M\n\tlegal when act = sample\n" + "\n" * 7 + "reward r = a\n")}
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from hypgen.dsl.diagnostics import Diagnostic, ModelError
-from hypgen.dsl.parser import parse, parse_expression
-from hypgen.dsl.source import Source
+from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.syntax.parse import parse, parse_expression
 
 
 def mistakes(text: str) -> tuple[Diagnostic, ...]:

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.runtime import build, cache, export, toolchain
-from hypgen.runtime.errors import BuildError, ToolchainError
+from hypgen.runtime.builder import cache, exported_project, solver
+from hypgen.runtime.builder import tools as toolchain
+from hypgen.runtime.builder.errors import BuildError, ToolchainError
 
 FILES = {
     "src/toy.hpp": "#pragma once\ninline int toy() { return 3; }\n",
@@ -41,14 +42,14 @@ def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name, text in TINY.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
-    monkeypatch.setattr(build, "RUNTIME_FOLDER", folder)
+    monkeypatch.setattr(solver, "RUNTIME_FOLDER", folder)
     return folder
 
 
 def make(files: dict[str, str] = FILES, **options: bool) -> tuple[Path, list[tuple[str, str]]]:
     steps: list[tuple[str, str]] = []
     model = files["src/toy.hpp"]
-    path = build.build_solver(
+    path = solver.build_solver(
         files, "toy.pomdp", lambda s: steps.append((s.what, s.reason)), model=model, **options
     )
     return path, steps
@@ -190,7 +191,7 @@ def listing(folder: Path) -> set[str]:
 
 
 def test_an_exported_project_builds_by_itself(target: Path) -> None:
-    export.export(FILES, target)
+    exported_project.export(FILES, target)
     assert {"src/main.cpp", "hypgen/src/tiny.cpp", "third_party/nlohmann/json.hpp"} <= listing(target)
     assert (target / "third_party" / "nlohmann" / "LICENSE").is_file()
     tools = toolchain.find_tools()
@@ -200,10 +201,10 @@ def test_an_exported_project_builds_by_itself(target: Path) -> None:
 
 
 def test_exporting_again_touches_only_what_changed(target: Path) -> None:
-    export.export({**FILES, "src/old.hpp": "\n"}, target)
+    exported_project.export({**FILES, "src/old.hpp": "\n"}, target)
     (target / "results.json").write_text("the user's")
     before = (target / "src" / "main.cpp").stat().st_mtime_ns
-    export.export({**FILES, "src/toy.hpp": "#pragma once\n"}, target)
+    exported_project.export({**FILES, "src/toy.hpp": "#pragma once\n"}, target)
     assert (target / "src" / "toy.hpp").read_text() == "#pragma once\n"
     assert (target / "src" / "main.cpp").stat().st_mtime_ns == before
     assert (target / "results.json").read_text() == "the user's"
@@ -211,25 +212,25 @@ def test_exporting_again_touches_only_what_changed(target: Path) -> None:
     assert not [
         name
         for name in listing(target.parent)
-        if "/.hypgen-" in f"/{name}" and not name.endswith(export.MARKER)
+        if "/.hypgen-" in f"/{name}" and not name.endswith(exported_project.MARKER)
     ]
 
 
 def test_a_folder_of_someone_elses_is_refused(target: Path) -> None:
     target.mkdir(parents=True)
-    export.check_target(target)
+    exported_project.check_target(target)
     (target / "thesis.tex").write_text("years of work")
     with pytest.raises(ToolchainError, match="was not written by hypgen"):
-        export.export(FILES, target)
+        exported_project.export(FILES, target)
     assert listing(target) == {"thesis.tex"}
 
 
 def test_a_marker_cannot_reach_outside_its_folder(target: Path) -> None:
-    export.export(FILES, target)
+    exported_project.export(FILES, target)
     victim = target.parent / "victim"
     victim.write_text("precious")
-    (target / export.MARKER).write_text(json.dumps({"files": ["../victim", str(victim)]}))
-    export.export(FILES, target)
+    (target / exported_project.MARKER).write_text(json.dumps({"files": ["../victim", str(victim)]}))
+    exported_project.export(FILES, target)
     assert victim.exists()
 
 
@@ -237,13 +238,13 @@ def test_a_failed_export_leaves_nothing(target: Path, monkeypatch: pytest.Monkey
     def fail(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(export.shutil, "copytree", fail)
+    monkeypatch.setattr(exported_project.shutil, "copytree", fail)
     with pytest.raises(ToolchainError, match="No space left on device"):
-        export.export(FILES, target)
+        exported_project.export(FILES, target)
     assert not target.exists() and not listing(target.parent)
 
 
 def test_the_solver_is_exported_with_its_project(target: Path) -> None:
     path, _ = make()
-    export.export(FILES, target, path)
+    exported_project.export(FILES, target, path)
     assert subprocess.run([target / "bin" / "toy"]).returncode == 7

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.dsl.diagnostics import ModelError
-from hypgen.dsl.lower import lower
-from hypgen.dsl.parser import parse
-from hypgen.dsl.snippet import render_all
-from hypgen.dsl.source import Source
+from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.messages.render import render_all
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.pipeline import lower
+from hypgen.dsl.syntax.parse import parse
 
 MODELS = sorted((Path(__file__).parent / "errors").glob("*.pomdp"))
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from hypgen.dsl import units
+from hypgen.dsl.types import units
 
 
 @pytest.mark.parametrize(

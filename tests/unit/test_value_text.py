@@ -6,8 +6,15 @@ import ir_samples
 import pytest
 
 from hypgen.dsl import ir
+from hypgen.dsl.interpret.value_text import (
+    action_text,
+    array_text,
+    entry_names,
+    factor_texts,
+    find_action,
+    value_text,
+)
 from hypgen.dsl.types import BOOL, FLOAT, Enum, Int, Record, Type, Variant
-from hypgen.dsl.value_text import action_text, array_text, entry_names, factor_texts, find_action, value_text
 
 CELL = Record("Cell", (("row", Int(2, 4)), ("open", BOOL)))
 ACT = Enum("Act", (Variant("stay"), Variant("check", Int(-1, 12)), Variant("go", CELL), Variant("stop")))

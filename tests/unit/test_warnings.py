@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from hypgen.cli import main
-from hypgen.dsl import driver
+from hypgen.dsl import load
 
 BASE = """model M
 enum Act { wait, go }
@@ -32,7 +32,7 @@ def warned(tmp_path: Path, top: str = "", member: str = "", bottom: str = "", **
         (tmp_path / f"{name}.pomdp").write_text(text)
     path = tmp_path / "m.pomdp"
     path.write_text(BASE + top + ROOM % (member, bottom))
-    return [f"{w.code} {w.message}" for w in driver.load(path).warnings]
+    return [f"{w.code} {w.message}" for w in load.load(path).warnings]
 
 
 def test_a_model_without_doubts(tmp_path: Path) -> None:

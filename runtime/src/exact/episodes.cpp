@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "hypgen/core/interrupt.hpp"
 #include "hypgen/exact/play.hpp"
-#include "hypgen/interrupt.hpp"
 
 namespace hypgen::exact {
 

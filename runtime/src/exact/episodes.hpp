@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "exact_options.hpp"
-#include "hypgen/exact/instance.hpp"
+#include "hypgen/core/statistics.hpp"
+#include "hypgen/exact/exact_instance.hpp"
 #include "hypgen/exact/interval.hpp"
-#include "hypgen/statistics.hpp"
 
 namespace hypgen::exact {
 

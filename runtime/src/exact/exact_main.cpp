@@ -14,11 +14,11 @@
 
 #include "episodes.hpp"
 #include "exact_options.hpp"
+#include "hypgen/core/interrupt.hpp"
 #include "hypgen/exact/dump.hpp"
 #include "hypgen/exact/enumeration.hpp"
 #include "hypgen/exact/interval.hpp"
-#include "hypgen/interrupt.hpp"
-#include "hypgen/params.hpp"
+#include "hypgen/model/params.hpp"
 #include "solve_report.hpp"
 
 namespace hypgen::exact {

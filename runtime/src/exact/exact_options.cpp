@@ -3,7 +3,7 @@
 #include <sstream>
 #include <vector>
 
-#include "option_table.hpp"
+#include "../solver/option_table.hpp"
 
 namespace hypgen::exact {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "hypgen/descriptor.hpp"
 #include "hypgen/exact/enumeration.hpp"
+#include "hypgen/model/descriptor.hpp"
 
 namespace hypgen::exact {
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "hypgen/exact/filter.hpp"
-#include "hypgen/model.hpp"
+#include "hypgen/model/model.hpp"
 
 namespace hypgen::exact {
 EpisodeRecord play_episode(const ExactModel& model, const AlphaPolicy& policy, World& world,

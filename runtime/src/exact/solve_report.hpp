@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <string>
 
-#include "hypgen/descriptor.hpp"
+#include "hypgen/core/statistics.hpp"
 #include "hypgen/exact/enumeration.hpp"
 #include "hypgen/exact/interval.hpp"
-#include "hypgen/statistics.hpp"
+#include "hypgen/model/descriptor.hpp"
 
 namespace hypgen::exact {
 

@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "hypgen/key.hpp"
-#include "hypgen/leaf_evaluator.hpp"
-#include "hypgen/philox.hpp"
+#include "hypgen/leaves/leaf_evaluator.hpp"
+#include "hypgen/model/key.hpp"
+#include "hypgen/random/philox.hpp"
 
 namespace hypgen::cuda {
 

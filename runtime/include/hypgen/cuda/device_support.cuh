@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "hypgen/cuda/evaluator.cuh"
-#include "hypgen/device.hpp"
+#include "hypgen/leaves/device.hpp"
 
 namespace hypgen::cuda {
 

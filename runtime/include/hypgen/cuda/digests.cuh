@@ -1,10 +1,11 @@
-// Digests of random walks on a device (see hypgen/digest.hpp): the other unit of a model's device code.
+// Digests of random walks on a device (see hypgen/verify/digest.hpp): the other unit of a model's device
+// code.
 #pragma once
 
 #include "hypgen/cuda/memory.cuh"
 #include "hypgen/cuda/steppers.cuh"
-#include "hypgen/device.hpp"
-#include "hypgen/digest.hpp"
+#include "hypgen/leaves/device.hpp"
+#include "hypgen/verify/digest.hpp"
 
 namespace hypgen::cuda {
 

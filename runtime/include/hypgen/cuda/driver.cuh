@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "hypgen/arena.hpp"
 #include "hypgen/cuda/sizes.cuh"
 #include "hypgen/cuda/slot.cuh"
-#include "hypgen/leaf_ring.hpp"
-#include "hypgen/model.hpp"
+#include "hypgen/leaves/leaf_ring.hpp"
+#include "hypgen/memory/arena.hpp"
+#include "hypgen/model/model.hpp"
 
 namespace hypgen::cuda {
 

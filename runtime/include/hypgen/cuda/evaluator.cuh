@@ -11,9 +11,9 @@
 
 #include "hypgen/cuda/driver.cuh"
 #include "hypgen/cuda/sizes.cuh"
-#include "hypgen/leaf_evaluator.hpp"
-#include "hypgen/leaf_ring.hpp"
-#include "hypgen/model.hpp"
+#include "hypgen/leaves/leaf_evaluator.hpp"
+#include "hypgen/leaves/leaf_ring.hpp"
+#include "hypgen/model/model.hpp"
 
 namespace hypgen::cuda {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "hypgen/cuda/batch.cuh"
-#include "hypgen/model.hpp"
+#include "hypgen/model/model.hpp"
 
 namespace hypgen::cuda {
 

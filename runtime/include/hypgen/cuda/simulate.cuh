@@ -3,9 +3,9 @@
 
 #include "hypgen/cuda/batch.cuh"
 #include "hypgen/cuda/steppers.cuh"
-#include "hypgen/math.hpp"
-#include "hypgen/model.hpp"
-#include "hypgen/rollout_step.hpp"
+#include "hypgen/leaves/rollout_step.hpp"
+#include "hypgen/math/scalar_functions.hpp"
+#include "hypgen/model/model.hpp"
 
 namespace hypgen::cuda {
 

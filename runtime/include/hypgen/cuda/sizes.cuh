@@ -6,7 +6,7 @@
 #include <string>
 
 #include "hypgen/cuda/slot.cuh"
-#include "hypgen/leaf_evaluator.hpp"
+#include "hypgen/leaves/leaf_evaluator.hpp"
 
 namespace hypgen::cuda {
 

@@ -6,14 +6,14 @@
 #include <cstring>
 #include <string>
 
+#include "hypgen/core/span.hpp"
 #include "hypgen/cuda/batch.cuh"
 #include "hypgen/cuda/gather.cuh"
 #include "hypgen/cuda/memory.cuh"
 #include "hypgen/cuda/reduce.cuh"
 #include "hypgen/cuda/ship.cuh"
 #include "hypgen/cuda/simulate.cuh"
-#include "hypgen/leaf_evaluator.hpp"
-#include "hypgen/span.hpp"
+#include "hypgen/leaves/leaf_evaluator.hpp"
 
 namespace hypgen::cuda {
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "hypgen/cuda/batch.cuh"
-#include "hypgen/model.hpp"
-#include "hypgen/part.hpp"
+#include "hypgen/model/model.hpp"
+#include "hypgen/model/part.hpp"
 
 namespace hypgen::cuda {
 

@@ -15,8 +15,8 @@
 
 #include <string>
 
+#include "hypgen/exact/exact_instance.hpp"
 #include "hypgen/exact/exact_model.hpp"
-#include "hypgen/exact/instance.hpp"
 
 namespace hypgen::exact {
 

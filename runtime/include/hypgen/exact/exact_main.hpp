@@ -1,7 +1,7 @@
 // The exact solver's program.
 #pragma once
 
-#include "hypgen/exact/instance.hpp"
+#include "hypgen/exact/exact_instance.hpp"
 
 namespace hypgen::exact {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "hypgen/exact/exact_model.hpp"
-#include "hypgen/key.hpp"
+#include "hypgen/model/key.hpp"
 
 namespace hypgen::exact {
 

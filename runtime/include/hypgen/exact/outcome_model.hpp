@@ -6,9 +6,9 @@
 #include <cstring>
 #include <vector>
 
-#include "hypgen/exact/enumerating_draws.hpp"
-#include "hypgen/key.hpp"
-#include "hypgen/model.hpp"
+#include "hypgen/model/key.hpp"
+#include "hypgen/model/model.hpp"
+#include "hypgen/random/enumerating_draws.hpp"
 
 namespace hypgen::exact {
 

@@ -3,10 +3,10 @@
 
 #include <cstdint>
 
-#include "hypgen/episode.hpp"
+#include "hypgen/episode/episode.hpp"
+#include "hypgen/episode/world.hpp"
 #include "hypgen/exact/exact_model.hpp"
 #include "hypgen/exact/policy.hpp"
-#include "hypgen/world.hpp"
 
 namespace hypgen::exact {
 

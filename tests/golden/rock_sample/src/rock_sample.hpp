@@ -5,15 +5,15 @@
 #include <limits>
 #include <string>
 
-#include <hypgen/bits.hpp>
-#include <hypgen/descriptor.hpp>
-#include <hypgen/distributions.hpp>
-#include <hypgen/key.hpp>
-#include <hypgen/math.hpp>
-#include <hypgen/model.hpp>
-#include <hypgen/part.hpp>
-#include <hypgen/posterior.hpp>
-#include <hypgen/relaxation.hpp>
+#include <hypgen/belief/posterior.hpp>
+#include <hypgen/bounds/relaxation.hpp>
+#include <hypgen/math/scalar_functions.hpp>
+#include <hypgen/model/bits.hpp>
+#include <hypgen/model/descriptor.hpp>
+#include <hypgen/model/key.hpp>
+#include <hypgen/model/model.hpp>
+#include <hypgen/model/part.hpp>
+#include <hypgen/random/distributions.hpp>
 
 namespace hypgen::models {
 

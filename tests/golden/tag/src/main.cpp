@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include <hypgen/instance.hpp>
-#include <hypgen/solver_main.hpp>
+#include <hypgen/solver/model_instance.hpp>
+#include <hypgen/solver/solver_main.hpp>
 
 #include "tag.hpp"
 

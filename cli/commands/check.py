@@ -1,0 +1,118 @@
+"""``hypgen check``: is the model right, and how large is it?"""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hypgen.cli.shared import Exit, exit_codes, model_options, show_diagnostics
+
+if TYPE_CHECKING:
+    from hypgen.dsl import ir
+
+
+@click.command(epilog=exit_codes("with --strict: there are warnings"))
+@model_options
+@click.option("--strict", is_flag=True, help="End with 1 if there are warnings.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result, mistakes included, as JSON.")
+@click.option(
+    "--samples",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Visit N states in random episodes and check what no reading can prove.",
+)
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, help="Of the random episodes.", show_default=True
+)
+def command(
+    model: Path,
+    instance: Path | None,
+    settings: tuple[str, ...],
+    as_json: bool,
+    samples: int | None,
+    seed: int,
+    strict: bool,
+) -> int:
+    """Check MODEL and print one line about it, or every mistake that is found.
+
+    \b
+    Examples:
+      hypgen check examples/tiger.pomdp
+      hypgen check examples/rs_11_11.pomdp
+      hypgen check examples/rock_sample.pomdp --set n=5 --json
+      hypgen check examples/tag.pomdp --samples 100000
+    """
+    from hypgen.dsl import load
+    from hypgen.dsl.messages.diagnostic import ModelError
+
+    try:
+        checked = load.load_any(model, instance=instance, settings=settings)
+    except ModelError as error:
+        if not as_json:
+            raise
+        from hypgen.dsl.messages.render import to_json
+
+        click.echo(
+            json.dumps({"ok": False, "diagnostics": [to_json(d) for d in error.diagnostics]}, indent=2)
+        )
+        return Exit.MISTAKE
+    if isinstance(checked, load.LoadedLibrary):
+        name = checked.ast.name
+        fine = {"ok": True, "diagnostics": [], "library": name}
+        click.echo(json.dumps(fine, indent=2) if as_json else f"{model}: OK: library {name}")
+        return Exit.OK
+    facts, warned = summary(checked.model), len(checked.warnings)
+    if not as_json:
+        show_diagnostics(checked.warnings, checked.sources)
+    if samples is not None:
+        from hypgen.cli.show import sampled_findings
+
+        return sampled_findings.run(checked, samples, seed, facts if as_json else None, strict)
+    if as_json:
+        from hypgen.dsl.messages.render import to_json
+
+        shown = [to_json(w) for w in checked.warnings]
+        click.echo(json.dumps({"ok": True, "diagnostics": shown, **facts}, indent=2))
+    else:
+        counted = f"; {warned} warning{'' if warned == 1 else 's'}" if warned else ""
+        click.echo(f"{model}: OK: {describe(facts)}{counted}")
+    return Exit.DIFFERENT if strict and warned else Exit.OK
+
+
+def summary(model: ir.Model) -> dict[str, Any]:
+    """Return the model's size in figures."""
+    from hypgen.dsl.types import digits_of, length_of
+
+    def bits(variable: ir.Variable) -> int:
+        return (digits_of(variable.type) - 1).bit_length() * length_of(variable.indices)
+
+    seen = math.prod(field.size**field.length for field in model.key)
+    return {
+        "model": model.name,
+        "state_bits": sum(map(bits, model.variables)),
+        "hidden_bits": sum(bits(v) for v in model.variables if not v.visible),
+        "actions": model.action.count,
+        "observations": seen if seen <= 2**64 else None,
+        "observation_bits": (seen - 1).bit_length(),
+        "stages": len(model.stages()),
+    }
+
+
+def describe(facts: dict[str, Any]) -> str:
+    """Return ``summary``'s figures in words."""
+
+    def some(number: int, noun: str) -> str:
+        return f"{number} {noun}{'' if number == 1 else 's'}"
+
+    seen = f"observations of {facts['observation_bits']} bits"
+    if facts["observations"] is not None:
+        seen = some(facts["observations"], "observation")
+    return (
+        f"{facts['model']}: {some(facts['state_bits'], 'bit')} of state ({facts['hidden_bits']} hidden), "
+        f"{some(facts['actions'], 'action')}, {seen}, "
+        f"{some(facts['stages'], 'stage')} of updates"
+    )

@@ -1,0 +1,209 @@
+"""``hypgen compare``: what the planners earn in the same episodes, beside what is proven of the best."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from hypgen.cli.shared import (
+    EXIT_CODES,
+    Exit,
+    choose_cuda,
+    load,
+    model_options,
+    require_params,
+    say,
+    say_warnings,
+    target_options,
+)
+from hypgen.cli.show.sarsop import MISSING, is_installed, play_sarsop
+from hypgen.play.played_programs import (
+    LEFT_OUT,
+    MOST_STEPS,
+    Comparison,
+    Policy,
+    left_out,
+    numbers,
+    outwards,
+    play_exact,
+    play_mode,
+    steps_needed,
+    table,
+)
+
+if TYPE_CHECKING:
+    from hypgen.dsl.load import Loaded
+
+PLANNERS = ("default", "rollout", "despot", "parallel", "pomcp")
+GPU_PLANNERS = ("gpu", "hyp")
+EXACT = ("alpha", "qmdp", "blind")
+OTHERS = ("sarsop",)
+
+
+@click.command(epilog=EXIT_CODES)
+@model_options
+@target_options
+@click.option(
+    "--param", metavar="FILE", type=click.Path(path_type=Path), help="JSON file that sets the model's params."
+)
+@click.option("--runs", metavar="N", type=click.IntRange(1), default=20, show_default=True, help="Episodes.")
+@click.option(
+    "--time",
+    metavar="S",
+    type=click.FloatRange(0, 1e9),
+    help="Seconds for each decision of a planner; 0.1 unless there are --trials.",
+)
+@click.option("--trials", metavar="N", type=click.IntRange(1), help="Trials for each decision instead.")
+@click.option(
+    "--steps",
+    metavar="N",
+    type=click.IntRange(1, 1_000_000),
+    help="Most steps of an episode; by default as many as leave out no more than a thousandth of the sum "
+    f"of discounts, up to {MOST_STEPS}.",
+)
+@click.option(
+    "--seed", metavar="S", type=click.IntRange(0), default=0, show_default=True, help="Of the worlds."
+)
+@click.option(
+    "--modes",
+    metavar="LIST",
+    help=f"What to compare, of {','.join(PLANNERS + GPU_PLANNERS + EXACT + OTHERS)}.",
+)
+@click.option(
+    "--solve-time",
+    metavar="S",
+    type=click.FloatRange(0, 1e9),
+    default=60.0,
+    show_default=True,
+    help="Seconds to solve a small model for alpha, qmdp and blind, and again for sarsop.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print all returns and the table as one JSON object.")
+def command(
+    model: Path,
+    instance: Path | None,
+    settings: tuple[str, ...],
+    target: str,
+    arch: str,
+    nvcc: str,
+    param: Path | None,
+    runs: int,
+    time: float | None,
+    trials: int | None,
+    steps: int | None,
+    seed: int,
+    modes: str | None,
+    solve_time: float,
+    as_json: bool,
+) -> int:
+    """Play MODEL with every planner in the same episodes, and print what each earns.
+
+    Episode i of a seed has the same start and the same draws for all, so that differences are paired:
+    "minus the best" is the mean of them over the episodes. Where the model is small enough to be solved
+    (see `hypgen solve`), policies on the exact belief play too: alpha (the vectors that prove the lower
+    bound), qmdp, the best blind policy, and, where scikit-decide is installed, what its SARSOP finds. The
+    last line is then an interval that holds the value of the best policy. Ctrl-C prints what is known so far.
+
+    \b
+    Examples:
+      hypgen compare examples/tiger.pomdp
+      hypgen compare examples/tag.pomdp --runs 100 --time 0.05 --modes default,despot,alpha
+      hypgen compare examples/rock_sample.pomdp --trials 1000 --json
+    """
+    cuda = choose_cuda(target, arch, nvcc)
+    others = OTHERS if is_installed() else ()
+    asked = _asked(modes, PLANNERS + (GPU_PLANNERS if cuda else ()) + EXACT + others)
+    loaded = load(model, instance, settings)
+    say_warnings(loaded)
+    if param is None:
+        require_params(loaded, " or --param FILE")
+    law = (loaded.model.discount, loaded.model.horizon)
+    steps = steps_needed(*law) if steps is None else steps
+    params = [] if param is None else [f"--param={param}"]
+    episodes = [f"--runs={runs}", f"--steps={steps}", f"--seed={seed}"]
+    limits = [f"--trials={trials}"] if trials else []
+    limits += [f"--time={0.1 if time is None else time}"] if time is not None or not trials else []
+    comparison, show = Comparison(), _show(runs)
+    interrupted = False
+    try:
+        from hypgen.cli.commands.compile import build
+        from hypgen.codegen import generate
+
+        if planners := [mode for mode in asked if mode not in EXACT + OTHERS]:
+            solver = build(loaded, generate.generate(loaded.model), model, instance, cuda, False)
+            for mode in planners:
+                play_mode(solver, comparison.add(mode), [*params, *episodes, *limits], show)
+        kinds = [mode for mode in asked if mode in EXACT]
+        more = [mode for mode in asked if mode in OTHERS]
+        if (kinds or more) and (program := _exact(loaded, model, instance, kinds + more, comparison)):
+            play_exact(program, kinds, [*params, *episodes, f"--time={solve_time}"], show, comparison)
+            if more:
+                play_sarsop(program, solve_time, params, episodes, show, comparison)
+    except KeyboardInterrupt:
+        interrupted = True
+    _print(comparison, left_out(*law, steps), steps, as_json)
+    if interrupted:
+        return Exit.INTERRUPTED
+    return Exit.OK if any(policy.returns for policy in comparison.policies) else Exit.MISTAKE
+
+
+def _asked(modes: str | None, known: tuple[str, ...]) -> list[str]:
+    """Return the modes to play, in the order that was asked for."""
+    if modes is None:
+        return list(known)
+    asked = list(dict.fromkeys(mode.strip() for mode in modes.split(",")))
+    for mode in asked:
+        if mode not in PLANNERS + GPU_PLANNERS + EXACT + OTHERS:
+            raise click.UsageError(f"There is no mode '{mode}': --modes takes some of {','.join(known)}.")
+        if mode in OTHERS and mode not in known:
+            raise click.UsageError(MISSING)
+    return asked
+
+
+def _exact(
+    loaded: Loaded, model: Path, instance: Path | None, kinds: list[str], comparison: Comparison
+) -> Path | None:
+    """Return the program that plays policies on the exact belief, None where there cannot be one."""
+    from hypgen.cli.commands.solve import build_exact
+    from hypgen.dsl.messages.diagnostic import ModelError
+
+    try:
+        return build_exact(loaded, model, instance)
+    except ModelError as error:
+        for kind in kinds:
+            comparison.add(kind, problem=f"cannot be enumerated: {error.diagnostics[0].message}")
+        return None
+
+
+def _show(runs: int) -> Callable[[Policy], None]:
+    """Return what tells a person how far a policy is."""
+
+    def show(policy: Policy) -> None:
+        done = len(policy.returns)
+        if done == runs:
+            say(f"{policy.name}: {done} episodes, mean return {policy.mean:.3f}")
+
+    return show
+
+
+def _print(comparison: Comparison, rest: float, steps: int, as_json: bool) -> None:
+    policies, value, sarsop = comparison.policies, comparison.solved, comparison.sarsop
+    if as_json:
+        click.echo(json.dumps(numbers(comparison) | {"steps": steps, "left_out": rest}, indent=2))
+    else:
+        if any(policy.returns for policy in policies):
+            click.echo(table(policies))
+        if sarsop is not None:
+            click.echo(
+                f"SARSOP's own bounds: {sarsop['lower']:.6g} .. {sarsop['upper']:.6g}, "
+                f"{sarsop['vectors']} vectors in {sarsop['seconds']:.1f} s"
+            )
+        if value is not None:
+            cut = f" ({steps} steps leave out {rest:.2g} of the sum of discounts)" if rest > LEFT_OUT else ""
+            click.echo(f"value of the best policy: {outwards(value['lower'], value['upper'])}{cut}")
+    problems = {policy.problem: "" for policy in policies if policy.problem}
+    for problem in problems:
+        say(f"{', '.join(policy.name for policy in policies if policy.problem == problem)}: {problem}")

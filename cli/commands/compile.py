@@ -1,0 +1,120 @@
+"""``hypgen compile``: from a model to a solver, or to a C++ project that builds one."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from hypgen.cli.shared import (
+    EXIT_CODES,
+    Exit,
+    choose_cuda,
+    load,
+    model_options,
+    say,
+    say_warnings,
+    target_options,
+)
+
+if TYPE_CHECKING:
+    from hypgen.dsl.load import Loaded
+    from hypgen.runtime.builder.cuda_tools import CudaBuild
+    from hypgen.runtime.builder.solver import Step
+
+
+@click.command(epilog=EXIT_CODES)
+@model_options
+@target_options
+@click.option(
+    "-o",
+    "--output",
+    metavar="DIR",
+    type=click.Path(path_type=Path),
+    help="Write a project there that builds without hypgen, and the solver to DIR/bin.",
+)
+@click.option("--emit-only", is_flag=True, help="Write the project, compile nothing; needs -o.")
+@click.option("--force", is_flag=True, help="Compile the model again even if nothing has changed.")
+def command(
+    model: Path,
+    instance: Path | None,
+    settings: tuple[str, ...],
+    target: str,
+    arch: str,
+    nvcc: str,
+    output: Path | None,
+    emit_only: bool,
+    force: bool,
+) -> int:
+    """Compile MODEL into a solver and print the path of what was made.
+
+    Solvers are cached by content in HYPGEN_CACHE_DIR (or the user's cache folder); a model that has not
+    changed is not compiled again.
+
+    A solver for GPUs needs CUDA's nvcc, 12.4 or newer, to compile and a driver to run; it plans on the CPU
+    where there is none. Without --arch it is for this machine's GPU, and for every one from sm_75 on where
+    this machine has none. GPUs newer than those that are named run the code of the newest.
+
+    \b
+    Examples:
+      hypgen compile examples/tiger.pomdp
+      hypgen compile examples/rock_sample.pomdp --set n=11 --set k=11 -o rock-solver
+      hypgen compile examples/tag.pomdp -o tag --emit-only && cmake -S tag -B tag/build
+      hypgen compile examples/tag.pomdp --target cuda
+      hypgen compile examples/tag.pomdp --arch sm_80,sm_90 --nvcc /opt/cuda/bin/nvcc -o tag-solver
+    """
+    from hypgen.codegen import generate
+    from hypgen.runtime.builder.exported_project import check_target, export
+
+    if emit_only and output is None:
+        raise click.UsageError("--emit-only needs a folder to write to: add -o DIR.")
+    if output is not None:
+        check_target(output)
+    cuda = choose_cuda(target, arch, nvcc)
+    architectures = cuda.architectures if cuda else ()
+    loaded = load(model, instance, settings)
+    say_warnings(loaded)
+    files = generate.generate(loaded.model)
+    if emit_only and output is not None:
+        export(files, output, architectures=architectures)
+        click.echo(output)
+        return Exit.OK
+    solver = build(loaded, files, model, instance, cuda, force)
+    if output is not None:
+        export(files, output, solver, architectures)
+        solver = output / "bin" / solver.name
+    click.echo(solver)
+    return Exit.OK
+
+
+def build(
+    loaded: Loaded,
+    files: dict[str, str],
+    model: Path,
+    instance: Path | None,
+    cuda: CudaBuild | None,
+    force: bool,
+) -> Path:
+    """Return the project's executable, telling the user what is built and why."""
+    from hypgen.runtime.builder.solver import build_solver
+
+    origin = " ".join(str(path.absolute()) for path in (model, instance) if path is not None)
+    with _spinner():
+        return build_solver(files, origin, _report, model=loaded.model.source_hash, cuda=cuda, again=force)
+
+
+def _report(step: Step) -> None:
+    """Say what is built and why."""
+    say(f"{step.what}: {'compiling (' + step.reason + ')' if step.reason else 'cached'}")
+
+
+def _spinner() -> contextlib.AbstractContextManager[object]:
+    """Return something that turns while the compiler runs, where a person watches."""
+    if not sys.stderr.isatty():
+        return contextlib.nullcontext()
+    from rich.console import Console
+
+    return Console(stderr=True).status("compiling")

@@ -1,0 +1,104 @@
+"""``hypgen fmt``: lay out model files the one way."""
+
+from __future__ import annotations
+
+import difflib
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from hypgen.cli.shared import Exit, exit_codes, say, show_model_error
+
+if TYPE_CHECKING:
+    from hypgen.dsl.messages.source import Source
+
+STDIN = "-"
+
+
+@click.command(epilog=exit_codes("with --check: a file is not formatted"))
+@click.argument("files", metavar="FILE...", nargs=-1, required=True)
+@click.option("--check", is_flag=True, help="Write nothing; end with 1 if a file is laid out otherwise.")
+@click.option("--diff", is_flag=True, help="Write nothing; print what would change.")
+def command(files: tuple[str, ...], check: bool, diff: bool) -> int:
+    """Lay out model, instance and library files.
+
+    Spaces and indentation become uniform, and lines over 100 columns are broken. Tokens, comments and other
+    line breaks stay, and what is aligned stays aligned. With `-` for FILE, standard input is formatted to
+    standard output.
+
+    \b
+    Examples:
+      hypgen fmt model.pomdp
+      hypgen fmt --check examples/*.pomdp
+      hypgen fmt --diff model.pomdp
+      hypgen fmt - < model.pomdp
+    """
+    from hypgen.dsl.format.formatter import format_source
+    from hypgen.dsl.messages.diagnostic import ModelError
+
+    failed, changed = False, 0
+    for name in files:
+        try:
+            before, source = _read(name)
+            after = format_source(source)
+        except ModelError as error:
+            show_model_error(error)
+            failed = True
+            continue
+        differs = after.encode() != before
+        changed += differs
+        if diff and differs:
+            click.echo(_difference(name, source.text, after), nl=False)
+        if check and differs:
+            say(f"{name}: not formatted")
+        if diff or check:
+            continue
+        if name == STDIN:
+            click.echo(after, nl=False)
+        elif differs:
+            _write(Path(name), after)
+            say(f"{name}: formatted")
+    if failed:
+        return Exit.MISTAKE
+    if not changed and STDIN not in files:
+        say(f"{len(files)} file{'s' if len(files) > 1 else ''} already formatted")
+    return Exit.DIFFERENT if check and changed else Exit.OK
+
+
+def _read(name: str) -> tuple[bytes, Source]:
+    """Return a file's bytes and its text."""
+    from hypgen.dsl.load import decode_source, read_source
+
+    if name == STDIN:
+        content = sys.stdin.buffer.read()
+        return content, decode_source("<stdin>", content)
+    source = read_source(name)
+    return Path(name).read_bytes(), source
+
+
+def _difference(name: str, before: str, after: str) -> str:
+    lines = difflib.unified_diff(
+        before.splitlines(keepends=True), after.splitlines(keepends=True), name, f"{name} (formatted)"
+    )
+    return "".join(
+        line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in lines
+    )
+
+
+def _write(path: Path, text: str) -> None:
+    """Replace a file's text at once: whoever reads meanwhile sees the old text or the new one."""
+    target = path.resolve()
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
+            stream.write(text)
+        shutil.copymode(target, name)
+        os.replace(name, target)
+    except BaseException:
+        os.unlink(name)
+        raise

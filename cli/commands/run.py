@@ -1,0 +1,66 @@
+"""``hypgen run``: compile a model if need be, then become its solver."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import click
+
+from hypgen.cli.shared import (
+    EXIT_CODES,
+    choose_cuda,
+    load,
+    model_options,
+    require_params,
+    say_warnings,
+    target_options,
+)
+
+ANSWERED_WITHOUT_PARAMS = ("--param", "--help", "--version")
+
+
+@click.command(epilog=EXIT_CODES, context_settings={"ignore_unknown_options": True})
+@model_options
+@target_options
+@click.option("--force", is_flag=True, help="Compile the model again even if nothing has changed.")
+@click.argument("solver_options", metavar="[SOLVER OPTIONS]...", nargs=-1, type=click.UNPROCESSED)
+def command(
+    model: Path,
+    instance: Path | None,
+    settings: tuple[str, ...],
+    target: str,
+    arch: str,
+    nvcc: str,
+    force: bool,
+    solver_options: tuple[str, ...],
+) -> None:
+    """Compile MODEL unless the cache has it, and run its solver.
+
+    Options that hypgen does not know go to the solver, as does everything after a `--`. The exit code is
+    the solver's.
+
+    \b
+    Examples:
+      hypgen run examples/tiger.pomdp
+      hypgen run examples/rock_sample.pomdp --runs 10 --time 0.1 --json steps.jsonl
+      hypgen run examples/rs_11_11.pomdp --mode rollout --trials 100
+      hypgen run examples/tag.pomdp --target cpu
+      hypgen run examples/tiger.pomdp -- --help
+    """
+    from hypgen.cli.commands.compile import build
+    from hypgen.codegen import generate
+
+    if str(model).startswith("-"):
+        raise click.UsageError(f"The model comes first, before the solver's options (found '{model}').")
+    cuda = choose_cuda(target, arch, nvcc)
+    loaded = load(model, instance, settings)
+    say_warnings(loaded)
+    if not any(option.split("=")[0] in ANSWERED_WITHOUT_PARAMS for option in solver_options):
+        require_params(loaded, " or --param FILE")
+    solver = build(loaded, generate.generate(loaded.model), model, instance, cuda, force)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    # The solver takes this process's place: signals and the exit code need no forwarding.
+    os.execv(solver, [solver.name, *solver_options])

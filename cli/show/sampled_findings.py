@@ -1,0 +1,78 @@
+"""What ``hypgen check --samples`` does: walks, watches, and says what it found."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hypgen.cli.shared import Exit, require_params, say
+from hypgen.dsl.interpret.sampling.sample_laws import check_densities, check_returns
+from hypgen.dsl.interpret.sampling.sample_model import Progress, Walk
+from hypgen.dsl.messages.render import to_json
+
+if TYPE_CHECKING:
+    from hypgen.dsl.load import Loaded
+
+
+def run(loaded: Loaded, samples: int, seed: int, facts: dict[str, Any] | None, strict: bool) -> int:
+    """Check a model by sampling; print findings, or with ``facts`` everything, warnings too, as JSON."""
+    require_params(loaded)
+    walk = Walk(loaded.model, samples, seed)
+    interrupted = False
+    try:
+        with _progress() as progress:
+            walk.run(progress)
+            check_densities(walk, progress)
+            check_returns(walk, progress)
+    except KeyboardInterrupt:
+        interrupted = True
+    findings = walk.findings
+    wrong = any(not f.is_warning for f in findings)
+    if facts is not None:
+        sampled = {
+            "states": walk.visited,
+            "episodes": walk.episodes,
+            "seed": seed,
+            "interrupted": interrupted,
+        }
+        found = [*map(to_json, loaded.warnings), *(f.to_json() for f in findings)]
+        click.echo(json.dumps({"ok": not wrong, "diagnostics": found, **facts, "samples": sampled}, indent=2))
+    else:
+        for finding in findings:
+            click.echo(finding.render(loaded.sources), err=True)
+        visited = f"{walk.visited:,} states in {walk.episodes:,} episodes, seed {seed}"
+        mistakes = sum(not f.is_warning for f in findings)
+        warnings = len(findings) - mistakes
+        counts = [_some(mistakes, "mistake")] * bool(mistakes) + [_some(warnings, "warning")] * bool(warnings)
+        verdict = " and ".join(counts) if counts else "nothing wrong"
+        click.echo(f"{loaded.model.file}: {visited}: {verdict}")
+    if interrupted:
+        say("interrupted")
+        return Exit.INTERRUPTED
+    if strict and not wrong and (findings or loaded.warnings):
+        return Exit.DIFFERENT
+    return Exit.MISTAKE if wrong else Exit.OK
+
+
+def _some(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+@contextmanager
+def _progress() -> Iterator[Progress]:
+    """Show a bar where a person watches."""
+    if not sys.stderr.isatty():
+        yield lambda phase, done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("")
+        yield lambda phase, done, total: bar.update(task, description=phase, completed=done, total=total)

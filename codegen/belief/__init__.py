@@ -1,0 +1,4 @@
+"""The functions of the filters: hypotheses, evidence, exact posteriors, redraws.
+
+Takes the model's factors. Gives ``template_data.Function`` values.
+"""

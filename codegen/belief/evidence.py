@@ -1,0 +1,168 @@
+"""What was seen, weighed against a hypothesis about one member of a factor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+
+from hypgen.codegen.belief.hypotheses import MEMBER, Hypotheses, keeps, locals_of
+from hypgen.codegen.cpp.expressions import Sink
+from hypgen.codegen.cpp.function_builder import Builder
+from hypgen.codegen.model.interface import Digit
+from hypgen.codegen.model.model_functions import arguments, density_needs
+from hypgen.codegen.passes.expr_shapes import branches
+from hypgen.codegen.passes.guards import Guards
+from hypgen.dsl import ir
+from hypgen.dsl.ir.walk import walk
+from hypgen.dsl.types import length_of, low_of
+
+
+@dataclass(frozen=True)
+class Watch:
+    """A piece of evidence inside a function that weighs.
+
+    ``touched`` is the C++ local with the position of the member that an entry touches; empty where every
+    entry touches, or (``direct``) the member's own one does.
+    """
+
+    evidence: ir.Evidence
+    touched: str
+    direct: bool
+
+
+class Weighing(Hypotheses):
+    """Prints how likely what was seen is."""
+
+    # Evidence ------------------------------------------------------------------------------------
+
+    def _seen(self, builder: Builder, factors: Sequence[ir.Factor]) -> dict[str, Digit]:
+        """Append the digits of the key that the factors' evidence takes."""
+        used = {e.name for f in factors for e in f.evidence if e.kind != "end"}
+        return self.interface.digits(builder, used) if used else {}
+
+    def _watches(self, builder: Builder, factor: ir.Factor) -> list[Watch]:
+        """Append which members the evidence touches."""
+        found, printer = [], builder.printer
+        for evidence in factor.evidence:
+            direct = _own_entry(evidence, factor)
+            always = (
+                isinstance(evidence.touch, ir.Const) and evidence.touch.value == 0 and factor.members == 1
+            )
+            touched = ""
+            if not direct and not always:
+                name = evidence.name.replace(".", "_") or "end"
+                touched = printer.scope.unique(f"{name}_touch")
+                length = length_of(tuple(b.type for b in evidence.binders))
+                self._touch(builder, evidence, touched, length)
+            found.append(Watch(evidence, touched, direct))
+        return found
+
+    def _touch(self, builder: Builder, evidence: ir.Evidence, name: str, length: int) -> None:
+        code, printer, touch = builder.code, builder.printer, evidence.touch
+        if not evidence.binders:
+            if branches(touch):
+                code.add(f"std::int32_t {name}{{}};")
+                printer.emit(touch, Sink(f"{name} = "))
+            else:
+                code.add(f"const std::int32_t {name} = {printer.text(touch)};")
+            return
+        code.add(f"std::int32_t {name}[{length}];")
+        with printer.loops(evidence.binders):
+            printer.emit(touch, Sink(f"{name}[{_flat(builder, evidence.binders)}] = "))
+
+    def _moves(self, builder: Builder, factor: ir.Factor) -> str:
+        """Return the condition without which no member's values change, and append what it takes."""
+        updates = [u for u in self._updates(factor) if not keeps(u)]
+        if not updates:
+            return "false"
+        guard = Guards(self.model, self.context.needs).update(tuple(updates))
+        if guard is None or any(self._is_hidden(node) for node in walk(guard)):
+            return "true"
+        moves = builder.printer.scope.unique("moves")
+        builder.code.add(f"const bool {moves} = {builder.printer.text(guard)};")
+        return moves
+
+    def _is_hidden(self, node: ir.Expr | ir.Dist) -> bool:
+        return isinstance(node, ir.StateRead) and not self.model.variable(node.variable).visible
+
+    def _skip(self, builder: Builder, factor: ir.Factor, watches: list[Watch], moves: str) -> None:
+        """Append what passes over members that nothing moves or touches."""
+        if moves == "true" or any(not w.touched for w in watches) or factor.binder is None:
+            return
+        position = self._position(builder, factor)
+        tests = [] if moves == "false" else [moves]
+        for watch in watches:
+            if not watch.evidence.binders:
+                tests.append(f"{watch.touched} == {position}")
+        arrays = [w for w in watches if w.evidence.binders]
+        code = builder.code
+        if not arrays:
+            code.add(f"if (!({' || '.join(tests)})) continue;" if tests else "continue;")
+            return
+        concerned = builder.printer.scope.unique("concerned")
+        code.add(f"bool {concerned} = {' || '.join(tests) or 'false'};")
+        for watch in arrays:
+            entry = builder.printer.scope.unique("entry")
+            with builder.printer.block(f"for (const std::int32_t {entry} : {watch.touched})"):
+                code.add(f"{concerned} |= {entry} == {position};")
+            code.join()
+        code.add(f"if (!{concerned}) continue;")
+
+    def _weigh(
+        self, builder: Builder, factor: ir.Factor, digits: dict[str, Digit], watches: list[Watch], weight: str
+    ) -> None:
+        """Append the product of how likely what touches the member was."""
+        printer = builder.printer
+        for watch in watches:
+            evidence = watch.evidence
+            if watch.direct:
+                assert factor.binder is not None
+                printer.locals[evidence.binders[0].name] = printer.locals[MEMBER]
+            with printer.loops([] if watch.direct else evidence.binders):
+                touched = watch.touched
+                if touched and evidence.binders:
+                    touched = f"{touched}[{_flat(builder, evidence.binders)}]"
+                test = f"if ({touched} == {self._position(builder, factor)})" if touched else None
+                with printer.block(test) if test else nullcontext():
+                    self._likelihood(builder, evidence, digits, weight)
+                if test:
+                    builder.code.join()
+
+    def _likelihood(
+        self, builder: Builder, evidence: ir.Evidence, digits: dict[str, Digit], weight: str
+    ) -> None:
+        printer, code = builder.printer, builder.code
+        if evidence.condition is not None:
+            code.add(f"if ({printer.text(evidence.condition)}) {weight} = 0.0;")
+            return
+        dist, name = self._law(evidence)
+        more = [printer.text(i) for i in locals_of(evidence.binders)]
+        value = digits[evidence.name](evidence.binders)
+        given = arguments(density_needs(dist, self.context), self.context, *more, value)
+        code.add(f"{weight} *= {name}({given});")
+
+    def _law(self, evidence: ir.Evidence) -> tuple[ir.Dist, str]:
+        """Return the distribution of what was seen, and the function of its density."""
+        parts = self.interface.parts
+        if evidence.kind == "visible":
+            dist = next(u.dist for u in self.updates if u.variable == evidence.name)
+            return dist, parts.densities[evidence.name]
+        dist = next(o.dist for o in self.model.observations if o.name == evidence.name)
+        return dist, parts.observation_densities[evidence.name]
+
+
+def _own_entry(evidence: ir.Evidence, factor: ir.Factor) -> bool:
+    """Return whether the evidence has one entry for each member, which touches that member and no other."""
+    if factor.binder is None or len(evidence.binders) != 1 or evidence.binders[0].type != factor.binder.type:
+        return False
+    binder, touch = evidence.binders[0], evidence.touch
+    if isinstance(touch, ir.Binary) and touch.op == "sub" and isinstance(touch.right, ir.Const):
+        touch = touch.left if touch.right.value == low_of(binder.type) else touch
+    elif low_of(binder.type):
+        return False
+    return isinstance(touch, ir.Local) and touch.name == binder.name
+
+
+def _flat(builder: Builder, binders: Sequence[ir.Binder]) -> str:
+    return builder.printer.flat(locals_of(binders), [b.type for b in binders])

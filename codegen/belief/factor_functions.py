@@ -1,0 +1,312 @@
+"""The functions of the factored filter: exact posteriors, and particles of single factors.
+
+docs/design/0002, "The factored filter", fixes the operations; the interpreter repeats them bit for bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import nullcontext
+
+from hypgen.codegen.belief.evidence import Watch, Weighing
+from hypgen.codegen.belief.hypotheses import MEMBER, keeps, locals_of, stored
+from hypgen.codegen.cpp import template_data
+from hypgen.codegen.cpp.function_builder import Builder, origin
+from hypgen.codegen.model.interface import PLACE, Digit
+from hypgen.codegen.model.model_functions import assigned
+from hypgen.dsl import ir
+from hypgen.dsl.types import Bool, Type, length_of, low_of
+
+_SCRATCH = [("const Params&", "params"), ("Fixed", "fixed"), ("State", "state")]
+
+
+class FactorFunctions(Weighing):
+    """Builds the functions of one model's factors. Names are of elements: ``advance_rock``."""
+
+    # Parts of the model's struct -----------------------------------------------------------------
+
+    def fields(self) -> tuple[str, ...]:
+        """Return the members of ``Posterior``."""
+        return tuple(f"double {self.field(f)}[{f.members * stored(f)}];" for f in self.exact)
+
+    def field(self, factor: ir.Factor) -> str:
+        """Return the member of ``Posterior`` that holds a factor's probabilities."""
+        return self.advance[factor.element].replace("advance_", "", 1)
+
+    def constants(self) -> list[str]:
+        """Return what the runtime asks of the model about its factors."""
+        return [
+            f"static constexpr bool kFactored = {'true' if self.model.factored else 'false'};",
+            f"static constexpr int kExactUnits = {sum(f.members for f in self.exact)};",
+            f"static constexpr int kParticleUnits = {sum(f.members for f in self.sampled)};",
+        ]
+
+    def all(self) -> list[template_data.Function]:
+        """Return the functions in the order in which they call each other."""
+        found: list[template_data.Function] = []
+        for factor in self.exact:
+            found += self._densities(factor)
+            found += [self._put(factor), self._code(factor), self._start(factor), self._advance(factor)]
+        found += [self._init_posterior(), self._advance_posterior()]
+        if self.model.factored:
+            found += [self._advance_visible(), self._unit_of()]
+            if self.exact:
+                found += [self._unit_size(), self._probability(), self._put_unit()]
+            if self.sampled:
+                found += [*map(self._copy, self.sampled), self._copy_unit(), self._filter_particles()]
+        return found
+
+    # Exact posteriors ----------------------------------------------------------------------------
+
+    def _start(self, factor: ir.Factor) -> template_data.Function:
+        """Return what gives a factor's posterior before the first step, in floats or doubles."""
+        builder = self.interface.given([*_SCRATCH, ("Real*", "after")])
+        code, unique, n = builder.code, builder.printer.scope.unique, factor.size
+        inits = [i for i in self.model.inits if i.variable in factor.variables]
+        with self._members(builder, factor):
+            sums, h, weight = unique("sums"), unique("h"), unique("likelihood")
+            code.add(f"Real {sums}[{n}];")
+            with builder.printer.block(f"for (std::int32_t {h} = 0; {h} < {n}; ++{h})"):
+                code.add(f"{self.put[factor.element]}({self._scratch(builder, factor, 'state', h)});")
+                code.add(f"double {weight} = 1.0;")
+                self._weigh_draws(builder, factor, inits, False, weight)
+                code.add(f"{sums}[{h}] = static_cast<Real>({weight});")
+            code.add(f"posteriors::normalise<{n}>({sums}, {self._place(builder, factor, 'after')});")
+        return builder.done("void", self.start[factor.element])
+
+    def _advance(self, factor: ir.Factor) -> template_data.Function:
+        """Return what takes a factor's posterior over a step; false where what was seen is impossible."""
+        fixed = "Fixed" if self._fixed(factor) else "const Fixed&"
+        builder = self.interface.acting(
+            [
+                *[("const Params&", "params"), (fixed, "fixed"), ("State", "state"), ("int", "action")],
+                *[(self.interface.key.argument, "key"), ("State", "next")],
+                *[("const Real*", "now"), ("Real*", "after")],
+            ]
+        )
+        code, unique, n = builder.code, builder.printer.scope.unique, factor.size
+        digits = self._seen(builder, [factor])
+        watches = self._watches(builder, factor)
+        moves = self._moves(builder, factor)
+        possible = unique("possible")
+        code.add(f"bool {possible} = true;")
+        with self._members(builder, factor):
+            self._skip(builder, factor, watches, moves)
+            sums, same, h, p = unique("sums"), unique("same"), unique("h"), unique("p")
+            code.add(f"Real {sums}[{n}] = {{}};")
+            code.add(f"bool {same} = true;")
+            with builder.printer.block(f"for (std::int32_t {h} = 0; {h} < {n}; ++{h})"):
+                place = self._place(builder, factor, "now")
+                code.add(f"const Real {p} = posteriors::probability<{n}>({place}, {h});")
+                code.add(f"if (!({p} > Real{{}})) continue;")
+                for state in ("state", "next") if "state" in self.owners(factor) else ("state",):
+                    code.add(f"{self.put[factor.element]}({self._scratch(builder, factor, state, h)});")
+                if self._certain(factor):
+                    self._certain_step(builder, factor, digits, watches, (sums, same, h, p))
+                else:
+                    self._drawn_step(builder, factor, digits, watches, (sums, same, h, p))
+            place = self._place(builder, factor, "after")
+            code.add(f"if (!{same} && !posteriors::normalise<{n}>({sums}, {place})) {possible} = false;")
+        code.add(f"return {possible};")
+        return builder.done("bool", self.advance[factor.element])
+
+    def _certain_step(
+        self,
+        builder: Builder,
+        factor: ir.Factor,
+        digits: dict[str, Digit],
+        watches: list[Watch],
+        names: tuple[str, str, str, str],
+    ) -> None:
+        """Append the one outcome of a hypothesis whose updates draw nothing."""
+        code, (sums, same, h, p) = builder.code, names
+        for update in self._updates(factor):
+            with self._own(builder, factor, update.binders):
+                assigned(update, "next", builder)
+        g = h
+        if not all(keeps(u) for u in self._updates(factor)):
+            g = builder.printer.scope.unique("g")
+            given = self._scratch(builder, factor, "next")
+            code.add(f"const std::int32_t {g} = {self.code[factor.element]}({given});")
+        weight = builder.printer.scope.unique("likelihood")
+        code.add(f"double {weight} = 1.0;")
+        self._weigh(builder, factor, digits, watches, weight)
+        stays = f"{g} == {h} && " if g != h else ""
+        code.add(f"{same} = {same} && {stays}{weight} == 1.0;")
+        code.add(f"{sums}[{g}] += {p} * static_cast<Real>({weight});")
+
+    def _drawn_step(
+        self,
+        builder: Builder,
+        factor: ir.Factor,
+        digits: dict[str, Digit],
+        watches: list[Watch],
+        names: tuple[str, str, str, str],
+    ) -> None:
+        """Append all outcomes of a hypothesis."""
+        code, (sums, same, h, p) = builder.code, names
+        g, weight = builder.printer.scope.unique("g"), builder.printer.scope.unique("likelihood")
+        with builder.printer.block(f"for (std::int32_t {g} = 0; {g} < {factor.size}; ++{g})"):
+            self._put_outcome(builder, factor, g, h)
+            code.add(f"double {weight} = 1.0;")
+            self._weigh_draws(builder, factor, self._updates(factor), True, weight)
+            with builder.printer.block(f"if ({weight} == 0.0)"):
+                code.add(f"{same} = {same} && {g} != {h};")
+                code.add("continue;")
+            self._weigh(builder, factor, digits, watches, weight)
+            code.add(f"{same} = {same} && {weight} == ({g} == {h} ? 1.0 : 0.0);")
+            code.add(f"{sums}[{g}] += {p} * static_cast<Real>({weight});")
+
+    # What the runtime calls ----------------------------------------------------------------------
+
+    def _init_posterior(self) -> template_data.Function:
+        builder = self.interface.given([*PLACE, ("Posterior&", "after")])
+        builder.code.add("after = Posterior{};")
+        for factor in self.exact:
+            builder.code.add(
+                f"{self.start[factor.element]}(params, fixed, state, after.{self.field(factor)});"
+            )
+        return builder.done("void", "init_posterior")
+
+    def _advance_posterior(self) -> template_data.Function:
+        builder = self.interface.given(
+            [
+                *[*PLACE, ("int", "action"), (self.interface.key.argument, "key"), ("const State&", "next")],
+                *[("const Posterior&", "now"), ("Posterior&", "after")],
+            ]
+        )
+        builder.code.add("after = now;")
+        builder.code.add("bool possible = true;")
+        for factor in self.exact:
+            field = self.field(factor)
+            given = f"params, fixed, state, action, key, next, now.{field}, after.{field}"
+            builder.code.add(f"possible &= {self.advance[factor.element]}({given});")
+        builder.code.add("return possible;")
+        return builder.done("bool", "advance_posterior")
+
+    def _advance_visible(self) -> template_data.Function:
+        """Return what moves the visible variables: to the values seen, or those that follow."""
+        key = (self.interface.key.argument, "key")
+        builder = self.interface.acting([*PLACE, ("int", "action"), key, ("State&", "next")])
+        seen = {f.name for f in self.model.key if not f.observed}
+        digits = self.interface.digits(builder, seen) if seen else {}
+        builder.code.add("next = state;")
+        for update in self.updates:
+            if self.model.variable(update.variable).determined:
+                with builder.printer.loops(update.binders):
+                    assigned(update, "next", builder)
+            elif update.variable in seen:
+                with builder.printer.loops(update.binders):
+                    indices = [builder.printer.text(i) for i in locals_of(update.binders)]
+                    setter = self.context.names.setters[update.variable]
+                    value = digits[update.variable](update.binders)
+                    builder.code.add(f"next.{setter}({', '.join([*indices, value])});")
+        return builder.done("void", "advance_visible")
+
+    def _filter_particles(self) -> template_data.Function:
+        """Return what moves a particle's part of each factor without an exact posterior, and weighs it."""
+        key = (self.interface.key.argument, "key")
+        given = [*PLACE, ("int", "action"), key, ("D&", "draws"), ("State&", "next"), ("double*", "weights")]
+        builder = self.interface.acting(given)
+        code, first = builder.code, 0
+        digits = self._seen(builder, self.sampled)
+        code.add(f"advance_visible(params, fixed, state, {self.interface.code}, key, next);")
+        for factor in self.sampled:
+            with builder.printer.block("") if self.sampled[1:] else nullcontext():
+                watches = self._watches(builder, factor)
+                with self._members(builder, factor):
+                    code.add(f"// {origin(self._element(factor).span)}: {factor.element}")
+                    for update in self._updates(factor):
+                        with self._own(builder, factor, update.binders):
+                            assigned(update, "next", builder)
+                    weight = builder.printer.scope.unique("likelihood")
+                    code.add(f"double {weight} = 1.0;")
+                    self._weigh(builder, factor, digits, watches, weight)
+                    code.add(f"weights[{_sum(first, self._position(builder, factor))}] = {weight};")
+            first += factor.members
+        return builder.done("void", "filter_particles")
+
+    def _element(self, factor: ir.Factor) -> ir.Element:
+        return next(e for e in self.model.elements if e.name == factor.element)
+
+    def _units(self, builder: Builder, factors: Sequence[ir.Factor], first: int = 0) -> Iterator[ir.Factor]:
+        """Yield factors, each inside an ``if`` on ``unit`` that holds for its members; binds the member."""
+        for number, factor in enumerate(factors):
+            end = first + factor.members
+            last = number == len(factors) - 1
+            with nullcontext() if last else builder.printer.block(f"if (unit < {end})"):
+                if factor.binder is not None:
+                    position = f"unit - {first}" if first else "unit"
+                    builder.printer.bind(MEMBER, _value(position, factor.binder.type))
+                yield factor
+            if not last:
+                builder.code.join()
+            first = end
+
+    def _unit_size(self) -> template_data.Function:
+        builder = self.interface.given([("int", "unit")])
+        for factor in self._units(builder, self.exact):
+            builder.code.add(f"return {factor.size};")
+        return builder.done("int", "unit_size")
+
+    def _unit_of(self) -> template_data.Function:
+        """Return what gives the unit of a flattened variable: exact ones, then the others; -1 if visible."""
+        builder = self.interface.given([("int", "variable")])
+        firsts, first, end = {}, 0, 0
+        for factor in (*self.exact, *self.sampled):
+            firsts[factor.element] = (first, factor)
+            first += factor.members
+        for variable in self.model.variables:
+            start, end = end, end + length_of(variable.indices)
+            if variable.visible:
+                unit = "-1"
+            else:
+                base, factor = firsts[variable.element]
+                each = length_of(variable.indices) // factor.members
+                offset = f"(variable - {start})" if start else "variable"
+                offset = f"{offset} / {each}" if each > 1 else offset.strip("()")
+                unit = _sum(base, offset) if factor.members > 1 else str(base)
+            builder.code.add(f"if (variable < {end}) return {unit};")
+        builder.code.add("return -1;")
+        return builder.done("int", "unit_of")
+
+    def _probability(self) -> template_data.Function:
+        builder = self.interface.given(
+            [("const Posterior&", "posterior"), ("int", "unit"), ("std::int32_t", "value")]
+        )
+        for factor in self._units(builder, self.exact):
+            place = self._place(builder, factor, f"posterior.{self.field(factor)}")
+            builder.code.add(f"return posteriors::probability<{factor.size}>({place}, value);")
+        return builder.done("double", "probability")
+
+    def _put_unit(self) -> template_data.Function:
+        builder = self.interface.given(
+            [("int", "unit"), ("std::int32_t", "value"), ("Fixed&", "fixed"), ("State&", "state")]
+        )
+        for factor in self._units(builder, self.exact):
+            builder.code.add(
+                f"return {self.put[factor.element]}({self._scratch(builder, factor, 'state', 'value')});"
+            )
+        return builder.done("void", "put_unit")
+
+    def _copy_unit(self) -> template_data.Function:
+        builder = self.interface.given(
+            [
+                *[("int", "unit"), ("const Fixed&", "fixed"), ("const State&", "state")],
+                *[("Fixed&", "to_fixed"), ("State&", "to_state")],
+            ]
+        )
+        for factor in self._units(builder, self.sampled):
+            given = ", ".join(["fixed, state, to_fixed, to_state", *self._member(builder, factor)])
+            builder.code.add(f"return {self.copy[factor.element]}({given});")
+        return builder.done("void", "copy_unit")
+
+
+def _sum(number: int, text: str) -> str:
+    return f"{number} + {text}" if number and text != "0" else str(number) if text == "0" else text
+
+
+def _value(position: str, type_: Type) -> str:
+    if isinstance(type_, Bool):
+        return f"({position} != 0)"
+    return f"({position} + {low_of(type_)})" if low_of(type_) else position

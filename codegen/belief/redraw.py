@@ -1,0 +1,97 @@
+"""Which initial values particles may draw anew as long as nothing has read them (``redraw.hpp``)."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from hypgen.codegen.cpp import template_data
+from hypgen.codegen.layout.naming import Names, takes_word
+from hypgen.codegen.layout.state_layout import WORD, Block, Field
+from hypgen.dsl import ir
+from hypgen.dsl.types import length_of
+
+MOST = 4_096  # words that a particle keeps: 16 kB, and thousands of particles have them
+
+
+def redrawn(model: ir.Model) -> tuple[ir.Assign, ...]:
+    """Return the inits of hidden fixed variables that draw: those of single values first.
+
+    None without a variable that has entries: what is a single value is soon read. None either where the
+    belief is a product of posteriors, or where the words would take too much memory.
+    """
+    if model.factored:
+        return ()
+    variables = {v.name: v for v in model.variables}
+    times = Counter(a.site.path for a in model.inits)
+    found = [
+        a
+        for a in model.inits
+        if variables[a.variable].fixed
+        and not variables[a.variable].visible
+        and takes_word(a.dist)
+        and times[a.site.path] == 1
+    ]
+    if not any(a.binders for a in found) or sum(_words(a) for a in found) > MOST:
+        return ()
+    return tuple(sorted(found, key=lambda a: bool(a.binders)))
+
+
+def _words(init: ir.Assign) -> int:
+    return length_of(tuple(b.type for b in init.binders))
+
+
+def constants(model: ir.Model) -> tuple[str, ...]:
+    """Return how many random words those inits take, and how many of them are single values'."""
+    counts = [_words(a) for a in redrawn(model)]
+    singles = sum(not a.binders for a in redrawn(model))
+    if not counts:
+        return ()
+    return (
+        f"static constexpr int kRedrawnWords = {sum(counts)};",
+        f"static constexpr int kRedrawnSingles = {singles};",
+    )
+
+
+def functions(model: ir.Model, names: Names, fixed: Block) -> tuple[template_data.Function, ...]:
+    """Return the number of a site's word among them, and whether the value of a word was read."""
+    fields = {field.variable: field for field in fixed.fields}
+    sites, reads, first = [], [], 0
+    for assign in redrawn(model):
+        offset = f"{first} + " if first else ""
+        site = f"Site::{names.sites[assign.site.path]}"
+        sites.append(f"if (site == {site}) return {offset}static_cast<int>(index);")
+        field = fields[assign.variable]
+        reads.append((first, field))
+        first += field.length
+    if not sites:
+        return ()
+    return (
+        template_data.Function(
+            ("// Which of the words that particles may draw anew is drawn there; -1 if none is.",),
+            ("HYPGEN_FN static int redrawn_word(std::uint32_t site, std::uint32_t index) {",),
+            (*sites, "return -1;"),
+        ),
+        template_data.Function(
+            ("// Whether the value that was drawn with that word has been read.",),
+            ("HYPGEN_FN static bool is_word_read(const Fixed& fixed, int word) {",),
+            (
+                *(
+                    f"if (word >= {start}) return {_is_read(field, start)};"
+                    for start, field in reversed(reads[1:])
+                ),
+                f"return {_is_read(reads[0][1], 0)};",
+            ),
+        ),
+    )
+
+
+def _is_read(field: Field, start: int) -> str:
+    if not field.width:
+        return "true"  # a single possible value has no bits
+    if field.length == 1:
+        return f"bits::was_read(fixed.words[{field.word}], {field.shift}, {field.width})"
+    entry = f"(word - {start})" if start else "word"
+    place = entry if field.stride == 1 else f"{entry} * {field.stride}"
+    place = f"({field.shift} + {place})" if field.shift else place
+    base = f"{field.word} + " if field.word else ""
+    return f"bits::was_read(fixed.words[{base}{place} / {WORD}], {place} % {WORD}, {field.width})"

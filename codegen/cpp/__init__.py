@@ -1,0 +1,4 @@
+"""C++ text of types, names, literals, expressions and distributions.
+
+Takes IR nodes. Gives lines of C++.
+"""

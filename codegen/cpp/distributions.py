@@ -1,0 +1,336 @@
+"""IR distributions as C++: a sampler that takes one word, and the density that belongs to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+
+from hypgen.codegen.cpp.expressions import ADD, TERNARY, Append, ExprPrinter, Sink
+from hypgen.codegen.cpp.laws import bin_density_text, bin_text, count_text, draw_text
+from hypgen.codegen.cpp.text import code_of, integer, scalar, shifted
+from hypgen.codegen.passes import table_draws
+from hypgen.codegen.passes.expr_shapes import needs_statements
+from hypgen.dsl import ir
+from hypgen.dsl.ir.walk import negated
+from hypgen.dsl.types import Bool, Type, low_of, size_of
+
+
+class DistPrinter:
+    """Prints samplers and densities through the printer of the function that they stand in."""
+
+    def __init__(self, printer: ExprPrinter) -> None:
+        self.printer = printer
+        self.code = printer.code
+
+    # Sampling ------------------------------------------------------------------------------------
+
+    def sample(self, dist: ir.Dist, word: str, sink: Sink) -> None:
+        """Append statements that give ``sink`` the value drawn with ``word``, a C++ expression."""
+        printer = self.printer
+        match dist:
+            case ir.Certain(value=value):
+                printer.emit(value, sink)
+            case ir.IfDist(then=ir.Certain(value=value), otherwise=ir.Certain(value=other)) if sink.keeps(
+                value
+            ) and sink.keeps(other):
+                return
+            case ir.IfDist(
+                condition=condition, then=ir.Certain(value=value) as kept, otherwise=otherwise
+            ) if sink.keeps(value):
+                changes = ir.IfDist(dist.type, negated(condition), otherwise, kept)
+                self.sample(changes, word, sink)
+            case ir.IfDist(condition=condition, then=then, otherwise=otherwise):
+                printer.branch(
+                    printer.text(condition),
+                    lambda: self.sample(then, word, sink),
+                    lambda: self.sample(otherwise, word, sink),
+                    sink,
+                )
+            case ir.LetDist(name=name, value=value, body=body):
+                printer.declare(name, value, body)
+                self.sample(body, word, sink)
+            case ir.Bernoulli(probability=probability):
+                self.code.add(sink(f"dist::bernoulli({word}, {printer.text(probability)})"))
+            case ir.Uniform(type=type_):
+                self.code.add(sink(_value(f"dist::uniform({word}, {size_of(type_)})", type_)))
+            case ir.Noisy(type=type_, value=value, probability=probability):
+                code = code_of(printer.text(value, ADD), type_)
+                chosen = f"dist::noisy({word}, {code}, {printer.text(probability)}, {size_of(type_)})"
+                self.code.add(sink(_value(chosen, type_)))
+            case ir.Table():
+                self._sample_table(dist, word, sink)
+            case ir.UniformSet():
+                self._sample_set(dist, word, sink)
+            case ir.UniformInt() | ir.Counted():
+                self.code.add(sink(count_text(dist, word, "", printer)))
+            case ir.Continuous():
+                self.code.add(sink(draw_text(dist, word, printer)))
+            case ir.Binned():
+                self.code.add(sink(bin_text(dist, word, printer)))
+            case ir.Weighted():
+                self._sample_weighted(dist, word, sink)
+            case ir.Widened(dist=inner):
+                self.sample(inner, word, sink)
+            case table_draws.WeightedPick(value=value):
+                drawn = printer.scope.unique("word")
+                self.code.add(f"const auto {drawn} = {word};")
+                self._at_position(_position(drawn, dist.bounds()), value, sink)
+            case table_draws.UniformPick(count=count, value=value):
+                self._at_position(f"dist::uniform({word}, {printer.text(count)})", value, sink)
+            case _:
+                raise TypeError(f"no sampler for {type(dist).__name__}")
+
+    def _at_position(self, position: str, value: ir.Expr, sink: Sink) -> None:
+        """Append what gives ``sink`` a pick's value."""
+        local = self.printer.scope.unique("entry")
+        self.code.add(f"const std::int32_t {local} = {position};")
+        self.printer.bind(table_draws.POSITION, local)
+        self.printer.emit(value, sink)
+
+    def _sample_table(self, dist: ir.Table, word: str, sink: Sink) -> None:
+        printer = self.printer
+        entries, last = dist.entries, dist.rest
+        if last is None:
+            entries, last = entries[:-1], entries[-1][0]
+        if len(entries) == 1 and not needs_statements(entries[0][0], last):
+            value, probability = entries[0]
+            first = f"dist::bernoulli({word}, {printer.text(probability)})"
+            texts = printer.text(value, TERNARY + 1), printer.text(last, TERNARY + 1)
+            self.code.add(sink(f"{first} ? {texts[0]} : {texts[1]}"))
+            return
+        if not entries:
+            printer.emit(last, sink)
+            return
+        drawn = printer.scope.unique("word")
+        self.code.add(f"const auto {drawn} = {word};")
+        bounds: list[str] = []
+        for _, probability in entries:
+            share = f"math::threshold({printer.text(probability)})"
+            name = printer.scope.unique("below")
+            self.code.add(f"const std::uint64_t {name} = {' + '.join([*bounds[-1:], share])};")
+            bounds.append(name)
+        for position, ((value, _), bound) in enumerate(zip(entries, bounds, strict=True)):
+            chained = "else if" if position and not sink.returns else "if"
+            with self.printer.block(f"{chained} ({drawn} < {bound})"):
+                printer.emit(value, sink)
+            if sink.returns:
+                self.code.join()
+        with ExitStack() as stack:
+            if not sink.returns:
+                stack.enter_context(self.printer.block("else"))
+            printer.emit(last, sink)
+
+    def _sample_set(self, dist: ir.UniformSet, word: str, sink: Sink) -> None:
+        """Count the matches, then go to the one that the word picks."""
+        printer, code = self.printer, self.code
+        count, left = printer.scope.unique("count"), printer.scope.unique("left")
+        code.add(f"std::int32_t {count} = 0;")
+        self._matches(dist, lambda: code.add(f"++{count};"))
+        with printer.block(f"if ({count} == 0)"):
+            self._empty(dist, lambda d: self.sample(d, word, sink), lambda: printer.emit(dist.value, sink))
+        picked = printer.scope.unique("picked")
+        with ExitStack() as stack:
+            if not sink.returns:
+                stack.enter_context(printer.block("else"))
+            code.add(f"std::int32_t {left} = dist::uniform({word}, {count});")
+            if sink.returns and len(dist.binders) == 1:
+                self._matches(dist, lambda: self._return_at(dist, left, sink))
+                code.add(f"return {printer.first(ir.Binder('', dist.type))};")
+                return
+            code.add(f"{scalar(dist.type)} {picked}{{}};")
+            self._matches(dist, lambda: self._pick_at(dist, left, picked))
+            code.add(sink(picked))
+
+    def _sample_weighted(self, dist: ir.Weighted, word: str, sink: Sink) -> None:
+        """Add up the weights, then go to the first match that the word does not pass."""
+        printer, code, binder = self.printer, self.code, dist.binders[0]
+        drawn, everything, passed, picked = map(printer.scope.unique, ("word", "all", "passed", "picked"))
+        code.add(f"const auto {drawn} = {word};")
+        code.add(f"dist::WeightSum {everything};")
+        code.add(f"{scalar(binder.type)} {picked} = {printer.first(binder)};")
+        self._matches(
+            dist,
+            lambda: self._pick_if(f"{everything}.add({printer.text(dist.weight)})", picked, binder),
+        )
+        with ExitStack() as stack:
+            if dist.otherwise is not None:
+                with printer.block(f"if ({everything}.empty())"):
+                    self.sample(dist.otherwise, drawn, sink)
+                if not sink.returns:
+                    stack.enter_context(printer.block("else"))
+            code.add(f"dist::WeightSum {passed};")
+            reach = f"{drawn} < {passed}.words_of_all({everything}.sum())"
+
+            def search() -> None:
+                condition = f"{passed}.add({printer.text(dist.weight)}) && {reach}"
+                self._pick_if(condition, picked, binder, "break;")
+
+            self._matches(dist, search)
+            code.add(sink(picked))
+
+    def _pick_if(self, condition: str, picked: str, binder: ir.Binder, *then: str) -> None:
+        with self.printer.block(f"if ({condition})"):
+            for line in (f"{picked} = {self.printer.locals[binder.name]};", *then):
+                self.code.add(line)
+        self.code.join()
+
+    def _return_at(self, dist: ir.UniformSet, left: str, sink: Sink) -> None:
+        with self.printer.block(f"if ({left}-- == 0)"):
+            self.printer.emit(dist.value, sink)
+        self.code.join()
+
+    def _pick_at(self, dist: ir.UniformSet, left: str, picked: str) -> None:
+        with self.printer.block(f"if ({left}-- == 0)"):
+            self.printer.emit(dist.value, Sink(f"{picked} = "))
+        self.code.join()
+
+    def _matches(self, dist: ir.UniformSet | ir.Weighted, append: Append) -> None:
+        """Loop over the matches of a set; ``append`` adds what to do at each."""
+        with self.printer.loops(dist.binders):
+            with ExitStack() as stack:
+                if dist.condition is not None:
+                    condition = self.printer.text(dist.condition)
+                    stack.enter_context(self.printer.block(f"if ({condition})"))
+                append()
+            self.code.join()
+
+    def _empty(self, dist: ir.UniformSet, otherwise: Callable[[ir.Dist], None], first: Append) -> None:
+        """Append what a set without a match gives."""
+        if dist.otherwise is not None:
+            otherwise(dist.otherwise)
+            return
+        for binder in dist.binders:
+            self.printer.bind(binder.name, self.printer.first(binder))
+        first()
+
+    # Densities -----------------------------------------------------------------------------------
+
+    def density(self, dist: ir.Dist, value: str, sink: Sink) -> None:
+        """Append statements that give ``sink`` the probability (a double) of ``value``, a C++ local."""
+        printer, code = self.printer, self.code
+        match dist:
+            case ir.Certain(value=certain):
+                code.add(sink(f"{self._is(certain, value)} ? 1.0 : 0.0"))
+            case ir.IfDist(condition=condition, then=then, otherwise=otherwise):
+                printer.branch(
+                    printer.text(condition),
+                    lambda: self.density(then, value, sink),
+                    lambda: self.density(otherwise, value, sink),
+                    sink,
+                )
+            case ir.LetDist(name=name, value=local, body=body):
+                printer.declare(name, local, body)
+                self.density(body, value, sink)
+            case ir.Bernoulli(probability=probability):
+                code.add(sink(f"dist::bernoulli_density({value}, {printer.text(probability)})"))
+            case ir.Uniform(type=type_):
+                code.add(sink(f"1.0 / {size_of(type_)}.0"))
+            case ir.Noisy(type=type_, value=center, probability=probability):
+                same, p = self._is(center, value), printer.text(probability)
+                code.add(sink(f"dist::noisy_density({same}, {p}, {size_of(type_)})"))
+            case ir.Table(entries=entries, rest=rest):
+                masses = printer.scope.unique("masses")
+                code.add(f"dist::Masses {masses};")
+                for entry, probability in entries:
+                    code.add(f"{masses}.take({printer.text(probability)}, {self._is(entry, value)});")
+                last = entries[-1][0] if rest is None else rest
+                code.add(f"{masses}.take_rest({self._is(last, value)});")
+                code.add(sink(f"{masses}.density()"))
+            case ir.UniformSet():
+                self._set_density(dist, value, sink)
+            case ir.UniformInt() | ir.Counted():
+                code.add(sink(count_text(dist, value, "_density", printer)))
+            case ir.Binned():
+                code.add(sink(bin_density_text(dist, value, printer)))
+            case ir.Weighted():
+                self._weighted_density(dist, value, sink)
+            case ir.Widened(dist=inner):
+                low = low_of(inner.type)
+                printer.branch(
+                    f"{value} < {integer(low)} || {value} > {integer(low + size_of(inner.type) - 1)}",
+                    lambda: code.add(sink("0.0")),
+                    lambda: self.density(inner, value, sink),
+                    sink,
+                )
+            case table_draws.WeightedPick(probabilities=probabilities, value=picked):
+                masses = printer.scope.unique("masses")
+                code.add(f"dist::Masses {masses};")
+                for number, probability in enumerate(probabilities):
+                    printer.bind(table_draws.POSITION, str(number))
+                    code.add(f"{masses}.take({printer.text(probability)}, {self._is(picked, value)});")
+                printer.bind(table_draws.POSITION, str(len(probabilities)))
+                code.add(f"{masses}.take_rest({self._is(picked, value)});")
+                code.add(sink(f"{masses}.density()"))
+            case table_draws.UniformPick():
+                self._uniform_pick_density(dist, value, sink)
+            case _:
+                raise TypeError(f"no density for {type(dist).__name__}")
+
+    def _set_density(self, dist: ir.UniformSet, value: str, sink: Sink) -> None:
+        printer, code = self.printer, self.code
+        count, equal = printer.scope.unique("count"), printer.scope.unique("equal")
+        code.add(f"std::int32_t {count} = 0;")
+        code.add(f"std::int32_t {equal} = 0;")
+
+        def tally() -> None:
+            code.add(f"++{count};")
+            with printer.block(f"if ({self._is(dist.value, value)})"):
+                code.add(f"++{equal};")
+            code.join()
+
+        self._matches(dist, tally)
+        with printer.block(f"if ({count} == 0)"):
+            self._empty(
+                dist,
+                lambda d: self.density(d, value, sink),
+                lambda: code.add(sink(f"{self._is(dist.value, value)} ? 1.0 : 0.0")),
+            )
+        with ExitStack() as stack:
+            if not sink.returns:
+                stack.enter_context(printer.block("else"))
+            code.add(sink(f"static_cast<double>({equal}) / static_cast<double>({count})"))
+
+    def _weighted_density(self, dist: ir.Weighted, value: str, sink: Sink) -> None:
+        printer, code, binder = self.printer, self.code, dist.binders[0]
+        part = printer.scope.unique("part")
+        code.add(f"dist::WeightShare {part};")
+
+        def tally() -> None:
+            weight = printer.text(dist.weight)
+            code.add(f"{part}.add({weight}, {value} == {printer.locals[binder.name]});")
+
+        self._matches(dist, tally)
+        with printer.block(f"if ({part}.empty())"):
+            if dist.otherwise is not None:
+                self.density(dist.otherwise, value, sink)
+            else:
+                code.add(sink(f"{value} == {printer.first(binder)} ? 1.0 : 0.0"))
+        with ExitStack() as stack:
+            if not sink.returns:
+                stack.enter_context(printer.block("else"))
+            code.add(sink(f"{part}.density()"))
+
+    def _uniform_pick_density(self, dist: table_draws.UniformPick, value: str, sink: Sink) -> None:
+        printer, code = self.printer, self.code
+        count, equal = printer.scope.unique("count"), printer.scope.unique("equal")
+        code.add(f"const std::int32_t {count} = {printer.text(dist.count)};")
+        code.add(f"std::int32_t {equal} = 0;")
+        entry = printer.bind(table_draws.POSITION, printer.scope.unique("entry"))
+        with printer.block(f"for (std::int32_t {entry} = 0; {entry} < {count}; ++{entry})"):
+            code.add(f"{equal} += {self._is(dist.value, value)} ? 1 : 0;")
+        code.join()
+        code.add(sink(f"static_cast<double>({equal}) / static_cast<double>({count})"))
+
+    def _is(self, expr: ir.Expr, value: str) -> str:
+        text = self.printer.text(expr, ADD)
+        return f"{value} == ({text})" if text.startswith("!") else f"{value} == {text}"
+
+
+def _value(code: str, type_: Type) -> str:
+    return f"{code} != 0" if isinstance(type_, Bool) else shifted(code, low_of(type_))
+
+
+def _position(word: str, bounds: Sequence[int]) -> str:
+    """Return how many of the bounds a word has reached; none reaches 2^32."""
+    reached = [f"dist::reached({word}, 0x{b:08X}u)" for b in bounds if b < table_draws.WORDS]
+    return " + ".join(reached) or "0"

@@ -1,0 +1,109 @@
+"""Puts a generated function together: what it is given, where it comes from, and its body."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, field
+
+from hypgen.codegen.cpp import template_data
+from hypgen.codegen.cpp.distributions import DistPrinter
+from hypgen.codegen.cpp.expressions import RETURN, Context, ExprPrinter, Sink
+from hypgen.codegen.cpp.text import scalar, wrapped
+from hypgen.codegen.layout.naming import base_name
+from hypgen.codegen.passes.arguments import PARTS, Needs
+from hypgen.dsl import ir
+from hypgen.dsl.messages.source import Span
+from hypgen.dsl.types import Type
+
+PART_TYPES = {
+    "params": "const Params&",
+    "fixed": "const Fixed&",
+    "state": "const State&",
+    "history": "const History&",
+    "draws": "D&",
+    "next": "const State&",
+}
+
+
+def origin(span: Span) -> str:
+    """Return ``rock_sample.pomdp:12``."""
+    return f"{base_name(span.file)}:{span.line}"
+
+
+@dataclass
+class Builder:
+    """Collects one function's arguments and body."""
+
+    context: Context
+    printer: ExprPrinter = field(init=False)
+    arguments: list[tuple[str, str]] = field(default_factory=list)
+    preludes: list[tuple[str, str]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.printer = ExprPrinter(self.context)
+        self.code = self.printer.code
+        self.dist = DistPrinter(self.printer)
+
+    def given(self, needs: Needs, **types: str) -> Builder:
+        """Take the parts of ``needs`` as arguments, of the given C++ types where they differ from const."""
+        for part in PARTS:
+            if part in needs:
+                name = self.context.names.action if part == "action" else part
+                kind = types.get(part) or PART_TYPES.get(part) or action_type(self.context)
+                self.arguments.append((kind, name))
+        return self
+
+    def local(self, name: str, type_: Type) -> Builder:
+        """Take a formal or a family's member as an argument."""
+        self.arguments.append((scalar(type_), self.printer.bind(name)))
+        return self
+
+    def take(self, kind: str, name: str) -> Builder:
+        """Take an argument that no expression of the model sees."""
+        self.arguments.append((kind, name))
+        return self
+
+    def prelude(self, name: str, line: str) -> Builder:
+        """Start the body with a declaration of ``name``, if the body uses it."""
+        self.preludes.append((name, line))
+        return self
+
+    def value(self, expr: ir.Expr) -> Builder:
+        """Let the body give ``expr``."""
+        self.printer.emit(expr, RETURN)
+        return self
+
+    def sampled(self, dist: ir.Dist, site: str, index: str, sink: Sink = RETURN) -> Builder:
+        """Let the body draw from ``dist``."""
+        self.dist.sample(dist, f"draws.word(Site::{site}, {index})", sink)
+        return self
+
+    @contextmanager
+    def guarded(self, guard: ir.Expr | None) -> Iterator[None]:
+        """Put what is added meanwhile where ``guard`` holds, if there is one."""
+        with self.printer.block(f"if ({self.printer.text(guard)})") if guard is not None else nullcontext():
+            yield
+
+    def done(self, result: str, name: str, comment: Sequence[str] = ()) -> template_data.Function:
+        """Return the function. Arguments that its body does not use stay without a name."""
+        lines = self.code.lines
+        for declared, line in reversed(self.preludes):
+            if any(re.search(rf"\b{declared}\b", other) for other in lines):
+                lines = [line, *lines]
+        body = "\n".join(lines)
+        arguments = [
+            f"{kind} {name}" if re.search(rf"\b{name}\b", body) else kind for kind, name in self.arguments
+        ]
+        head = wrapped(f"HYPGEN_FN static {result} {name}({', '.join(arguments)}) {{")
+        if any(kind == "D&" for kind, _ in self.arguments):
+            head.insert(0, "template <class D>")
+        if any(kind == "Real*" for kind, _ in self.arguments):
+            head.insert(0, "template <class Real>")
+        return template_data.Function(tuple(comment), tuple(head), tuple(lines))
+
+
+def action_type(context: Context) -> str:
+    """Return the C++ type in which functions take the action."""
+    return "const Joint&" if context.model.action.indices else scalar(context.model.action.type)

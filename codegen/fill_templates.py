@@ -1,0 +1,59 @@
+"""Views -> text, by the templates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from hypgen.codegen.cpp import template_data
+
+_TEMPLATES = Path(__file__).parent / "templates"
+
+
+def render(
+    header: template_data.Header, main: template_data.Main, project: template_data.Project
+) -> dict[str, str]:
+    """Return the files of a solver's project, keyed by their paths."""
+    templates = {
+        f"src/{project.stem}.hpp": "model.hpp.j2",
+        "src/main.cpp": "main.cpp.j2",
+        "src/device.cu": "device.cu.j2",
+        "src/device_digests.cu": "device_digests.cu.j2",
+        "CMakeLists.txt": "CMakeLists.txt.j2",
+        "README.md": "README.md.j2",
+    }
+    return _render(templates, header, main, project)
+
+
+def render_exact(
+    header: template_data.Header, main: template_data.Main, project: template_data.Project
+) -> dict[str, str]:
+    """Return the files of the exact solver's program, keyed by their paths."""
+    templates = {f"src/{project.stem}.hpp": "model.hpp.j2", "src/exact.cpp": "exact.cpp.j2"}
+    return _render(templates, header, main, project)
+
+
+def _render(
+    templates: Mapping[str, str],
+    header: template_data.Header,
+    main: template_data.Main,
+    project: template_data.Project,
+) -> dict[str, str]:
+    environment = Environment(
+        loader=FileSystemLoader(_TEMPLATES),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    environment.filters["function_text"] = _function_text
+    values = {"model": header, "main": main, "project": project}
+    return {path: environment.get_template(name).render(values) for path, name in templates.items()}
+
+
+def _function_text(function: template_data.Function, indent: str) -> str:
+    body = [f"  {line}" for line in function.body]
+    return "\n".join(indent + line for line in (*function.comment, *function.head, *body, "}"))

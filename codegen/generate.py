@@ -1,0 +1,19 @@
+"""The way from a checked model to the files of a C++ project."""
+
+from __future__ import annotations
+
+from hypgen.codegen.fill_templates import render, render_exact
+from hypgen.codegen.project import lower
+from hypgen.dsl import ir
+
+
+def generate(model: ir.Model) -> dict[str, str]:
+    """Return the project's files, keyed by their paths; the same model gives the same bytes."""
+    header, main, project = lower(model)
+    return render(header, main, project)
+
+
+def generate_exact(model: ir.Model) -> dict[str, str]:
+    """Return the files of the exact solver's program."""
+    header, main, project = lower(model, exact=True)
+    return render_exact(header, main, project)

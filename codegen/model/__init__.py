@@ -1,0 +1,4 @@
+"""The functions that the runtime calls for a model: steps, rewards, policy, memory, descriptor.
+
+Takes the model after ``passes``. Gives ``template_data.Function`` values.
+"""

@@ -1,0 +1,334 @@
+"""The functions that the runtime calls: the Model concept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence, Set
+
+from hypgen.codegen.cpp import template_data
+from hypgen.codegen.cpp.expressions import Context
+from hypgen.codegen.cpp.function_builder import Builder, origin
+from hypgen.codegen.cpp.key_codes import KeyLayout
+from hypgen.codegen.cpp.text import from_int32, scalar, shifted, value_of
+from hypgen.codegen.model.model_functions import (
+    PartNames,
+    arguments,
+    assigned,
+    density_needs,
+    key_of,
+    position,
+    update_needs,
+)
+from hypgen.codegen.passes.guards import Guards
+from hypgen.codegen.passes.partition import ElementUpdate
+from hypgen.dsl import ir
+from hypgen.dsl.types import Bool, Float, Type, length_of, low_of, size_of
+
+HISTORY = ("const History&", "history")
+PLACE = [("const Params&", "params"), ("const Fixed&", "fixed"), ("const State&", "state")]
+Digit = Callable[[Sequence[ir.Binder]], str]
+Stages = Sequence[Sequence[ElementUpdate]]
+
+
+class Interface:
+    """Builds the Model concept's functions of one model."""
+
+    def __init__(self, context: Context, parts: PartNames, stages: Stages) -> None:
+        self.context = context
+        self.model = context.model
+        self.parts = parts
+        self.stages = stages
+        self.action = context.names.action
+        self.key = KeyLayout(self.model.key)
+        # What functions that act call the action's code: as the model calls the action where the two are one.
+        type_, joint = self.model.action.type, bool(self.model.action.indices)
+        self.code = "action" if joint or isinstance(type_, Bool) or low_of(type_) else self.action
+
+    def given(self, arguments: Sequence[tuple[str, str]]) -> Builder:
+        """Return a builder with these arguments, of the C++ types that stand before them."""
+        builder = Builder(self.context)
+        for kind, name in arguments:
+            builder.take(kind, name)
+        return builder
+
+    def acting(self, arguments: Sequence[tuple[str, str]]) -> Builder:
+        """Return a builder that is given the action's code and reads it as the model does."""
+        action = self.model.action
+        if action.indices:
+            line = f"const Joint {self.action} = joint(action);"
+            return self.given(arguments).prelude(self.action, line)
+        if isinstance(action.type, Bool) or low_of(action.type):
+            value = value_of("action", action.type)
+            line = f"const {scalar(action.type)} {self.action} = {value};"
+            return self.given(arguments).prelude(self.action, line)
+        return self.given([(kind, self.code if name == "action" else name) for kind, name in arguments])
+
+    # The start -----------------------------------------------------------------------------------
+
+    def init(self, visible: bool) -> template_data.Function:
+        """Return ``init_visible``, which starts from zeroes, or ``init_hidden``."""
+        builder = self.given(
+            [("const Params&", "params"), ("D&", "draws"), ("Fixed&", "fixed"), ("State&", "state")]
+        )
+        if visible:
+            builder.code.add("fixed = Fixed{};")
+            builder.code.add("state = State{};")
+        for group in self.model.init_groups(visible):
+            members = group[0].binders[:1] if len(group) > 1 else ()
+            with builder.printer.loops(members):
+                for assign in group:
+                    variable = self.model.variable(assign.variable)
+                    builder.code.add(f"// {origin(assign.span)}: {assign.variable}")
+                    with builder.printer.loops(assign.binders[len(members) :]):
+                        assigned(assign, "fixed" if variable.fixed else "state", builder)
+        return builder.done("void", "init_visible" if visible else "init_hidden")
+
+    def export(self, visible_only: bool) -> template_data.Function:
+        """Return ``export_visible`` or ``export_state``."""
+        builder = self.given([*PLACE[1:], ("std::int32_t*", "out")])
+        for variable, binders in self._flattened(visible_only):
+            with builder.printer.loops(binders):
+                read = ir.StateRead(variable.type, variable.name, _locals(binders))
+                text = builder.printer.text(read)
+                if isinstance(variable.type, Float):
+                    text = f"static_cast<std::int32_t>(math::canonical_bits({text}))"
+                builder.code.add(f"*out++ = {text};")
+        return builder.done("void", "export_visible" if visible_only else "export_state")
+
+    def import_visible(self) -> template_data.Function:
+        """Return ``import_visible``."""
+        builder = self.given([("const std::int32_t*", "in"), ("Fixed&", "fixed"), ("State&", "state")])
+        builder.code.add("fixed = Fixed{};")
+        builder.code.add("state = State{};")
+        for variable, binders in self._flattened(True):
+            with builder.printer.loops(binders):
+                value = from_int32("*in++", variable.type)
+                owner = "fixed" if variable.fixed else "state"
+                indices = [builder.printer.text(i) for i in _locals(binders)]
+                setter = self.context.names.setters[variable.name]
+                builder.code.add(f"{owner}.{setter}({', '.join([*indices, value])});")
+        return builder.done("void", "import_visible")
+
+    def _flattened(self, visible_only: bool) -> list[tuple[ir.Variable, list[ir.Binder]]]:
+        """Return the variables with binders over their entries."""
+        return [
+            (v, [ir.Binder("ijkl"[n : n + 1] or f"i{n}", t) for n, t in enumerate(v.indices)])
+            for v in self.model.variables
+            if v.visible or not visible_only
+        ]
+
+    # A step --------------------------------------------------------------------------------------
+
+    def update_call(self, builder: Builder, update: ElementUpdate) -> str:
+        """Return the call of an element update, for the member that its binder stands for."""
+        member = [builder.printer.locals[b.name] for b in _binders(update.element.binder)]
+        call = arguments(update_needs(update, self.context), self.context, *member)
+        return f"{self.parts.updates[key_of(update)]}({call});"
+
+    def _update(self, builder: Builder, update: ElementUpdate) -> None:
+        with (
+            builder.guarded(update.guard),
+            builder.printer.loops(_binders(update.element.binder)),
+        ):
+            builder.code.add(self.update_call(builder, update))
+
+    def reward_guard(self, term: ir.Reward) -> ir.Expr | None:
+        """Return the condition without which a reward term is zero for every member, if there is one."""
+        return Guards(self.model, self.context.needs).reward(term)
+
+    def earn(self, builder: Builder, term: ir.Reward, total: str, error: str) -> None:
+        """Append what adds a reward term to ``total``, for the member that its binder stands for."""
+        member = [builder.printer.locals[b.name] for b in _binders(term.binder)]
+        given = arguments(self.context.needs.of(term.value), self.context, *member)
+        call = f"{self.parts.rewards[term.name]}({given})"
+        if isinstance(term.value.type, Float):
+            earned = builder.printer.scope.unique("earned")
+            builder.code.add(f"const float {earned} = {call};")
+            builder.code.add(f"{error} |= math::is_nan({earned});")
+            call = earned
+        builder.code.add(f"{total} += math::to_fixed({call});")
+
+    def conclude(self, builder: Builder, total: str) -> None:
+        """Append what ends a step: its reward, and whether the episode has ended and how."""
+        builder.code.add(f"result.reward = math::saturate_fixed({total});")
+        builder.code.add(f"result.terminal = {self._test('is_terminal', self.model.terminal)};")
+        if self.model.success is not None:
+            builder.code.add(f"result.success = {self._test('is_success', self.model.success)};")
+        builder.code.add("return result;")
+
+    def step(self) -> template_data.Function:
+        """Return ``step``: the stages, then rewards, then whether the episode has ended."""
+        builder = self.acting([*PLACE, ("int", "action"), ("D&", "draws"), ("State&", "next")])
+        builder.code.add("next = state;")
+        for stage in self.stages:
+            for update in stage:
+                self._update(builder, update)
+        builder.code.add("StepResult result{};")
+        for term in self.model.rewards:
+            with (
+                builder.guarded(self.reward_guard(term)),
+                builder.printer.loops(_binders(term.binder)),
+            ):
+                self.earn(builder, term, "result.reward", "result.error")
+        self.conclude(builder, "result.reward")
+        return builder.done("StepResult", "step")
+
+    def _test(self, name: str, expr: ir.Expr) -> str:
+        return f"{name}({arguments(self.context.needs.of(expr), self.context)})"
+
+    def tests(self) -> list[template_data.Function]:
+        """Return ``is_terminal`` and, if the model says what success is, ``is_success``."""
+        found = []
+        for name, expr in (("is_terminal", self.model.terminal), ("is_success", self.model.success)):
+            if expr is not None:
+                builder = Builder(self.context).given(self.context.needs.of(expr))
+                found.append(builder.value(expr).done("bool", name, self._origin(name.removeprefix("is_"))))
+        return found
+
+    def _origin(self, declaration: str) -> list[str]:
+        span = self.model.spans.get(declaration)
+        return [] if span is None else [f"// {origin(span)}"]
+
+    # What the agent sees -------------------------------------------------------------------------
+
+    def observe(self) -> template_data.Function:
+        """Return ``observe``: the digits of the key, in order."""
+        builder = self.acting([*PLACE, ("int", "action"), ("D&", "draws"), ("const State&", "next")])
+        code = builder.code
+        self.key.begin(code)
+        for field in self.model.key:
+            binders = self._key_binders(field)
+            with builder.printer.loops(binders):
+                self.key.put(code, field, self._digit(field, binders, builder))
+        self.key.end(code)
+        return builder.done("Key", "observe")
+
+    def _key_binders(self, field: ir.KeyField) -> list[ir.Binder]:
+        if field.observed:
+            return list(self._observation(field.name).binders)
+        return [ir.Binder(f"i{n}", t) for n, t in enumerate(field.indices)]
+
+    def _observation(self, name: str) -> ir.Observation:
+        return next(o for o in self.model.observations if o.name == name)
+
+    def _digit(self, field: ir.KeyField, binders: list[ir.Binder], builder: Builder) -> str:
+        if field.observed:
+            needs = self.context.needs.of(self._observation(field.name).dist)
+            more = [builder.printer.text(i) for i in _locals(binders)]
+            text = f"{self.parts.observations[field.name]}({arguments(needs, self.context, *more)})"
+        else:
+            text = builder.printer.text(ir.StateRead(field.type, field.name, _locals(binders), True))
+            if isinstance(field.type, Float):
+                return f"math::canonical_bits({text})"
+        return shifted(text, -low_of(field.type))
+
+    def filter(self) -> template_data.Function:
+        """Return ``filter``: ``step`` with what the key tells instead of draws, and how likely that was."""
+        builder = self.acting(
+            [*PLACE, ("int", "action"), (self.key.argument, "key"), ("D&", "draws"), ("State&", "next")]
+        )
+        code = builder.code
+        digits = self.digits(builder)
+        code.add("next = state;")
+        code.add("double weight = 1.0;")
+        for stage, assigns in zip(self.stages, self.model.stages(), strict=True):
+            for update in stage:
+                if not update.observed:
+                    self._update(builder, update)
+            seen = {a.variable for u in stage if u.observed for a in u.assigns}
+            for assign in assigns:
+                if assign.variable in seen:
+                    self._condition(builder, assign, digits[assign.variable])
+        code.add(f"if ({self._test('is_terminal', self.model.terminal)}) return 0.0;")
+        for observation in self.model.observations:
+            with builder.printer.loops(observation.binders):
+                self._weigh(
+                    builder,
+                    self.parts.observation_densities[observation.name],
+                    observation,
+                    digits[observation.name](observation.binders),
+                )
+        code.add("return weight;")
+        return builder.done("double", "filter")
+
+    def _condition(self, builder: Builder, assign: ir.Assign, digit: Digit) -> None:
+        """Append what takes a visible variable from the key."""
+        with builder.printer.loops(assign.binders):
+            value = digit(assign.binders)
+            if not self.model.variable(assign.variable).copied:
+                self._weigh(builder, self.parts.densities[assign.variable], assign, value)
+            indices = [builder.printer.text(i) for i in _locals(assign.binders)]
+            setter = self.context.names.setters[assign.variable]
+            builder.code.add(f"next.{setter}({', '.join([*indices, value])});")
+
+    def _weigh(self, builder: Builder, name: str, part: ir.Assign | ir.Observation, value: str) -> None:
+        more = [builder.printer.text(i) for i in _locals(part.binders)]
+        given = arguments(density_needs(part.dist, self.context), self.context, *more, value)
+        builder.code.add(f"weight *= {name}({given});")
+
+    def digits(self, builder: Builder, used: Set[str] | None = None) -> dict[str, Digit]:
+        """Append the key's digits as locals; return the text of a field's entry, given its binders.
+
+        ``used`` are the fields that will be read, if not all are.
+        """
+        result: dict[str, Digit] = {}
+        self.key.begin_reading(builder.code)
+        for field in self.key.reading():
+            name = builder.printer.scope.unique(f"{field.name.replace('.', '_')}_seen")
+            mark = "" if used is None or field.name in used else "[[maybe_unused]] "
+            if field.indices:
+                builder.code.add(f"{mark}std::int32_t {name}[{length_of(field.indices)}];")
+                with self.key.entries(builder.code, field):
+                    self.key.take(builder.code, field, f"{name}[i]")
+            else:
+                self.key.take(builder.code, field, f"{mark}const std::int32_t {name}")
+
+            def entry(binders: Sequence[ir.Binder], name: str = name, type_: Type = field.type) -> str:
+                text = f"{name}[{position(binders, builder.printer)}]" if binders else name
+                return from_int32(text, type_)
+
+            result[field.name] = entry
+        return result
+
+    # What the agent does -------------------------------------------------------------------------
+
+    def is_legal(self) -> template_data.Function:
+        """Return ``is_legal``."""
+        builder = self.acting([*PLACE, ("int", "action")])
+        return builder.value(self.model.legal).done("bool", "is_legal", self._origin("legal"))
+
+    def bounds(self, derived: bool = False, looks_up: bool = False) -> list[template_data.Function]:
+        """Return ``upper``, ``tail`` and ``lower``; the first is ``declared_upper`` where more is derived.
+
+        ``looks_up``: without ``lower``, as what the default policy earns is looked up.
+        """
+        result = []
+        for name in ("upper", "tail") if looks_up else ("upper", "tail", "lower"):
+            builder = self.given([*PLACE, HISTORY] if name == "lower" else PLACE)
+            value = getattr(self.model, name)
+            if value is None:
+                builder.code.add("return 0.0f;")
+            else:
+                builder.value(value if isinstance(value.type, Float) else ir.ToFloat(Float(), value))
+            function = "declared_upper" if derived and name == "upper" else name
+            result.append(builder.done("float", function, self._origin(name)))
+        return result
+
+    def joint(self) -> template_data.Function:
+        """Return ``joint``, which takes a product action's code apart."""
+        builder = self.given([("int", "action")])
+        action, code = self.model.action, builder.code
+        code.add("Joint result{};")
+        with builder.printer.block(f"for (int i = {length_of(action.indices) - 1}; i >= 0; --i)"):
+            size = size_of(action.type)
+            code.add(f"result.components[i] = {value_of(f'action % {size}', action.type)};")
+            code.add(f"action /= {size};")
+        code.add("return result;")
+        return builder.done("Joint", "joint")
+
+
+def _locals(binders: Sequence[ir.Binder]) -> tuple[ir.Local, ...]:
+    return tuple(ir.Local(b.type, b.name) for b in binders)
+
+
+def _binders(binder: ir.Binder | None) -> list[ir.Binder]:
+    return [] if binder is None else [binder]

@@ -1,0 +1,196 @@
+"""The functions that stand for parts of the model: each carries the line that it comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence, Set
+
+from hypgen.codegen.cpp import template_data
+from hypgen.codegen.cpp.expressions import Context, ExprPrinter, Sink
+from hypgen.codegen.cpp.function_builder import Builder, origin
+from hypgen.codegen.cpp.text import scalar, stored
+from hypgen.codegen.passes.arguments import PARTS, Needs
+from hypgen.codegen.passes.guards import own_value
+from hypgen.codegen.passes.partition import ElementUpdate
+from hypgen.codegen.passes.tabulate import DerivedTable
+from hypgen.dsl import ir
+from hypgen.dsl.ir.walk import children, shape
+from hypgen.dsl.types import Type
+
+
+class PartNames:
+    """Names of the functions made from updates, rewards and observations."""
+
+    def __init__(self, context: Context, stages: Sequence[Sequence[ElementUpdate]]) -> None:
+        unique = context.names.struct.unique
+        updates = [update for stage in stages for update in stage]
+        names = [u.element.name for u in updates]
+        self.updates = {
+            key_of(u): unique(
+                f"update_{u.element.name}"
+                + (f"_stage_{u.stage}" if names.count(u.element.name) > 1 else "")
+                + ("_seen" if u.observed else "")
+            )
+            for u in updates
+        }
+        self.densities = {
+            a.variable: unique(f"density_{a.variable}") for u in updates if u.observed for a in u.assigns
+        }
+        self.rewards = {r.name: unique(f"reward_{r.name}") for r in context.model.rewards}
+        self.observations = {o.name: unique(f"observe_{o.name}") for o in context.model.observations}
+        self.observation_densities = {o.name: unique(f"density_{o.name}") for o in context.model.observations}
+
+
+def key_of(update: ElementUpdate) -> tuple[str, int, bool]:
+    """Return what tells one element update from another."""
+    return update.element.name, update.stage, update.observed
+
+
+def position(binders: Sequence[ir.Binder], printer: ExprPrinter) -> str:
+    """Return the row-major position of the binders' current values: the index of a draw."""
+    return printer.flat([ir.Local(b.type, b.name) for b in binders], [b.type for b in binders])
+
+
+def model_functions(context: Context) -> list[template_data.Function]:
+    """Return the model's functions."""
+    result = []
+    for function in context.model.functions:
+        builder = Builder(context).given(context.needs.function(function.name))
+        for formal in function.formals:
+            builder.local(formal.name, formal.type)
+        name = context.names.functions[function.name]
+        comment = [f"// {origin(function.span)}"]
+        result.append(builder.value(function.body).done(scalar(function.type), name, comment))
+    return result
+
+
+def lets(context: Context, uncalled: Set[str]) -> list[template_data.Function]:
+    """Return the lets but those ``uncalled``; one that draws gives the same value wherever it is read."""
+    result = []
+    for let in context.model.all_lets:
+        if let.name in uncalled:
+            continue
+        builder = Builder(context).given(context.needs.let(let.name))
+        binders = [] if let.binder is None else [let.binder]
+        for binder in binders:
+            builder.local(binder.name, binder.type)
+        site = context.names.sites.get(let.site.path, "")
+        builder.sampled(let.dist, site, position(binders, builder.printer))
+        name, comment = context.names.lets[let.name], [f"// {origin(let.span)}"]
+        result.append(builder.done(scalar(let.dist.type), name, comment))
+    return result
+
+
+def update_needs(update: ElementUpdate, context: Context) -> Needs:
+    """Return what the element update is given."""
+    return context.needs.of(*(a.dist for a in update.assigns)) | {"next"}
+
+
+def element_update(update: ElementUpdate, name: str, context: Context) -> template_data.Function:
+    """Return the function that writes what the element, or one member of a family, writes in a stage."""
+    builder = Builder(context).given(update_needs(update, context), next="State&")
+    member = update.element.binder
+    if member is not None:
+        builder.local(member.name, member.type)
+    comments = []
+    for assign in update.assigns:
+        comments.append(f"// {origin(assign.span)}: {assign.variable.rsplit('.', 1)[-1]}'")
+        own = list(assign.binders)
+        if member is not None:
+            builder.printer.locals[own.pop(0).name] = builder.printer.locals[member.name]
+        with builder.printer.loops(own):
+            assigned(assign, "next", builder)
+        builder.code.join()
+    return builder.done("void", name, comments)
+
+
+def assigned(assign: ir.Assign, owner: str, builder: Builder) -> None:
+    """Append the draw of one entry of a variable into ``owner``."""
+    names, printer = builder.context.names, builder.printer
+    indices = "".join(f"{printer.locals[b.name]}, " for b in assign.binders)
+    kept = shape(own_value(assign)) if owner == "next" else None
+    sink = Sink(f"{owner}.{names.setters[assign.variable]}({indices}", ");", kept)
+    builder.sampled(
+        assign.dist, names.sites.get(assign.site.path, ""), position(assign.binders, printer), sink
+    )
+
+
+def reward(term: ir.Reward, name: str, context: Context) -> template_data.Function:
+    """Return the function of a reward term, earned once for each member of a family."""
+    builder = Builder(context).given(context.needs.of(term.value))
+    if term.binder is not None:
+        builder.local(term.binder.name, term.binder.type)
+    comment = [f"// {origin(term.span)}"]
+    return builder.value(term.value).done(scalar(term.value.type), name, comment)
+
+
+def sampler(observation: ir.Observation, name: str, context: Context) -> template_data.Function:
+    """Return the function that draws one entry of an observation."""
+    builder = Builder(context).given(context.needs.of(observation.dist))
+    for binder in observation.binders:
+        builder.local(binder.name, binder.type)
+    site = context.names.sites.get(observation.site.path, "")
+    builder.sampled(observation.dist, site, position(observation.binders, builder.printer))
+    return builder.done(scalar(observation.type), name, [f"// {origin(observation.span)}"])
+
+
+def density_needs(dist: ir.Dist, context: Context) -> Needs:
+    """Return what a density is given: draws only if it depends on a let that draws."""
+    reads: set[str] = set()
+    for part in _expressions(dist):
+        reads |= context.needs.of(part)
+    return frozenset(reads)
+
+
+def _expressions(dist: ir.Dist) -> list[ir.Expr]:
+    found: list[ir.Expr] = []
+    for child in children(dist):
+        found += [child] if isinstance(child, ir.Expr) else _expressions(child)
+    return found
+
+
+def density(
+    part: ir.Observation | ir.Assign, type_: Type, name: str, context: Context
+) -> template_data.Function:
+    """Return the function that gives the probability of one entry's value."""
+    builder = Builder(context).given(density_needs(part.dist, context))
+    for binder in part.binders:
+        builder.local(binder.name, binder.type)
+    builder.take(scalar(type_), "value")
+    builder.dist.density(part.dist, "value", Sink("return "))
+    return builder.done("double", name, [f"// {origin(part.span)}"])
+
+
+def arguments(needs: Needs, context: Context, *more: str) -> str:
+    """Return the text of an argument list: the parts, then what comes after them."""
+    parts = [context.names.action if p == "action" else p for p in PARTS if p in needs]
+    return ", ".join([*parts, *more])
+
+
+def table_entry(table: DerivedTable, name: str, context: Context) -> template_data.Function:
+    """Return the function that computes one entry of a derived table."""
+    builder = Builder(context).given(_table_needs(table, context))
+    for binder in table.inputs:
+        builder.local(binder.name, binder.type)
+    if table.variables:
+        builder.code.add("State state{};")
+        setters = context.names.setters | context.names.bits_setters
+        for variable, binder in zip(table.variables, table.inputs, strict=True):
+            builder.code.add(f"state.{setters[variable]}({builder.printer.locals[binder.name]});")
+    return builder.value(table.body).done(scalar(table.type), name, [f"// {origin(table.span)}"])
+
+
+def _table_needs(table: DerivedTable, context: Context) -> Needs:
+    # A formula that reads the state makes one of the inputs.
+    return context.needs.of(table.body) - {"state"}
+
+
+def table_fill(table: DerivedTable, name: str, context: Context, builder: Builder) -> None:
+    """Append the loops that fill a derived table to ``load``."""
+    printer = builder.printer
+    with printer.loops(table.inputs):
+        inputs = [ir.Local(b.type, b.name) for b in table.inputs]
+        values = [printer.text(i) for i in inputs]
+        call = f"{name}({arguments(_table_needs(table, context), context, *values)})"
+        if stored(table.type) != scalar(table.type):
+            call = f"static_cast<{stored(table.type)}>({call})"
+        builder.code.add(f"params.{table.name}{printer.subscript(table.name, inputs)} = {call};")

@@ -1,0 +1,49 @@
+"""Whether all outcomes of a model's draws can be tried one by one: docs/design/0005-exact-models.md."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from hypgen.dsl import ir
+from hypgen.dsl.ir.walk import children
+from hypgen.dsl.messages.diagnostic import Diagnostic
+from hypgen.dsl.messages.source import Span
+
+
+def not_enumerable(model: ir.Model) -> tuple[Diagnostic, ...]:
+    """Return, for each draw with too many outcomes to try them all, what to do about it."""
+    return tuple(
+        Diagnostic(
+            "E0812",
+            f"'{name}' is drawn from a continuous law: it has too many values to try them all",
+            span,
+            "an exact solution needs draws of finitely many values, such as `binned(D, low, high)`; "
+            "`hypgen run` plans with any",
+        )
+        for name, span in continuous_draws(model)
+    )
+
+
+def continuous_draws(model: ir.Model) -> Iterator[tuple[str, Span]]:
+    """Yield the draws with too many outcomes to try them all."""
+    for name, dist, span in _draws(model):
+        if _is_continuous(dist):
+            yield name, span
+
+
+def _draws(model: ir.Model) -> Iterator[tuple[str, ir.Dist, Span]]:
+    """Yield what may be drawn at the start or in a step, by the policy alone left out."""
+    for assign in (*model.inits, *model.updates):
+        yield assign.variable, assign.dist, assign.span
+    for let in model.lets:
+        yield let.name, let.dist, let.span
+    for observation in model.observations:
+        yield observation.name, observation.dist, observation.span
+
+
+def _is_continuous(node: ir.Dist) -> bool:
+    if isinstance(node, ir.Binned):
+        return False
+    if isinstance(node, ir.Continuous):
+        return True
+    return any(_is_continuous(child) for child in children(node) if isinstance(child, ir.Dist))

@@ -1,0 +1,200 @@
+"""Expressions with functions inlined and comprehensions over one type written out, and what decides them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import reduce
+from operator import add, eq, ge, gt, le, lt, mul, ne, sub
+from struct import pack, unpack
+from typing import TypeAlias
+
+from hypgen.dsl import ir
+from hypgen.dsl.ir.walk import children, map_children, prime, rename_bound, substitute
+from hypgen.dsl.types import BOOL, Float, Type, low_of, size_of
+
+Value: TypeAlias = bool | int | float
+Known: TypeAlias = Callable[[ir.Expr], Value | None]  # what a read gives, where it is known
+
+_MOST_NODES = 1 << 16  # of one expression; as many take a second
+_OPERATORS: Mapping[str, Callable[[Value, Value], Value]] = {
+    "add": add,
+    "sub": sub,
+    "mul": mul,
+    "min": min,
+    "max": max,
+    "eq": eq,
+    "ne": ne,
+    "lt": lt,
+    "le": le,
+    "gt": gt,
+    "ge": ge,
+}
+
+
+class TooLarge(Exception):
+    """An expression has too many nodes once it is written out."""
+
+
+class Flattener:
+    """Writes expressions out: without calls, lets, ``LetIn`` and comprehensions over ``unrolled``."""
+
+    def __init__(self, model: ir.Model, unrolled: Type) -> None:
+        self._functions = {f.name: f for f in model.functions}
+        self._lets = {let.name: let for let in model.lets}
+        self._unrolled = unrolled
+        self._inlined = 0
+        self._nodes = 0
+
+    def of(self, node: ir.Expr | ir.Dist, values: Mapping[str, ir.Expr]) -> ir.Expr | None:
+        """Return ``node`` with these values of locals; None where it draws. Raises ``TooLarge``."""
+        self._nodes = 0
+        found = _certain(node)
+        return None if found is None else self._flat(substitute(found, dict(values)))
+
+    def _flat(self, e: ir.Expr) -> ir.Expr:
+        self._nodes += 1
+        if self._nodes > _MOST_NODES:
+            raise TooLarge
+        match e:
+            case ir.Call(function=name, arguments=arguments, primed=primed):
+                function = self._functions[name]
+                formals = [f.name for f in function.formals]
+                return self._flat(self._inlining(function.body, formals, arguments, primed))
+            case ir.LetRead(let=name, indices=indices, primed=primed):
+                let = self._lets[name]
+                value = _certain(let.dist)
+                if value is not None:
+                    formals = [] if let.binder is None else [let.binder.name]
+                    return self._flat(self._inlining(value, formals, indices, primed))
+            case ir.LetIn(name=name, value=value, body=body):
+                return self._flat(substitute(body, {name: value}))
+            case ir.Quantified(binders=(binder,)) if binder.type == self._unrolled:
+                if (out := _written_out(e)) is not None:
+                    return self._flat(out)
+        return _simpler(map_children(e, self._flat))
+
+    def _inlining(
+        self, body: ir.Expr, formals: list[str], arguments: tuple[ir.Expr, ...], primed: bool
+    ) -> ir.Expr:
+        self._inlined += 1
+        body = rename_bound(prime(body) if primed else body, f"_{self._inlined}")
+        found: ir.Expr = substitute(body, dict(zip(formals, arguments, strict=True)))
+        return found
+
+
+def folded(e: ir.Expr, known: Known) -> Value | None:
+    """Return the value of a written-out expression, if what is known decides it."""
+    match e:
+        case ir.Const(value=value):
+            return value
+        case ir.ToFloat(operand=operand):
+            inner = folded(operand, known)
+            return None if inner is None else float(inner)
+        case ir.Unary(op="not" | "neg" as op, operand=operand):
+            inner = folded(operand, known)
+            return None if inner is None else not inner if op == "not" else -inner
+        case ir.Binary(op="and" | "or" as op, left=left, right=right):
+            parts = (folded(left, known), folded(right, known))
+            decides = op == "or"
+            return decides if decides in parts else None if None in parts else not decides
+        case ir.Binary(op=op, left=left, right=right) if op in _OPERATORS:
+            a, b = folded(left, known), folded(right, known)
+            return None if a is None or b is None else _rounded(_OPERATORS[op](a, b), e.type)
+        case ir.If(condition=condition, then=then, otherwise=otherwise):
+            return _chosen(folded(condition, known), folded(then, known), folded(otherwise, known))
+        case ir.IsVariant(enum=enum, variant=variant, operand=operand):
+            code, kind = folded(operand, known), enum.variant(variant)
+            size = 1 if kind is None or kind.argument is None else size_of(kind.argument)
+            return None if code is None else enum.offsets[variant] <= code < enum.offsets[variant] + size
+        case ir.VariantArgument(enum=enum, variant=variant, operand=operand):
+            code, kind = folded(operand, known), enum.variant(variant)
+            if code is None or kind is None or kind.argument is None:
+                return None
+            return code - enum.offsets[variant] + low_of(kind.argument)
+        case ir.Local() | ir.StateRead() | ir.ActionRead():
+            return known(e)
+    return None
+
+
+def conjuncts(e: ir.Expr) -> list[ir.Expr]:
+    """Return the conditions that ``e`` is the conjunction of."""
+    if isinstance(e, ir.Binary) and e.op == "and":
+        return [*conjuncts(e.left), *conjuncts(e.right)]
+    return [e]
+
+
+def conjunction(parts: list[ir.Expr]) -> ir.Expr:
+    """Return the condition that all parts hold."""
+    return reduce(lambda a, b: ir.Binary(BOOL, "and", a, b), parts) if parts else ir.Const(BOOL, True)
+
+
+def _certain(node: ir.Expr | ir.Dist) -> ir.Expr | None:
+    """Return a distribution that draws nothing as an expression."""
+    match node:
+        case ir.Expr():
+            return node
+        case ir.Certain(value=value):
+            return value
+        case ir.IfDist(condition=condition, then=then, otherwise=otherwise):
+            a, b = _certain(then), _certain(otherwise)
+            return None if a is None or b is None else ir.If(node.type, condition, a, b)
+        case ir.LetDist(name=name, value=value, body=body):
+            inner = _certain(body)
+            return None if inner is None else ir.LetIn(node.type, name, value, inner)
+    return None
+
+
+def _written_out(e: ir.Quantified) -> ir.Expr | None:
+    """Return a comprehension over one binder as operators, if its kind has one."""
+    op, binder = {"any": "or", "all": "and", "sum": "add"}.get(e.kind), e.binders[0]
+    if op is None:
+        return None
+    terms: list[ir.Expr] = []
+    for position in range(size_of(binder.type)):
+        value: dict[str, ir.Expr] = {binder.name: ir.Const(binder.type, position + low_of(binder.type))}
+        body: ir.Expr = substitute(e.body, value)
+        terms.append(body if e.condition is None else _where(e, substitute(e.condition, value), body))
+    return reduce(lambda a, b: ir.Binary(e.type, op, a, b), terms)
+
+
+def _where(e: ir.Quantified, where: ir.Expr, body: ir.Expr) -> ir.Expr:
+    """Return a term of a comprehension that counts only where a condition holds."""
+    if e.kind == "sum":
+        return ir.If(e.type, where, body, ir.Const(e.type, 0.0 if isinstance(e.type, Float) else 0))
+    if e.kind == "all":
+        return ir.Binary(BOOL, "or", ir.Unary(BOOL, "not", where), body)
+    return ir.Binary(BOOL, "and", where, body)
+
+
+def _simpler(e: ir.Expr) -> ir.Expr:
+    """Return what the constants among the operands leave of ``e``."""
+    parts = list(children(e))
+    if parts and all(isinstance(part, ir.Const) for part in parts):
+        value = folded(e, lambda _: None)
+        return e if value is None or isinstance(value, float) else ir.Const(e.type, value)
+    match e:
+        case (
+            ir.Binary(op="and" | "or" as op, left=ir.Const(value=value), right=other)
+            | ir.Binary(op="and" | "or" as op, left=other, right=ir.Const(value=value))
+        ):
+            return ir.Const(BOOL, value) if value == (op == "or") else other
+        case ir.If(condition=ir.Const(value=value), then=then, otherwise=otherwise):
+            return then if value else otherwise
+    return e
+
+
+def _rounded(value: Value, type_: Type) -> Value | None:
+    """Return a float as float32 has it; None beyond its range."""
+    if not isinstance(type_, Float):
+        return value
+    try:
+        rounded: float = unpack("f", pack("f", value))[0]
+    except OverflowError:
+        return None
+    return rounded
+
+
+def _chosen(condition: Value | None, then: Value | None, otherwise: Value | None) -> Value | None:
+    if condition is None:
+        return then if then == otherwise else None
+    return then if condition else otherwise

@@ -1,0 +1,118 @@
+"""Conditions without which a family's update changes nothing, or a reward term is zero, for any member.
+
+``good' = good and not (act == sample and here(r))`` changes only where ``act == sample``: the loop over r
+runs only then. In rollouts the action is often a constant, and the loop disappears.
+"""
+
+from __future__ import annotations
+
+import math
+
+from hypgen.codegen.passes.arguments import NeedsAnalysis
+from hypgen.dsl import ir
+from hypgen.dsl.ir.walk import free_locals, negated, prime, rename_bound, shape, substitute, walk
+from hypgen.dsl.types import BOOL, size_of
+
+# A guard that loops longer than this is not cheaper than what it guards.
+_MAX_LOOP = 8
+
+
+class Guards:
+    """Finds the guards of one model."""
+
+    def __init__(self, model: ir.Model, needs: NeedsAnalysis) -> None:
+        self.functions = {f.name: f for f in model.functions}
+        self.needs = needs
+        self.inlined = 0
+
+    def update(self, assigns: tuple[ir.Assign, ...]) -> ir.Expr | None:
+        """Return the guard that all assigns of an element update share."""
+        guards = [
+            self._weakest(changes_only_if(a.dist, shape(own_value(a))), len(a.binders)) for a in assigns
+        ]
+        first = guards[0]
+        return first if first is not None and all(shape(g) == shape(first) for g in guards) else None
+
+    def reward(self, term: ir.Reward) -> ir.Expr | None:
+        """Return the guard of a reward term."""
+        return self._weakest(zero_unless(term.value), 0 if term.binder is None else 1)
+
+    def _weakest(self, conditions: list[ir.Expr], loops: int) -> ir.Expr | None:
+        """Return what the conditions imply for every member alike; None where there is no loop to save."""
+        if not loops:
+            return None
+        return _conjunction([self._weaken(c, frozenset()) for c in conditions])
+
+    def _weaken(self, condition: ir.Expr, bound: frozenset[str]) -> ir.Expr | None:
+        """Return a cheap condition that ``condition`` implies and that reads no locals but ``bound``."""
+        match condition:
+            case ir.Binary(op="and", left=left, right=right):
+                return _conjunction([self._weaken(left, bound), self._weaken(right, bound)])
+            case ir.Call(function=name, arguments=arguments, primed=primed):
+                function = self.functions[name]
+                self.inlined += 1
+                body = rename_bound(function.body, f"_{self.inlined}")
+                body = substitute(
+                    prime(body) if primed else body,
+                    dict(zip((f.name for f in function.formals), arguments, strict=True)),
+                )
+                return self._weaken(body, bound)
+            case ir.Quantified(kind="any", binders=binders, condition=where, body=body) if (
+                math.prod(size_of(b.type) for b in binders) <= _MAX_LOOP
+            ):
+                inner = bound | {b.name for b in binders}
+                parts = [self._weaken(part, inner) for part in (where, body) if part is not None]
+                found = _conjunction(parts)
+                return None if found is None else ir.Quantified(BOOL, "any", binders, None, found, None)
+        costly = ir.Call | ir.LetRead | ir.LetIn | ir.Quantified
+        plain = not any(isinstance(node, costly) for node in walk(condition))
+        if plain and free_locals(condition) <= bound and "draws" not in self.needs.of(condition):
+            return condition
+        return None
+
+
+def own_value(assign: ir.Assign) -> ir.StateRead:
+    """Return the read of the value that the variable has before the step."""
+    return ir.StateRead(BOOL, assign.variable, tuple(ir.Local(b.type, b.name) for b in assign.binders))
+
+
+def changes_only_if(node: ir.Expr | ir.Dist, own: object) -> list[ir.Expr]:
+    """Return conditions that all hold where the value differs from the variable's own."""
+    match node:
+        case ir.Certain(value=value):
+            return changes_only_if(value, own)
+        case ir.Binary(op="and", left=left, right=right) if shape(left) == own:
+            return [negated(right)]
+        case (
+            ir.If(condition=condition, then=then, otherwise=otherwise)
+            | ir.IfDist(condition=condition, then=then, otherwise=otherwise)
+        ):
+            if _is_own(otherwise, own):
+                return [condition, *changes_only_if(then, own)]
+            if _is_own(then, own):
+                return [negated(condition), *changes_only_if(otherwise, own)]
+    return []
+
+
+def zero_unless(value: ir.Expr) -> list[ir.Expr]:
+    """Return conditions that all hold where the value is not zero."""
+    match value:
+        case ir.If(condition=condition, then=then, otherwise=ir.Const(value=zero)) if zero == 0:
+            return [condition, *zero_unless(then)]
+        case ir.If(condition=condition, then=ir.Const(value=zero), otherwise=otherwise) if zero == 0:
+            return [negated(condition), *zero_unless(otherwise)]
+        case ir.Quantified(kind="sum", binders=binders, condition=ir.Expr() as condition):
+            return [ir.Quantified(BOOL, "any", binders, None, condition, None)]
+    return []
+
+
+def _is_own(node: ir.Expr | ir.Dist, own: object) -> bool:
+    return bool(shape(node.value if isinstance(node, ir.Certain) else node) == own)
+
+
+def _conjunction(parts: list[ir.Expr | None]) -> ir.Expr | None:
+    result = None
+    for part in parts:
+        if part is not None:
+            result = part if result is None else ir.Binary(BOOL, "and", result, part)
+    return result

@@ -1,0 +1,203 @@
+"""What follows from who reads what: stages, the observation key, the filter's rules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+from hypgen.dsl import ir
+from hypgen.dsl.analysis.uses import Reach, Uses
+from hypgen.dsl.ir import key_digits
+from hypgen.dsl.messages.report import Mistake, Report, mistake
+from hypgen.dsl.messages.source import Span
+from hypgen.dsl.types import Float
+
+Edges = dict[str, dict[str, Reach]]
+
+# Of 64 bits: 32 KiB for each step that a search simulates at once.
+MOST_KEY_WORDS = 4096
+
+
+def stage_updates(updates: list[ir.Assign], uses: Uses, report: Report) -> list[ir.Assign]:
+    """Return the updates with ``reads`` and ``stage``: the longest path of primed reads that leads there."""
+    names = {u.variable for u in updates}
+    edges: Edges = {
+        u.variable: {
+            r.name: r
+            for r in reversed(uses.closure(f"update {u.variable}"))
+            if r.kind == "variable" and r.primed and r.name in names
+        }
+        for u in updates
+    }
+    cycle = find_cycle(edges)
+    if cycle:
+        report.add(_cyclic_updates(cycle, edges))
+        return updates
+    stages: dict[str, int] = {}
+    for name in dependencies_first(edges):
+        stages[name] = 1 + max((stages[other] for other in edges[name]), default=-1)
+    return [replace(u, stage=stages[u.variable], reads=frozenset(edges[u.variable])) for u in updates]
+
+
+def find_cycle(edges: Mapping[str, Iterable[str]]) -> list[str]:
+    """Return the names on a cycle in order, or an empty list."""
+    done: set[str] = set()
+    for start in edges:
+        path: list[str] = []
+        stack = [(start, iter(edges[start]))] if start not in done else []
+        path += [start] if stack else []
+        while stack:
+            name, rest = stack[-1]
+            following = next(rest, None)
+            if following is None:
+                done.add(name)
+                stack.pop()
+                path.pop()
+            elif following in path:
+                return path[path.index(following) :]
+            elif following not in done:
+                stack.append((following, iter(edges[following])))
+                path.append(following)
+    return []
+
+
+def dependencies_first(edges: Edges) -> list[str]:
+    """Return the names such that each comes after those that it reads, otherwise as declared."""
+    order: dict[str, None] = {}
+    stack = [(name, False) for name in reversed(edges)]
+    while stack:
+        name, expanded = stack.pop()
+        if name in order:
+            continue
+        if expanded:
+            order[name] = None
+        else:
+            stack.append((name, True))
+            stack += [(other, False) for other in reversed(edges[name])]
+    return list(order)
+
+
+def _cyclic_updates(cycle: list[str], edges: Edges) -> Mistake:
+    path = " -> ".join(f"{n}'" for n in [*cycle, cycle[0]])
+    reads = [edges[a][b] for a, b in zip(cycle, [*cycle[1:], cycle[0]], strict=True)]
+    notes = [
+        (r.path[-1].span, f"'{name}'' needs '{r.name}'' here") for name, r in zip(cycle, reads, strict=True)
+    ]
+    remedy = "read the value before the step, without the prime, at one of these places"
+    return mistake("E0405", f"the updates need each other: {path}", reads[0].span, remedy, notes)
+
+
+def mark_variables(
+    variables: list[ir.Variable],
+    updates: list[ir.Assign],
+    uses: Uses,
+    others: list[str],
+) -> list[ir.Variable]:
+    """Return the variables with ``determined`` and ``copied``; ``updates`` are staged.
+
+    ``others`` are the declarations besides updates whose draws the agent learns something of.
+    """
+    visible = {v.name for v in variables if v.visible}
+    reach = {u.variable: uses.closure(f"update {u.variable}") for u in updates}
+    determined = {v.name for v in variables if v.visible and v.fixed}
+    for update in sorted(updates, key=lambda u: u.stage):
+        certain = update.variable in visible and isinstance(update.dist, ir.Certain)
+        if certain and all(_known(r, visible, determined) for r in reach[update.variable]):
+            determined.add(update.variable)
+    copied = {
+        n
+        for n, reads in reach.items()
+        if n in visible and n not in determined and not any(_hidden(r, visible) for r in reads)
+    }
+    # A draw that something hidden or observed reads too would tie them together: then the value is weighed.
+    shared = set().union(*(_draws(uses.closure(o)) for o in others)) if others else set()
+    while True:
+        tied = shared.union(*(_draws(r) for n, r in reach.items() if n not in copied))
+        kept = {n for n in copied if not _draws(reach[n]) & tied}
+        if kept == copied:
+            break
+        copied = kept
+    return [replace(v, determined=v.name in determined, copied=v.name in copied) for v in variables]
+
+
+def check_visible_floats(variables: list[ir.Variable], uses: Uses, others: list[str], report: Report) -> None:
+    """Report visible floats that the filter would have to weigh: a float's value has no probability."""
+    hidden = {v.name for v in variables if not v.visible}
+    shared = set().union(*(_draws(uses.closure(o)) for o in others)) if others else set()
+    for variable in variables:
+        weighed = variable.visible and not (variable.determined or variable.copied)
+        if not weighed or not isinstance(variable.type, Float):
+            continue
+        owner = f"update {variable.name}"
+        reads = uses.closure(owner)
+        cause = next((r for r in reads if r.kind == "variable" and r.name in hidden), None)
+        why = "reads hidden state"
+        if cause is None:
+            drawn = [r for r in reads if r.kind == "draw"]
+            cause = next((r for r in drawn if r.name in shared), drawn[0] if drawn else None)
+            why = "shares a draw with what the agent does not see"
+        if cause is None:
+            continue  # it has no update, which is reported where that is missing
+        report.add(
+            mistake(
+                "E0504",
+                f"the visible float '{variable.name}' {why}: {cause.route(owner)}",
+                cause.span,
+                "make it hidden and observe a finite value of it, or give it a range type",
+                [(variable.span, f"'{variable.name}' is declared visible here")],
+            )
+        )
+
+
+def _known(reach: Reach, visible: set[str], determined: set[str]) -> bool:
+    if reach.kind == "draw":
+        return False
+    return reach.kind != "variable" or reach.name in (determined if reach.primed else visible)
+
+
+def _hidden(reach: Reach, visible: set[str]) -> bool:
+    return reach.kind == "variable" and reach.name not in visible
+
+
+def _draws(reads: list[Reach]) -> set[str]:
+    return {r.name for r in reads if r.kind == "draw"}
+
+
+def key_fields(observations: list[ir.Observation], variables: list[ir.Variable]) -> tuple[ir.KeyField, ...]:
+    """Return the digits of the observation key."""
+    observed = [ir.KeyField(o.name, True, o.type, tuple(b.type for b in o.binders)) for o in observations]
+    seen = [
+        ir.KeyField(v.name, False, v.type, v.indices) for v in variables if v.visible and not v.determined
+    ]
+    return (*observed, *seen)
+
+
+def check_key(key: tuple[ir.KeyField, ...], model_span: Span, report: Report) -> None:
+    """Report a key of too many words to keep one for each simulated step."""
+    if key_digits.word_count(key, most=MOST_KEY_WORDS) <= MOST_KEY_WORDS:
+        return
+    largest = max(key, key=lambda f: f.size.bit_length() * f.length).name
+    report.add(
+        mistake(
+            "E0806",
+            f"what the agent sees in a step takes more than {MOST_KEY_WORDS * 64} bits",
+            model_span,
+            f"make observations smaller, '{largest}' first: coarser types, or fewer of them",
+        )
+    )
+
+
+def check_sites(sites: Iterable[tuple[ir.Site, Span]], report: Report) -> None:
+    """Report draws whose names hash to the same id: they would share their random numbers."""
+    seen: dict[int, ir.Site] = {}
+    for site, span in sites:
+        other = seen.setdefault(site.id, site)
+        if other.path != site.path:
+            report.add(
+                mistake(
+                    "E0807",
+                    f"the draws '{other.path}' and '{site.path}' happen to have the same id",
+                    span,
+                    "rename one of the two",
+                )
+            )

@@ -1,0 +1,4 @@
+"""Values that are known when the model is compiled: consts, params, tables, settings.
+
+Takes constant expressions and the settings of an instance. Gives values and tables.
+"""

@@ -1,0 +1,4 @@
+"""All expressions: one function for each kind of syntax node.
+
+Takes a syntax node, a scope and an expected type. Gives a typed expression of ``ir``.
+"""

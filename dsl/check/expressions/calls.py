@@ -1,0 +1,209 @@
+"""Calls: built-in functions, model functions, records and variants."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+from hypgen.dsl import ir
+from hypgen.dsl.analysis.uses import Use
+from hypgen.dsl.check.expressions import belief_reads, last_step
+from hypgen.dsl.check.scope.draw_syntax import misplaced_draw, refuse_operand
+from hypgen.dsl.check.scope.fit_type import check_as, described, lies
+from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.symbols import kind_of
+from hypgen.dsl.check.scope.unit_checks import require_plain, require_root, require_same
+from hypgen.dsl.check.terms import guarded_reads, range_calls, recursion
+from hypgen.dsl.check.terms.references import owner_of
+from hypgen.dsl.ir import operators, trigonometric_operators
+from hypgen.dsl.messages.diagnostic import did_you_mean
+from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.syntax import ast
+from hypgen.dsl.types import INT, Enum, Int, Record, Type, builtin_names, size_of
+from hypgen.dsl.types.units import PLAIN
+
+_OF_ANY_UNIT = frozenset({"abs", "sign", "value"})
+_FORMS = {"atan2": "y, x"}
+_COUNTS = {"hypot": (2, 2), "atan2": (2, 2), "min": (2, None), "max": (2, None)}
+_ONE_NUMBER: dict[str, Callable[[ir.Expr], ir.Expr]] = {
+    "abs": operators.absolute,
+    "sign": operators.sign,
+    "value": lambda e: operators.measured(e, PLAIN),
+    **{op: partial(operators.to_int, op) for op in builtin_names.ROUNDING},
+    **{op: partial(operators.rising, op) for op in builtin_names.RISING},
+    **{op: partial(trigonometric_operators.periodic, op) for op in trigonometric_operators.PERIODIC},
+    **{op: partial(trigonometric_operators.arc, op) for op in trigonometric_operators.ARCS},
+}
+
+
+def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
+    """Return the value of a call."""
+    name = node.name
+    if name in builtin_names.DRAWS:
+        raise misplaced_draw(f"{name}(..)", node.span)
+    if name in builtin_names.RESERVED_CALLS and name in scope.program.symbols.globals:
+        raise Mistake  # declaring it has been reported
+    if name == "last":
+        return last_step.last(node, scope)
+    if name == "belief":
+        return belief_reads.belief(node, scope)
+    if name in builtin_names.RANGES:
+        return range_calls.check(node, scope, expected)
+    if name == "at":
+        return guarded_reads.at(node, scope, expected)
+    if name in builtin_names.FUNCTIONS:
+        return _builtin(node, scope)
+    if name in builtin_names.QUANTIFIERS | builtin_names.TABLES:
+        raise mistake(
+            "E0302",
+            f"'{name}' runs over the values of a type",
+            node.span,
+            f"write {name}(i in T: ..)" if name != "count" else "write count(i in T where ..)",
+        )
+    item = scope.program.symbols.globals.get(name)
+    if isinstance(item, ast.Function):
+        if item.rhs.draw:
+            raise misplaced_draw(f"{name}(..)", node.span)
+        return _function(item, node, scope)
+    if isinstance(item, ast.RecordDecl):
+        return _record(item, node, scope)
+    if name in scope.program.symbols.variants:
+        return _variant(node, scope, expected)
+    if item is not None or name in scope.locals:
+        kind = "a local" if item is None else kind_of(item)
+        raise mistake("E0204", f"'{name}' is {kind}, not a function", node.span, f"index arrays: {name}[..]")
+    functions = [n for n, i in scope.program.symbols.globals.items() if isinstance(i, ast.Function)]
+    known = [*functions, *builtin_names.FUNCTIONS, *builtin_names.DRAWS, *scope.program.symbols.variants]
+    own = builtin_names.FOREIGN_FUNCTIONS.get(name.lower())
+    remedy = f"write {own}" if own else did_you_mean(name, known)
+    raise mistake(
+        "E0204",
+        f"there is no function '{name}'",
+        node.span,
+        remedy or f"declare it: fn {name}(..): type = ..",
+    )
+
+
+def _arguments(node: ast.Call, count: int, signature: str) -> None:
+    if len(node.arguments) != count:
+        raise mistake(
+            "E0302",
+            f"'{node.name}' takes {count} argument{'' if count == 1 else 's'}, but {len(node.arguments)} "
+            f"{'is' if len(node.arguments) == 1 else 'are'} given",
+            node.span,
+            f"its form is {signature}",
+        )
+
+
+def _function(item: ast.Function, node: ast.Call, scope: Scope) -> ir.Expr:
+    program = scope.program
+    formals = program.formals(item)
+    _arguments(node, len(formals), f"{item.name}({', '.join(f'{f.name}: {f.type}' for f in formals)})")
+    arguments = gather(
+        [
+            partial(check_as, n, scope, f.type, f"argument '{f.name}'")
+            for n, f in zip(node.arguments, formals, strict=True)
+        ]
+    )
+    if item.name in program.recursive:
+        return recursion.call(item, arguments, node, scope)
+    if scope.owner is not None:
+        program.uses.add(scope.owner, Use("fn", item.name, scope.primed, node.span))
+    if scope.evaluate:
+        return program.follow_call(item, arguments, scope)
+    result = program.function(item).type
+    if not scope.open_ints and any(f.type == INT for f in formals):
+        result = _proven(item, arguments, node, scope)
+    return ir.Call(result, item.name, tuple(arguments), scope.primed)
+
+
+def _proven(item: ast.Function, arguments: list[ir.Expr], node: ast.Call, scope: Scope) -> Type:
+    """Prove the ranges in the body of a function with formals of type ``int`` for these arguments."""
+    inner = replace(scope, owner=None)
+    try:
+        return scope.program.follow_call(item, arguments, inner).type
+    except Mistake as error:
+        given = [
+            f"'{f.name}' {lies(a.type.low, a.type.high)}"
+            for f, a in zip(item.formals, arguments, strict=True)
+            if isinstance(a.type, Int)
+        ]
+        note = (node.span, f"in this call of '{item.name}', where {', '.join(given)}")
+        raise Mistake(replace(d, notes=(*d.notes, note)) for d in error.diagnostics) from None
+
+
+def _record(item: ast.RecordDecl, node: ast.Call, scope: Scope) -> ir.Expr:
+    record = scope.program.named_type(item)
+    assert isinstance(record, Record)
+    _arguments(node, len(record.fields), f"{item.name}({', '.join(f'{n}: {t}' for n, t in record.fields)})")
+    values = gather(
+        [
+            partial(check_as, n, scope, t, f"field '{name}'")
+            for n, (name, t) in zip(node.arguments, record.fields, strict=True)
+        ]
+    )
+    return operators.make_record(record, tuple(values))
+
+
+def _variant(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
+    enum = owner_of(node.name, node.span, scope, expected)
+    variant = enum.variant(node.name)
+    assert variant is not None
+    if variant.argument is None:
+        raise mistake(
+            "E0302", f"variant '{node.name}' takes no argument", node.span, f"write {node.name} alone"
+        )
+    _arguments(node, 1, f"{node.name}({variant.argument})")
+    argument = check_as(node.arguments[0], scope, variant.argument, f"the argument of '{node.name}'")
+    return operators.make_variant(enum, node.name, argument)
+
+
+def _builtin(node: ast.Call, scope: Scope) -> ir.Expr:
+    least, most = _COUNTS.get(node.name, (1, 1))
+    given = len(node.arguments)
+    if given < least or (most is not None and given > most):
+        form = f"its form is {node.name}({_FORMS.get(node.name, 'x' if least == 1 else 'a, b')})"
+        given_words = f"{given} argument{'' if given == 1 else 's'}"
+        raise mistake("E0302", f"'{node.name}' is given {given_words}", node.span, form)
+    refuse_operand(node.name, node.arguments, scope)
+    if node.name == "index":
+        return _code(node, scope)
+    values = gather([partial(range_calls.number, n, scope, node.name) for n in node.arguments])
+    _check_units(node, values)
+    match node.name:
+        case "min" | "max":
+            result = values[0]
+            for value in values[1:]:
+                result = operators.arithmetic(node.name, result, value)
+            return result
+        case "hypot":
+            return operators.hypotenuse(values[0], values[1])
+        case "atan2":
+            return trigonometric_operators.arc_of_point(values[0], values[1])
+    return _ONE_NUMBER[node.name](values[0])
+
+
+def _check_units(node: ast.Call, values: list[ir.Expr]) -> None:
+    """Raise if a built-in function cannot take the units of its arguments."""
+    name, spans = node.name, [n.span for n in node.arguments]
+    if len(values) > 1:
+        require_same(list(zip(values, spans, strict=True)), f"go together in '{name}'")
+    elif name == "sqrt":
+        require_root(values[0], spans[0])
+    elif name not in _OF_ANY_UNIT:
+        require_plain(values[0], spans[0], f"what '{name}' takes")
+
+
+def _code(node: ast.Call, scope: Scope) -> ir.Expr:
+    e = scope.check(node.arguments[0])
+    if not isinstance(e.type, Enum | Record):
+        raise mistake(
+            "E0308",
+            f"'index' gives an enum's place, but this is {described(e.type)}",
+            node.arguments[0].span,
+            "use it for values of enums and records",
+        )
+    if isinstance(e, ir.Const):
+        return operators.integer(int(e.value))
+    return operators.retyped(e, Int(0, size_of(e.type) - 1))

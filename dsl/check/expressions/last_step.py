@@ -1,0 +1,103 @@
+"""``last(..)``: what the policy knows of the step before."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from hypgen.dsl import ir
+from hypgen.dsl.analysis.uses import Use
+from hypgen.dsl.check.constants.constants import shape
+from hypgen.dsl.check.scope.fit_type import check_as
+from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.symbols import kind_of
+from hypgen.dsl.check.terms.references import Reference, element_of, entry, record
+from hypgen.dsl.messages.diagnostic import did_you_mean
+from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.syntax import ast
+from hypgen.dsl.types import Type
+
+_FORM = "last(observation, first) or last(action, first)"
+Make = Callable[[tuple[ir.Expr, ...], ir.Expr], ir.Expr]
+
+
+@dataclass(frozen=True)
+class _Subject:
+    """What ``last`` is asked for: its type, its indexes' types and how to read it."""
+
+    name: str
+    type: Type
+    indices: tuple[Type, ...]
+    use: str
+    make: Make
+
+
+def last(node: ast.Call, scope: Scope) -> ir.Expr:
+    """Return the read of an observation or the action of the step before."""
+    if len(node.arguments) != 2:
+        remedy = f"its form is {_FORM}, with what stands in before the first step"
+        raise mistake("E0302", f"'last' takes 2 arguments, here {len(node.arguments)}", node.span, remedy)
+    if not scope.history:
+        raise mistake(
+            "E0505",
+            "'last' is known to the policy only",
+            node.span,
+            "use it in the policy or in 'bound lower'; a fn can be given its value",
+        )
+    if scope.primed:
+        raise mistake("E0407", "the past has no next value", node.span, "remove the prime")
+    what, first = node.arguments
+    name, nodes = (what.operand, what.indices) if isinstance(what, ast.Index) else (what, ())
+    subject = _subject(name, scope)
+    start = check_as(first, scope, subject.type, f"what stands in for '{subject.name}' at the start")
+    reference = Reference(subject.name, subject.indices, lambda indices: subject.make(indices, start))
+    return record(
+        entry(reference, nodes, what.span, scope), Use(subject.use, subject.name, False, node.span), scope
+    )
+
+
+def _subject(node: ast.Expr, scope: Scope) -> _Subject:
+    program = scope.program
+    match node:
+        case ast.Name(_, name) if name not in scope.locals:
+            item = program.symbols.globals.get(name)
+            if isinstance(item, ast.Action):
+                action = program.action(item)
+                make: Make = lambda i, first: ir.LastAction(action.type, i, first)  # noqa: E731
+                return _Subject(name, action.type, action.indices, "last action", make)
+            if name in program.symbols.observations:
+                return _observation(name, (), scope)
+        case ast.Member(_, operand, name):
+            owner = element_of(operand, scope)
+            if owner is not None and f"{owner[0]}.{name}" in program.symbols.observations:
+                return _observation(f"{owner[0]}.{name}", owner[1], scope)
+    raise _not_seen(node, scope)
+
+
+def _observation(path: str, member: tuple[ir.Expr, ...], scope: Scope) -> _Subject:
+    t, indices = shape(scope.program.type_of(scope.program.symbols.observations[path].type))
+
+    def make(own: tuple[ir.Expr, ...], first: ir.Expr) -> ir.Expr:
+        return ir.LastObservation(t, path, (*member, *own), first)
+
+    return _Subject(path, t, indices, "last", make)
+
+
+def _not_seen(node: ast.Expr, scope: Scope) -> Mistake:
+    symbols = scope.program.symbols
+    remedy = f"its form is {_FORM}; memory keeps other things"
+    if not isinstance(node, ast.Name | ast.Member):
+        return mistake("E0207", "'last' is asked for something without a name", node.span, remedy)
+    name = node.name
+    item: ast.Item | None = symbols.policy.get(name) or symbols.globals.get(name)
+    if isinstance(node, ast.Member) and (owner := element_of(node.operand, scope)) is not None:
+        item = symbols.members[owner[0]].get(name)
+        name = f"{owner[0]}.{name}"
+    actions = [n for n, i in symbols.globals.items() if isinstance(i, ast.Action)]
+    what = (
+        f"{kind_of(item)}, not an observation"
+        if item is not None
+        else "neither an observation nor the action"
+    )
+    close = did_you_mean(name, [*symbols.observations, *actions]) if item is None else ""
+    return mistake("E0207", f"'{name}' is {what}", node.span, close or remedy)

@@ -1,0 +1,209 @@
+"""What is allowed and yet doubtful: names that nothing uses, ``==`` on floats, sensors that hide no noise.
+
+Names are judged by the text as it was written; a library's are not, for others may use them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
+from typing import TYPE_CHECKING
+
+from hypgen.dsl import ir
+from hypgen.dsl.check.scope.symbols import kind_of
+from hypgen.dsl.check.terms.references import walk
+from hypgen.dsl.ir import operators
+from hypgen.dsl.ir.walk import walk as walk_ir
+from hypgen.dsl.messages.diagnostic import Diagnostic
+from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages.source import Span
+from hypgen.dsl.syntax import ast
+
+if TYPE_CHECKING:
+    from hypgen.dsl.check.program import Program
+
+_JUDGED = ast.Const | ast.Param | ast.TypeAlias | ast.EnumDecl | ast.RecordDecl | ast.Function
+_Name = tuple[str | None, str]
+
+
+def warnings(file: ast.ModelFile, model: ir.Model, program: Program) -> list[Diagnostic]:
+    """Return the warnings for a model without mistakes, by position; ``file`` is as the author wrote it."""
+    found = [*_unused(file), *_float_equalities(program), *_reversible(model), *_idle(model)]
+    return sorted(dict.fromkeys(found), key=lambda d: (d.span is not None and d.span, d.code))
+
+
+# Unused names ------------------------------------------------------------------------------------
+
+
+def _unused(file: ast.ModelFile) -> Iterator[Diagnostic]:
+    members: dict[str, set[str]] = {}
+    owners: dict[str, list[str]] = {}
+    for item in file.items:
+        if isinstance(item, ast.Element):
+            own = {m.name for m in item.members if isinstance(m, ast.Variable | ast.Let)}
+            members.setdefault(item.name, set()).update(own)
+        if isinstance(item, ast.EnumDecl):
+            for variant in item.variants:
+                owners.setdefault(variant.name, []).append(item.name)
+    used: set[_Name] = set()
+    for item in file.items:
+        if isinstance(item, ast.Element):
+            if item.binder is not None:
+                used.update(_mentions(item.binder, None, members, owners))
+            for member in item.members:
+                own_name = (item.name, getattr(member, "name", ""))
+                by_value = isinstance(member, ast.Init | ast.Update | ast.Let)
+                found = set(_mentions(member, item.name, members, owners))
+                used |= found - {own_name} if by_value else found
+        elif isinstance(item, ast.Policy):
+            used |= set(_mentions(item.rhs, None, members, owners))
+            for part in item.members:
+                used |= set(_mentions(part, None, members, owners)) - {(None, part.name)}
+        else:
+            used |= set(_mentions(item, None, members, owners)) - {(None, getattr(item, "name", ""))}
+    for item in file.items:
+        if item.span.file != file.span.file:
+            continue
+        if isinstance(item, _JUDGED) and (None, item.name) not in used:
+            yield _never_used(item.name, item, item.span)
+        if isinstance(item, ast.Policy):
+            for part in item.members:
+                if not isinstance(part, ast.Update) and (None, part.name) not in used:
+                    yield _never_used(part.name, part, part.span)
+        if isinstance(item, ast.Element):
+            for member in item.members:
+                if not isinstance(member, ast.Variable | ast.Let) or getattr(member, "visible", False):
+                    continue
+                if (item.name, member.name) not in used:
+                    yield _never_used(f"{item.name}.{member.name}", member, member.span)
+
+
+def _never_used(name: str, item: ast.Item, span: Span) -> Diagnostic:
+    verb = "reads" if isinstance(item, ast.Param | ast.Variable | ast.Let | ast.Memory) else "uses"
+    message = f"'{name}' is {kind_of(item)} that nothing {verb}"
+    return Diagnostic("W01", message, span, "remove it, or use it where it was meant to matter")
+
+
+def _mentions(
+    node: ast.Node, element: str | None, members: Mapping[str, set[str]], owners: Mapping[str, list[str]]
+) -> Iterator[_Name]:
+    """Yield the names that ``node`` mentions, each with its element if it has one."""
+    for part in walk(node):
+        match part:
+            case ast.Name(_, name) | ast.Call(_, name) | ast.TypeName(_, name):
+                yield None, name
+                yield from ((None, enum) for enum in owners.get(name, ()))
+                if element is not None and name in members[element]:
+                    yield element, name
+            case ast.Pattern(_, str() as name):
+                yield from ((None, enum) for enum in owners.get(name, ()))
+            case ast.Member(_, ast.Name(_, owner) | ast.Index(_, ast.Name(_, owner)), name):
+                yield owner, name
+
+
+# Rewards -----------------------------------------------------------------------------------------
+
+
+def _idle(model: ir.Model) -> Iterator[Diagnostic]:
+    """Yield the rewards that every policy earns alike: the same in each step of episodes that do not end."""
+    if model.terminal != operators.FALSE:
+        return
+    functions = {f.name: f.body for f in model.functions}
+
+    def varies(e: ir.Expr | ir.Dist) -> bool:
+        parts = list(walk_ir(e))
+        if any(isinstance(part, ir.StateRead | ir.LetRead | ir.ActionRead) for part in parts):
+            return True
+        return any(varies(functions[part.function]) for part in parts if isinstance(part, ir.Call))
+
+    for reward in model.rewards:
+        if not varies(reward.value):
+            yield Diagnostic(
+                "W05",
+                f"'{reward.name}' is the same whatever is done, and nothing ends an episode early",
+                reward.span,
+                "let it depend on the state or the action, or end episodes with `terminal when`",
+            )
+
+
+# Floats ------------------------------------------------------------------------------------------
+
+
+def check_float_equalities(program: Program) -> None:
+    """Report observations that compare floats for equality: sampler and density would disagree."""
+    for owner in program.float_equalities:
+        for start in program.uses.owners():
+            if start.startswith("observe ") and owner in program.uses.nodes(start):
+                for span in program.float_equalities[owner]:
+                    program.report.attempt(partial(_refuse_equality, start, span))
+
+
+def _refuse_equality(observation: str, span: Span) -> None:
+    raise mistake(
+        "E0314",
+        f"'{observation.removeprefix('observe ')}' tests floats for equality, which rounding decides",
+        span,
+        "compare with a tolerance, abs(a - b) < 0.001, or with < and >",
+    )
+
+
+def _float_equalities(program: Program) -> Iterator[Diagnostic]:
+    for spans in program.float_equalities.values():
+        for span in spans:
+            message = "floats are tested for equality, which rounding decides"
+            yield Diagnostic("W02", message, span, "compare with a tolerance, abs(a - b) < 0.001")
+
+
+# Observations ------------------------------------------------------------------------------------
+
+
+def _reversible(model: ir.Model) -> Iterator[Diagnostic]:
+    """Yield the observations that show a draw as it is."""
+    lets = {x.name: x for x in model.lets}
+    functions = {f.name: f for f in model.functions}
+    for observation in model.observations:
+        for value in _certain(observation.dist):
+            draw = next(iter(_draws([value], lets, functions, set())), None)
+            if draw is not None:
+                yield Diagnostic(
+                    "W03",
+                    f"'{observation.name}' shows the draw '{draw.name}' as it is, so that the particle "
+                    "filter must drop all that drew something else",
+                    observation.span,
+                    "draw in the observation itself, or observe the draw with noisy(.., p)",
+                    ((draw.span, f"'{draw.name}' is drawn here"),),
+                )
+                break
+
+
+def _certain(dist: ir.Dist) -> Iterator[ir.Expr]:
+    """Yield the values that ``dist`` gives with certainty, in some case."""
+    match dist:
+        case ir.Certain(_, value):
+            yield value
+        case ir.IfDist(_, _, then, otherwise):
+            yield from _certain(then)
+            yield from _certain(otherwise)
+        case ir.LetDist(_, _, _, body):
+            yield from _certain(body)
+
+
+def _draws(
+    values: Iterable[ir.Expr | ir.Dist],
+    lets: Mapping[str, ir.Let],
+    functions: Mapping[str, ir.Function],
+    seen: set[str],
+) -> Iterator[ir.Let]:
+    """Yield the lets that draw and that the values read, through functions and other lets too."""
+    for value in values:
+        for part in walk_ir(value):
+            if isinstance(part, ir.LetRead) and part.let in lets and part.let not in seen:
+                seen.add(part.let)
+                let = lets[part.let]
+                if let.draws:
+                    yield let
+                else:
+                    yield from _draws([let.dist], lets, functions, seen)
+            if isinstance(part, ir.Call) and f"fn {part.function}" not in seen:
+                seen.add(f"fn {part.function}")
+                yield from _draws([functions[part.function].body], lets, functions, seen)

@@ -1,0 +1,88 @@
+"""Bounds that follow from the rewards, where the author declares none."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from hypgen.dsl import ir
+from hypgen.dsl.check.parts.declarations import element_scope
+from hypgen.dsl.ir import operators
+from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.syntax import ast
+from hypgen.dsl.types import intervals, size_of
+
+if TYPE_CHECKING:
+    from hypgen.dsl.check.program import Program
+
+_SLACK = 2.0**-20
+
+
+def derived(name: str, model: ir.Model, program: Program) -> ir.Expr:
+    """Return ``bound upper`` or ``bound tail`` from the least or largest reward of a step.
+
+    The tail is what the default policy earns, so that its rewards alone count if it always takes one action.
+    """
+    upper = name == "upper"
+    if model.discount == 1 and model.horizon is None:
+        raise mistake(
+            "E0804",
+            "with a discount of 1 and no horizon a return may be infinite, so that no bound can be derived",
+            model.spans["discount"],
+            "add a line: horizon 100, or a discount less than 1, or declare both bound upper and bound tail",
+        )
+    action = None if upper else _constant_action(model, program)
+    step = sum(_term(r, upper, action, name, program) for r in model.rewards)
+    if not operators.is_false(model.terminal) or model.horizon is not None:
+        step = max(step, 0.0) if upper else min(step, 0.0)  # an episode may end at once
+    total = step * model.horizon if model.discount == 1 and model.horizon else step / (1 - model.discount)
+    return operators.real(_outward(total, upper))
+
+
+def _outward(value: float, upper: bool) -> float:
+    """Return ``value`` as a float32 that is not on its inner side."""
+    found = intervals.float32(value)
+    if (found < value) if upper else (found > value):
+        found = intervals.float32(value + abs(value) * (_SLACK if upper else -_SLACK))
+    return found
+
+
+def _term(reward: ir.Reward, upper: bool, action: ir.Const | None, name: str, program: Program) -> float:
+    value = reward.value
+    if action is not None:
+        scope = replace(element_scope(program, reward.element, None), evaluate=True, action=action)
+        with suppress(Mistake):  # too long to evaluate: then all actions count
+            value = scope.check(_source(reward, program))
+    end = operators.ends(value.type)[1 if upper else 0]
+    if math.isinf(end):
+        raise mistake(
+            "E0607",
+            f"bound {name} cannot be derived: nothing limits the reward '{reward.name}'",
+            reward.span,
+            f"declare it: bound {name} = .., or limit the reward with clamp(.., low, high)",
+        )
+    return end * (1 if reward.binder is None else size_of(reward.binder.type))
+
+
+def _source(reward: ir.Reward, program: Program) -> ast.Expr:
+    items: list[ast.Item] = list(program.file.items)
+    for item in program.file.items:
+        items += item.members if isinstance(item, ast.Element) else ()
+    return next(i.value for i in items if isinstance(i, ast.Reward) and i.span == reward.span)
+
+
+def _constant_action(model: ir.Model, program: Program) -> ir.Const | None:
+    """Return the action (or component of a product action) that the default policy always takes, if legal."""
+    if model.policy is None or not isinstance(model.policy.dist, ir.Certain):
+        return None
+    action = model.policy.dist.value
+    if not isinstance(action, ir.Const):
+        return None
+    scope = replace(element_scope(program, None, None), evaluate=True, action=action)
+    conditions = [i for i in program.file.items if isinstance(i, ast.Condition) and i.kind == "legal"]
+    with suppress(Mistake):
+        if all(operators.is_true(scope.check(c.condition)) for c in conditions):
+            return action
+    return None

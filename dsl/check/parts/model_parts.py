@@ -1,0 +1,258 @@
+"""What elements and the model do: inits, updates, observations, rewards, conditions and bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING
+
+from hypgen.dsl import ir
+from hypgen.dsl.check.constants.constants import shape
+from hypgen.dsl.check.parts.array_values import array_of
+from hypgen.dsl.check.parts.declarations import element_scope
+from hypgen.dsl.check.scope.fit_type import check_as, described
+from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.symbols import duplicate, kind_of
+from hypgen.dsl.check.scope.type_expressions import require_finite
+from hypgen.dsl.check.scope.unit_checks import require_plain
+from hypgen.dsl.ir import operators
+from hypgen.dsl.messages.diagnostic import did_you_mean
+from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.syntax import ast
+from hypgen.dsl.types import BOOL, FLOAT, Float
+
+if TYPE_CHECKING:
+    from hypgen.dsl.check.program import Program
+
+BOUNDS = ("upper", "lower", "tail")
+
+
+def elements(program: Program) -> list[ast.Element]:
+    """Return the model's elements, repeated names left out."""
+    return [
+        i
+        for i in program.file.items
+        if isinstance(i, ast.Element) and program.symbols.globals.get(i.name) is i
+    ]
+
+
+def assignments(program: Program) -> tuple[list[ir.Assign], list[ir.Assign]]:
+    """Return all inits and all updates; reports variables that lack one or have two."""
+    inits: list[ir.Assign] = []
+    updates: list[ir.Assign] = []
+    for owner in elements(program):
+        seen: dict[tuple[type, str], ast.Item] = {}
+        for member in owner.members:
+            if isinstance(member, ast.Init | ast.Update):
+                key = (type(member), member.name)
+                if key in seen:
+                    program.report.add(_second(owner, member, seen[key]))
+                    continue
+                seen[key] = member
+                found = program.report.attempt(partial(_assign, owner, member, program))
+                if found is not None:
+                    (inits if isinstance(member, ast.Init) else updates).append(found)
+        for item in program.symbols.members[owner.name].values():
+            if isinstance(item, ast.Variable):
+                _require_assignments(owner, item, seen, program)
+    return inits, updates
+
+
+def _second(owner: ast.Element, member: ast.Init | ast.Update, first: ast.Item) -> Mistake:
+    kind = "init" if isinstance(member, ast.Init) else "update"
+    return mistake(
+        "E0403",
+        f"'{owner.name}.{member.name}' has a second {kind}",
+        member.span,
+        "a variable has one: join the two with if .. then .. else",
+        [(first.span, f"the first {kind} is here")],
+    )
+
+
+def _require_assignments(
+    owner: ast.Element, item: ast.Variable, seen: dict[tuple[type, str], ast.Item], program: Program
+) -> None:
+    path = f"{owner.name}.{item.name}"
+    if (ast.Init, item.name) not in seen:
+        program.report.add(
+            mistake("E0404", f"'{path}' has no init", item.span, f"add: init {item.name} = .., or ~ a draw")
+        )
+    update = seen.get((ast.Update, item.name))
+    if update is None and not item.fixed:
+        program.report.add(
+            mistake(
+                "E0401",
+                f"'{path}' has no update",
+                item.span,
+                f"add: {item.name}' = .., or declare it fixed if it never changes",
+            )
+        )
+    if update is not None and item.fixed:
+        program.report.add(
+            mistake(
+                "E0402",
+                f"'{path}' is fixed but has an update",
+                update.span,
+                "remove 'fixed' or the update",
+                [(item.span, "it is declared fixed here")],
+            )
+        )
+
+
+def _not_own(name: str, program: Program) -> str:
+    item = program.symbols.globals.get(name)
+    if isinstance(item, (ast.Const, ast.Param)):
+        return f"'{name}' is {kind_of(item)}, which never changes: what changes is a variable"
+    return f"an element assigns its own variables only; declare it here: hidden {name}: type"
+
+
+def _assign(owner: ast.Element, member: ast.Init | ast.Update, program: Program) -> ir.Assign:
+    own = program.symbols.members[owner.name]
+    item = own.get(member.name)
+    is_init = isinstance(member, ast.Init)
+    if not isinstance(item, ast.Variable):
+        known = [n for n, i in own.items() if isinstance(i, ast.Variable)]
+        raise mistake(
+            "E0410",
+            f"element '{owner.name}' has no variable '{member.name}'",
+            member.span,
+            did_you_mean(member.name, known) or _not_own(member.name, program),
+        )
+    variable = program.variable(owner.name, item)
+    path = variable.name
+    scope = element_scope(program, owner.name, f"{'init' if is_init else 'update'} {path}")
+    binder = program.element(owner.name).binder
+    family = () if binder is None else (binder,)
+    indices = variable.indices[len(family) :]
+    binders, dist = array_of(member.rhs, indices, scope, variable.type, member.name)
+    site = ir.Site(f"init:{path}" if is_init else path)
+    return ir.Assign(path, family + binders, dist, site, member.span)
+
+
+def _owned(program: Program, kind: type[ast.Item]) -> Iterator[tuple[ast.Element | None, ast.Item]]:
+    for item in program.file.items:
+        if isinstance(item, kind):
+            yield None, item
+        if isinstance(item, ast.Element) and program.symbols.globals.get(item.name) is item:
+            for member in item.members:
+                if isinstance(member, kind):
+                    yield item, member
+
+
+def observations(program: Program) -> list[ir.Observation]:
+    """Return all observations, in order."""
+    found = []
+    for owner, item in _owned(program, ast.Observe):
+        assert isinstance(item, ast.Observe)
+        name = item.name if owner is None else f"{owner.name}.{item.name}"
+        if program.symbols.observations.get(name) is item:
+            found.append(program.report.attempt(partial(_observation, owner, item, name, program)))
+    return [o for o in found if o is not None]
+
+
+def _observation(owner: ast.Element | None, item: ast.Observe, name: str, program: Program) -> ir.Observation:
+    element = None if owner is None else owner.name
+    scope = element_scope(program, element, f"observe {name}")
+    t, indices = shape(program.type_of(item.type))
+    instead = "a finite type; of a continuous draw see the bin it falls into: observe y: 0 .. 9 ~ binned(..)"
+    require_finite(t, item.type.span, "an observation", instead if isinstance(t, Float) else "")
+    own, dist = array_of(item.rhs, indices, scope, t, item.name)
+    binder = None if element is None else program.element(element).binder
+    binders = (() if binder is None else (binder,)) + own
+    return ir.Observation(name, element, t, binders, dist, ir.Site(f"observe:{name}"), item.span)
+
+
+def rewards(program: Program) -> list[ir.Reward]:
+    """Return all reward terms, in order."""
+    seen: dict[str, ast.Item] = {}
+    found = []
+    for owner, item in _owned(program, ast.Reward):
+        assert isinstance(item, ast.Reward)
+        name = item.name if owner is None else f"{owner.name}.{item.name}"
+        if name in seen:
+            program.report.add(duplicate(name, item.span, seen[name].span))
+            continue
+        seen[name] = item
+        found.append(program.report.attempt(partial(_reward, owner, item, name, program)))
+    return [r for r in found if r is not None]
+
+
+def _reward(owner: ast.Element | None, item: ast.Reward, name: str, program: Program) -> ir.Reward:
+    element = None if owner is None else owner.name
+    value = element_scope(program, element, f"reward {name}").check(item.value)
+    if not operators.is_numeric(value.type):
+        raise mistake(
+            "E0301",
+            f"a reward must be a number, but this is {described(value.type)}",
+            item.value.span,
+            "write: if .. then .. else 0",
+        )
+    require_plain(value, item.value.span, "a reward")
+    binder = None if element is None else program.element(element).binder
+    return ir.Reward(name, element, binder, value, item.span)
+
+
+def invariants(program: Program) -> list[ir.Invariant]:
+    """Return all invariants, named by their element and number."""
+    found = []
+    for number, (owner, item) in enumerate(_owned(program, ast.Invariant), 1):
+        assert isinstance(item, ast.Invariant)
+        name = f"{number}" if owner is None else f"{owner.name}.{number}"
+        found.append(program.report.attempt(partial(_invariant, owner, item, name, program)))
+    return [i for i in found if i is not None]
+
+
+def _invariant(owner: ast.Element | None, item: ast.Invariant, name: str, program: Program) -> ir.Invariant:
+    element = None if owner is None else owner.name
+    scope = element_scope(program, element, f"invariant {name}")
+    value = check_as(item.condition, scope, BOOL, "an invariant")
+    if operators.is_false(value):
+        raise mistake(
+            "E0811",
+            "this invariant never holds",
+            item.condition.span,
+            "state what is true of every state, such as total == n",
+        )
+    binder = None if element is None else program.element(element).binder
+    return ir.Invariant(name, element, binder, value, item.span)
+
+
+def condition(program: Program, kind: str) -> ir.Expr | None:
+    """Return what the ``kind when`` lines say together: for ``legal`` all, for others any; None without."""
+    items = [i for i in program.file.items if isinstance(i, ast.Condition) and i.kind == kind]
+    scope = Scope(program, owner=f"{kind} when")
+    what = f"the condition of '{kind} when'"
+    parts = gather([partial(check_as, i.condition, scope, BOOL, what) for i in items])
+    if not parts:
+        return None
+    result = parts[0]
+    for part in parts[1:]:
+        result = operators.both(result, part) if kind == "legal" else operators.either(result, part)
+    return result
+
+
+def bounds(program: Program) -> dict[str, ir.Expr]:
+    """Return the declared bounds as floats, by name."""
+    found: dict[str, ir.Expr] = {}
+    seen: dict[str, ast.Bound] = {}
+    for item in program.file.items:
+        if not isinstance(item, ast.Bound):
+            continue
+        if item.name not in BOUNDS:
+            program.report.add(
+                mistake(
+                    "E0805",
+                    f"there is no bound '{item.name}'",
+                    item.span,
+                    did_you_mean(item.name, BOUNDS) or "bounds are upper, lower and tail",
+                )
+            )
+        elif item.name in seen:
+            program.report.add(duplicate(f"bound {item.name}", item.span, seen[item.name].span))
+        else:
+            seen[item.name] = item
+            scope = Scope(program, owner=f"bound {item.name}", history=item.name == "lower")
+            value = program.report.attempt(partial(check_as, item.value, scope, FLOAT, f"bound {item.name}"))
+            if value is not None:
+                found[item.name] = value
+    return found

@@ -1,0 +1,377 @@
+"""Records of floats taken apart: each becomes the scalars in it, before anything is checked.
+
+``hidden at: Vec`` becomes the variables ``at.x`` and ``at.y``; a function of such a type becomes one for each
+leaf; an expression of such a type is asked for one leaf at a time. What comes after sees scalars only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
+from functools import partial
+from typing import Any
+
+from hypgen.dsl.check.records.record_shapes import Names, Shape, Shapes
+from hypgen.dsl.check.scope.draw_syntax import fields_of_record
+from hypgen.dsl.messages.diagnostic import did_you_mean
+from hypgen.dsl.messages.report import Mistake, Report, gather, mistake
+from hypgen.dsl.messages.source import Span
+from hypgen.dsl.syntax import ast
+from hypgen.dsl.types.builtin_names import DRAWS
+
+Path = tuple[str, ...]
+Overrides = Mapping[str, ast.Expr]
+
+
+def flatten(
+    file: ast.ModelFile, overrides: Overrides, report: Report
+) -> tuple[ast.ModelFile, dict[str, ast.Expr]]:
+    """Return the model and the settings without records of floats; reports how they are misused."""
+    shapes = Shapes(file)
+    if not any(isinstance(i, ast.RecordDecl) and shapes.record(i.name) for i in file.items):
+        return file, dict(overrides)
+    flattener = _Flattener(shapes)
+    items: list[ast.Item] = []
+    for item in file.items:
+        items += report.attempt(partial(flattener.item, item, Names())) or ()
+    settings: dict[str, ast.Expr] = {}
+    for name, value in overrides.items():
+        settings |= report.attempt(partial(flattener.setting, name, value)) or {}
+    return replace(file, items=tuple(items)), settings
+
+
+class _Flattener:
+    def __init__(self, shapes: Shapes) -> None:
+        self.shapes = shapes
+
+    # Declarations --------------------------------------------------------------------------------
+
+    def item(self, item: ast.Item, names: Names) -> list[ast.Item]:
+        """Return a declaration's leaves; itself, with its expressions rewritten, if it is no record."""
+        match item:
+            case ast.Element(members=members):
+                inner = Names(item.name)
+                own = gather([partial(self.item, m, inner) for m in members])
+                return [replace(item, members=tuple(m for part in own for m in part))]
+            case ast.Function():
+                return self._function(item)
+            case ast.Const(name=name, value=value) if shape := self.shapes.item(name):
+                return [
+                    replace(item, name=n, type=t, value=self.leaf(value, shape, path, names))
+                    for n, t, path in self._leaves(name, item.type, shape)
+                ]
+            case ast.Param(name=name, default=default) if shape := self.shapes.item(name):
+                return [
+                    replace(
+                        item,
+                        name=n,
+                        type=t,
+                        default=None if default is None else self.leaf(default, shape, path, names),
+                    )
+                    for n, t, path in self._leaves(name, item.type, shape)
+                ]
+            case ast.Variable(name=name) if shape := self.shapes.of_type(item.type):
+                return [replace(item, name=n, type=t) for n, t, _ in self._leaves(name, item.type, shape)]
+            case ast.Init(name=name, rhs=rhs) | ast.Update(name=name, rhs=rhs) if (
+                names.element is not None and (shape := self.shapes.variable(names.element, name))
+            ):
+                return [
+                    replace(item, name=_joined(name, path), rhs=self._rhs(rhs, shape, path, names))
+                    for path, _ in self.shapes.leaves(shape.record)
+                ]
+            case ast.Policy(members=members):
+                for let in members:
+                    if isinstance(let, ast.Let):
+                        names = self.shapes.bound(let.name, self.shapes.of_let(let, names), names)
+                own = gather([partial(self.item, m, names) for m in members])
+                rhs = replace(item.rhs, expr=self.scalar(item.rhs.expr, names))
+                kinds = ast.Memory | ast.Let | ast.Update
+                kept = tuple(m for part in own for m in part if isinstance(m, kinds))
+                return [replace(item, rhs=rhs, members=kept)]
+            case ast.Let(name=name) if shape := self.shapes.of(ast.Name(item.span, name), names):
+                return [
+                    replace(
+                        item,
+                        name=_joined(name, path),
+                        type=None if item.type is None else t,
+                        rhs=self._rhs(item.rhs, shape, path, names),
+                    )
+                    for path, t in self.shapes.leaves(shape.record)
+                ]
+        changed: ast.Item = _mapped(item, lambda e: self.scalar(e, names))
+        return [changed]
+
+    def setting(self, name: str, value: ast.Expr) -> dict[str, ast.Expr]:
+        """Return the settings of the leaves of a const or param."""
+        shape = self.shapes.item(name)
+        if shape is None:
+            return {name: value}
+        leaves = self.shapes.leaves(shape.record)
+        return {_joined(name, path): self.leaf(value, shape, path, Names()) for path, _ in leaves}
+
+    def _leaves(self, name: str, node: ast.TypeExpr, shape: Shape) -> list[tuple[str, ast.TypeExpr, Path]]:
+        """Return the names, types and paths of a declaration's leaves."""
+        array = self.shapes.resolved(node)
+        result = []
+        for path, leaf in self.shapes.leaves(shape.record):
+            t = ast.TypeArray(node.span, leaf, array.indices) if isinstance(array, ast.TypeArray) else leaf
+            result.append((_joined(name, path), t, path))
+        return result
+
+    def _function(self, item: ast.Function) -> list[ast.Item]:
+        formals: list[ast.FieldDecl] = []
+        names = Names()
+        for formal in item.formals:
+            shape = self.shapes.of_type(formal.type)
+            self.shapes.refuse_shadow(formal.name, Names(), formal.span)
+            names = self.shapes.bound(formal.name, shape, names)
+            if shape is None:
+                formals.append(formal)
+            else:
+                formals += [
+                    replace(formal, name=n, type=t)
+                    for n, t, _ in self._leaves(formal.name, formal.type, shape)
+                ]
+        result = self.shapes.of_type(item.type)
+        if result is None:
+            rhs = replace(item.rhs, expr=self.scalar(item.rhs.expr, names))
+            return [replace(item, formals=tuple(formals), rhs=rhs)]
+        return [
+            replace(
+                item,
+                name=_joined(item.name, path),
+                formals=tuple(formals),
+                type=t,
+                rhs=self._rhs(item.rhs, result, path, names),
+            )
+            for path, t in self.shapes.leaves(result.record)
+        ]
+
+    def _rhs(self, rhs: ast.Rhs, shape: Shape, path: Path, names: Names) -> ast.Rhs:
+        return replace(rhs, expr=self.leaf(rhs.expr, shape, path, names))
+
+    # Expressions ---------------------------------------------------------------------------------
+
+    def leaf(self, e: ast.Expr, shape: Shape, path: Path, names: Names) -> ast.Expr:
+        """Return the scalar at ``path`` in a record (in each entry of an array of records)."""
+        match e:
+            case ast.If(_, condition, then, otherwise):
+                return replace(
+                    e,
+                    condition=self.scalar(condition, names),
+                    then=self.leaf(then, shape, path, names),
+                    otherwise=self.leaf(otherwise, shape, path, names),
+                )
+            case ast.Match(_, scrutinee, arms):
+                inner = [replace(a, body=self.leaf(a.body, shape, path, self._arm(a, names))) for a in arms]
+                return replace(e, scrutinee=self.scalar(scrutinee, names), arms=tuple(inner))
+            case ast.LetIn():
+                return self._let_in(e, names, lambda body, inner: self.leaf(body, shape, path, inner))
+            case ast.Prime(_, operand):
+                return replace(e, operand=self.leaf(operand, shape, path, names))
+            case ast.Comprehension(_, binders, body) if shape.array:
+                for binder in binders:
+                    self.shapes.refuse_shadow(binder.name, names, binder.span)
+                return replace(e, body=self.leaf(body, self._entry(body, shape), path, names))
+            case ast.ArrayLiteral(_, items) if shape.array:
+                entries = [self.leaf(i, self._entry(i, shape), path, names) for i in items]
+                return replace(e, items=tuple(entries))
+        found = self.shapes.of(e, names)
+        if found is None or found.record.name != shape.record.name or found.array != shape.array:
+            raise self._mismatch(e, shape, found)
+        match e:
+            case ast.Name(_, name):
+                return replace(e, name=_joined(name, path))
+            case ast.Member(_, operand, name):
+                if self.shapes.element_of(operand, names) is not None:
+                    return replace(e, operand=self.scalar(operand, names), name=_joined(name, path))
+                outer = self.shapes.of(operand, names)
+                assert outer is not None, "a member that is a record belongs to one"
+                return self.leaf(operand, outer, (name, *path), names)
+            case ast.Index(_, operand, indices):
+                array = self.leaf(operand, replace(shape, array=True), path, names)
+                return replace(e, operand=array, indices=tuple(self.scalar(i, names) for i in indices))
+            case ast.Call():
+                return self._call(e, shape, path, names)
+        raise AssertionError(e)
+
+    def _entry(self, node: ast.Expr, shape: Shape) -> Shape:
+        """Return the shape of an entry: of an array of several indexes, rows may be written one by one."""
+        return (
+            shape if isinstance(node, ast.Comprehension | ast.ArrayLiteral) else replace(shape, array=False)
+        )
+
+    def _call(self, e: ast.Call, shape: Shape, path: Path, names: Names) -> ast.Expr:
+        """Return a leaf of a constructor's, a function's or ``at``'s value."""
+        if self.shapes.function(e.name) is not None:
+            return replace(e, name=_joined(e.name, path), arguments=self._arguments(e, names))
+        if e.name == "at":
+            array = self.leaf(e.arguments[0], replace(shape, array=True), path, names)
+            indices = [self.scalar(i, names) for i in e.arguments[1:-1]]
+            return replace(e, arguments=(array, *indices, self.leaf(e.arguments[-1], shape, path, names)))
+        parts = shape.record.fields
+        if len(e.arguments) != len(parts):
+            raise mistake(
+                "E0302",
+                f"'{e.name}' takes {len(parts)} values, but {len(e.arguments)} "
+                f"{'is' if len(e.arguments) == 1 else 'are'} given",
+                e.span,
+                f"its form is {self._form(shape.record)}",
+            )
+        taken = None
+        for part, argument in zip(parts, e.arguments, strict=True):
+            inner = self.shapes.of_type(part.type)
+            here = part.name == path[0]
+            # All are rewritten, so that a mistake in one is told whichever leaf is asked for.
+            if inner is None:
+                found = self.scalar(argument, names)
+            else:
+                rest = path[1:] if here else next(p for p, _ in self.shapes.leaves(inner.record))
+                found = self.leaf(argument, inner, rest, names)
+            taken = found if here else taken
+        assert taken is not None, "a leaf's path starts with a field"
+        return taken
+
+    def _arguments(self, e: ast.Call, names: Names) -> tuple[ast.Expr, ...]:
+        """Return a function's arguments with each record as its leaves."""
+        item = self.shapes.function(e.name)
+        assert item is not None
+        if len(e.arguments) != len(item.formals):
+            raise mistake(
+                "E0302",
+                f"'{e.name}' takes {len(item.formals)} argument{'' if len(item.formals) == 1 else 's'}, "
+                f"but {len(e.arguments)} "
+                f"{'is' if len(e.arguments) == 1 else 'are'} given",
+                e.span,
+                f"its form is {e.name}({', '.join(f.name for f in item.formals)})",
+            )
+        result: list[ast.Expr] = []
+        for formal, argument in zip(item.formals, e.arguments, strict=True):
+            shape = self.shapes.of_type(formal.type)
+            if shape is None:
+                result.append(self.scalar(argument, names))
+            else:
+                leaves = self.shapes.leaves(shape.record)
+                result += [self.leaf(argument, shape, path, names) for path, _ in leaves]
+        return tuple(result)
+
+    def _let_in(self, e: ast.LetIn, names: Names, rewrite: Callable[[ast.Expr, Names], ast.Expr]) -> ast.Expr:
+        """Return ``let v = e in body``, a local for each leaf where the value is a record."""
+        self.shapes.refuse_shadow(e.name, names, e.span)
+        shape = self.shapes.of(e.value, names)
+        body = rewrite(e.body, self.shapes.bound(e.name, shape, names))
+        if shape is None:
+            return replace(e, value=self.scalar(e.value, names), body=body)
+        for path, _ in reversed(list(self.shapes.leaves(shape.record))):
+            value = self.leaf(e.value, shape, path, names)
+            body = replace(e, name=_joined(e.name, path), value=value, body=body)
+        return body
+
+    def _arm(self, arm: ast.Arm, names: Names) -> Names:
+        for pattern in arm.patterns:
+            if pattern.argument is not None:
+                self.shapes.refuse_shadow(pattern.argument, names, pattern.span)
+                names = self.shapes.bound(pattern.argument, None, names)
+        return names
+
+    def scalar(self, e: ast.Expr, names: Names) -> ast.Expr:
+        """Return an expression that is no record with every record inside it taken apart."""
+        shape = self.shapes.of(e, names)
+        if shape is not None:
+            leaves = [".".join(path) for path, _ in self.shapes.leaves(shape.record)]
+            raise mistake(
+                "E0311",
+                f"one value is needed here, but this is {_described(shape)}",
+                e.span,
+                f"take one of its parts: .{' or .'.join(leaves)}",
+            )
+        match e:
+            case ast.Member(_, operand, name) if (outer := self.shapes.of(operand, names)) is not None:
+                part = None if outer.array else self.shapes.field(outer.record, name)
+                if part is None:
+                    raise self._no_field(e, outer)
+                return self.leaf(operand, outer, (name,), names)
+            case ast.Call(_, name) if self.shapes.function(name) is not None and self._takes_records(name):
+                return replace(e, arguments=self._arguments(e, names))
+            case ast.LetIn():
+                return self._let_in(e, names, self.scalar)
+            case ast.Quantified(binders=binders) | ast.Comprehension(binders=binders):
+                for binder in binders:
+                    self.shapes.refuse_shadow(binder.name, names, binder.span)
+                    names = self.shapes.bound(binder.name, None, names)
+            case ast.Match(_, scrutinee, arms):
+                inner = [replace(a, body=self.scalar(a.body, self._arm(a, names))) for a in arms]
+                return replace(e, scrutinee=self.scalar(scrutinee, names), arms=tuple(inner))
+        changed: ast.Expr = _mapped(e, lambda part: self.scalar(part, names))
+        return changed
+
+    def _takes_records(self, name: str) -> bool:
+        item = self.shapes.function(name)
+        return item is not None and any(self.shapes.of_type(f.type) for f in item.formals)
+
+    # Mistakes ------------------------------------------------------------------------------------
+
+    def _form(self, record: ast.RecordDecl) -> str:
+        return f"{record.name}({', '.join(f.name for f in record.fields)})"
+
+    def _no_field(self, e: ast.Member, shape: Shape) -> Mistake:
+        if shape.array:
+            remedy = "say which entry: name[..]" + f".{e.name}"
+            return mistake("E0303", f"this is an array of '{shape.record.name}'", e.span, remedy)
+        known = [f.name for f in shape.record.fields]
+        remedy = did_you_mean(e.name, known) or f"its fields are {', '.join(known)}"
+        return mistake("E0205", f"record '{shape.record.name}' has no field '{e.name}'", e.span, remedy)
+
+    def _mismatch(self, e: ast.Expr, shape: Shape, found: Shape | None) -> Mistake:
+        wanted = self._form(shape.record)
+        literal = fields_of_record(e, shape.record.name, [f.name for f in shape.record.fields])
+        if literal is not None:
+            return literal
+        if _draws(e):
+            return mistake(
+                "E0706",
+                f"this draws '{shape.record.name}' as a whole, and each of its fields is a draw",
+                e.span,
+                f"write {wanted} of draws, or draw which one it is under a name of its own, and use that",
+            )
+        given = "" if found is None else f", but this is {_described(found)}"
+        array = "write [i in ..: " + wanted + "]"
+        return mistake(
+            "E0311",
+            f"{_described(shape)} is needed here{given}",
+            e.span,
+            array if shape.array else f"write {wanted}",
+        )
+
+
+def _described(shape: Shape) -> str:
+    return f"{'an array of records' if shape.array else 'a record'} '{shape.record.name}'"
+
+
+def _draws(e: ast.Expr) -> bool:
+    match e:
+        case ast.Call(_, name):
+            return name in DRAWS
+        case ast.Quantified(_, kind):
+            return kind in DRAWS
+    return isinstance(e, ast.TableLiteral)
+
+
+def _joined(name: str, path: Path) -> str:
+    return ".".join((name, *path))
+
+
+def _mapped(node: Any, change: Callable[[ast.Expr], ast.Expr]) -> Any:
+    """Return ``node`` with each expression directly inside it changed, types left as they are."""
+    changes = {f.name: _inside(getattr(node, f.name), change) for f in fields(node) if f.name != "span"}
+    return replace(node, **changes)
+
+
+def _inside(value: Any, change: Callable[[ast.Expr], ast.Expr]) -> Any:
+    if isinstance(value, ast.Expr):
+        return change(value)
+    if isinstance(value, tuple):
+        return tuple(_inside(v, change) for v in value)
+    if isinstance(value, ast.Node) and not isinstance(value, ast.TypeExpr | Span):
+        return _mapped(value, change)
+    return value

@@ -1,0 +1,4 @@
+"""Single forms of expressions: references, quantifiers, ``match``, ranges, recursion.
+
+Takes one syntax node and its scope. Gives a typed expression.
+"""

@@ -1,0 +1,72 @@
+"""``at(array, i, .., default)``: an entry where the index is in range, otherwise the default."""
+
+from __future__ import annotations
+
+from hypgen.dsl import ir
+from hypgen.dsl.check.scope.fit_type import check_as, unify
+from hypgen.dsl.check.scope.let_bindings import let_in
+from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.terms.range_calls import number
+from hypgen.dsl.check.terms.references import find, is_atomic
+from hypgen.dsl.ir import operators
+from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.syntax import ast
+from hypgen.dsl.types import Float, Int, Type
+
+_FORM = "its form is at(array, index, .., default)"
+
+
+def at(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
+    """Return the read with its guard."""
+    if len(node.arguments) < 3:
+        raise mistake("E0302", "'at' takes at least 3 arguments", node.span, _FORM)
+    array, *nodes, last = node.arguments
+    reference = find(array.operand, scope.prime()) if isinstance(array, ast.Prime) else find(array, scope)
+    if reference is None or not reference.indices:
+        raise mistake("E0303", "'at' reads an entry of an array, and this is none", array.span, _FORM)
+    if len(nodes) != len(reference.indices):
+        wanted = ", ".join(map(str, reference.indices))
+        raise mistake(
+            "E0303",
+            f"'{reference.label}' is indexed by [{wanted}], here by {len(nodes)} of {len(reference.indices)}",
+            node.span,
+            _FORM,
+        )
+    inside: ir.Expr = operators.TRUE
+    indices: list[ir.Expr] = []
+    named: list[tuple[str, ir.Expr]] = []
+    for index_node, t in zip(nodes, reference.indices, strict=True):
+        if not isinstance(t, Int):
+            indices.append(check_as(index_node, scope, t, f"the index of '{reference.label}'", "E0602"))
+            continue
+        e = number(index_node, scope, "at")
+        if isinstance(e.type, Float):
+            remedy = "round it first: floor(..), ceil(..) or round(..)"
+            raise mistake("E0301", "an index must be an int, but this is a float", index_node.span, remedy)
+        if not is_atomic(e):
+            name = scope.fresh("index")
+            named.append((name, e))
+            e = ir.Local(e.type, name)
+            scope = scope.hide(name, e)
+        for op, end in (("ge", t.low), ("le", t.high)):
+            inside = operators.both(inside, operators.compare(op, e, operators.integer(end)))
+        indices.append(_within(e, t))
+    read = scope.narrow(reference.entry(tuple(indices)))
+    if operators.is_numeric(read.type):
+        default = number(last, scope, "at")
+        read, default = unify([(read, array.span), (default, last.span)], expected)
+    else:
+        default = check_as(last, scope, read.type, f"what stands in for '{reference.label}'")
+    result = operators.choose(inside, read, default)
+    for name, value in reversed(named):
+        result = let_in(name, value, result)
+    return result
+
+
+def _within(e: ir.Expr, t: Int) -> ir.Expr:
+    """Return an index as what it is where it lies in its type; anything in range where it never does."""
+    assert isinstance(e.type, Int)
+    low, high = max(e.type.low, t.low), min(e.type.high, t.high)
+    if low > high or isinstance(e, ir.Const):
+        return operators.integer(min(max(e.type.low, t.low), t.high))
+    return operators.retyped(e, Int(low, high))

@@ -1,0 +1,446 @@
+"""Names, members and indexes: what an expression reads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields
+from functools import partial
+
+from hypgen.dsl import ir
+from hypgen.dsl.analysis.uses import Use
+from hypgen.dsl.check.scope.fit_type import check_as, described
+from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.symbols import StateMember, kind_of
+from hypgen.dsl.ir import operators
+from hypgen.dsl.ir.operators import to_index
+from hypgen.dsl.messages.diagnostic import did_you_mean
+from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.messages.source import Span
+from hypgen.dsl.syntax import ast
+from hypgen.dsl.types import PROB, Enum, Float, Record, Type, size_of
+from hypgen.dsl.types.units import PLAIN
+
+Entry = Callable[[tuple[ir.Expr, ...]], ir.Expr]
+
+_PI = 3.14159265358979323846
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Something readable under a name: with ``indices`` of these types, ``entry`` gives the read."""
+
+    label: str
+    indices: tuple[Type, ...]
+    entry: Entry
+
+
+def check(node: ast.Name | ast.Member | ast.Index, scope: Scope, expected: Type | None) -> ir.Expr:
+    """Return the read, variant or field that ``node`` means."""
+    reference = find(node.operand if isinstance(node, ast.Index) else node, scope)
+    if isinstance(node, ast.Index):
+        if reference is None:
+            raise _not_indexable(node, scope)
+        return entry(reference, node.indices, node.span, scope)
+    if reference is not None:
+        return entry(reference, (), node.span, scope)
+    if isinstance(node, ast.Name):
+        return _plain_name(node, scope, expected)
+    return _member(node, scope)
+
+
+def entry(reference: Reference, nodes: tuple[ast.Expr, ...], span: Span, scope: Scope) -> ir.Expr:
+    """Return the read of ``reference`` at the indexes that ``nodes`` write."""
+    if len(nodes) != len(reference.indices):
+        wanted = ", ".join(map(str, reference.indices))
+        remedy = f"it is indexed by [{wanted}]" if wanted else _alone(reference.label, scope)
+        if not nodes and scope.primed:
+            remedy += f"; the prime stands behind the index: {reference.label}[..]'"
+        raise mistake(
+            "E0303",
+            f"'{reference.label}' takes {_indexes(len(reference.indices))}, here given {len(nodes)}",
+            span,
+            remedy,
+        )
+    indices = [
+        partial(check_as, n, scope, t, f"the index of '{reference.label}'", "E0602")
+        for n, t in zip(nodes, reference.indices, strict=True)
+    ]
+    return scope.narrow(reference.entry(tuple(gather(indices))))
+
+
+def _alone(label: str, scope: Scope) -> str:
+    """Return how a scalar is written here, of this member of a family and of others."""
+    element, _, name = label.partition(".")  # a record's field has another dot, a param's no element
+    is_element = name and isinstance(scope.program.symbols.globals.get(element), ast.Element)
+    if not is_element or scope.program.element(element).binder is None:
+        return f"write {name if is_element and element == scope.element else label} alone"
+    other = f"{element}[..].{name}"
+    return (
+        f"write {name} for this member, {other} for another" if element == scope.element else f"write {other}"
+    )
+
+
+def _indexes(number: int) -> str:
+    return "no index" if number == 0 else "one index" if number == 1 else f"{number} indexes"
+
+
+def find(node: ast.Expr, scope: Scope) -> Reference | None:
+    """Return what ``node`` refers to, or None if it names no data (a variant, a field, an expression)."""
+    match node:
+        case ast.Name(span, name):
+            return _named(name, span, scope)
+        case ast.Member(span, operand, name):
+            owner = element_of(operand, scope)
+            return None if owner is None else _element_member(*owner, name, span, scope)
+    return None
+
+
+def _named(name: str, span: Span, scope: Scope) -> Reference | None:
+    if name in scope.locals:
+        local = scope.locals[name]
+        return Reference(name, (), lambda _: local)
+    program = scope.program
+    if scope.history and name in program.symbols.policy:
+        return _policy_member(name, span, scope)
+    if scope.element is not None and name in program.symbols.members[scope.element]:
+        binder = program.element(scope.element).binder
+        own = () if binder is None else (scope.locals.get(binder.name, ir.Local(binder.type, binder.name)),)
+        return _state(scope.element, name, own, span, scope)
+    match program.symbols.globals.get(name):
+        case ast.Const() as item:
+            value = program.const(item)
+            if isinstance(value, ir.ConstantArray):
+                return Reference(name, value.indices, partial(_table_entry, value))
+            return Reference(name, (), lambda _: value)
+        case ast.Param() as item:
+            _refuse_constant(f"the param '{name}'", span, scope)
+            param = program.param(item)
+            return Reference(name, param.indices, lambda i: ir.ParamRead(param.type, name, i))
+        case ast.Action() as item:
+            _refuse_constant("the action", span, scope)
+            action = program.action(item)
+            return Reference(name, action.indices, partial(_action_entry, action, span, scope))
+    return None
+
+
+def _policy_member(name: str, span: Span, scope: Scope) -> Reference:
+    """Return a register or let of the policy."""
+    if scope.primed:
+        raise mistake(
+            "E0407",
+            f"'{name}' has no next value here",
+            span,
+            "remove the prime; to use what memory will hold, name it with a let",
+        )
+    program = scope.program
+    item = program.symbols.policy[name]
+    if isinstance(item, ast.Memory):
+        t, indices = program.memory(item)
+        return Reference(
+            name,
+            indices,
+            lambda i: record(ir.MemoryRead(t, name, i), Use("memory", name, False, span), scope),
+        )
+    let = program.policy_let(item)
+    use = Use("draw" if let.draws else "let", let.name, False, span)
+    return Reference(name, (), lambda _: record(ir.LetRead(let.dist.type, let.name), use, scope))
+
+
+def _table_entry(table: ir.ConstantArray, indices: tuple[ir.Expr, ...]) -> ir.Expr:
+    position = 0
+    for index, t in zip(indices, table.indices, strict=True):
+        if not isinstance(index, ir.Const):
+            return ir.TableRead(_reached(table), table.name, indices)
+        position = position * size_of(t) + to_index(t, index.value)
+    value = table.values[position]
+    if isinstance(table.type, Float):
+        return operators.real(value, table.type.unit)
+    return operators.literal(value) if operators.is_numeric(table.type) else ir.Const(table.type, value)
+
+
+def _reached(table: ir.ConstantArray) -> Type:
+    """Return the type of a table's entries, as narrow as they are."""
+    if not operators.is_numeric(table.type) or table.type == PROB:
+        return table.type
+    return operators.numeric(table.type, (min(table.values), max(table.values)))
+
+
+def _action_entry(action: ir.Action, span: Span, scope: Scope, indices: tuple[ir.Expr, ...]) -> ir.Expr:
+    if scope.action is not None:
+        return scope.action
+    if scope.owner is not None:
+        scope.program.uses.add(scope.owner, Use("action", action.name, False, span))
+    return ir.ActionRead(action.type, indices)
+
+
+def _refuse_constant(what: str, span: Span, scope: Scope) -> None:
+    if scope.constant:
+        raise mistake(
+            "E0810",
+            f"{what} is not known when the model is compiled",
+            span,
+            "use literals, consts and functions of them only",
+        )
+
+
+def element_of(node: ast.Expr, scope: Scope) -> tuple[str, tuple[ir.Expr, ...]] | None:
+    """Return the element that ``node`` names, with the member's index if it is a family."""
+    name = node.operand if isinstance(node, ast.Index) else node
+    if not isinstance(name, ast.Name) or name.name in scope.locals:
+        return None
+    if not isinstance(scope.program.symbols.globals.get(name.name), ast.Element):
+        return None
+    binder = scope.program.element(name.name).binder
+    given = node.indices if isinstance(node, ast.Index) else ()
+    if len(given) != (0 if binder is None else 1):
+        raise mistake(
+            "E0303",
+            f"'{name.name}' is {'one element' if binder is None else 'a family: say which member'}",
+            node.span,
+            f"write {name.name}.name" if binder is None else f"write {name.name}[{binder.name}].name",
+        )
+    if binder is None:
+        return name.name, ()
+    index = check_as(given[0], scope, binder.type, f"the index of '{name.name}'", "E0602")
+    return name.name, (index,)
+
+
+def _element_member(
+    element: str, indices: tuple[ir.Expr, ...], name: str, span: Span, scope: Scope
+) -> Reference:
+    members = scope.program.symbols.members[element]
+    if name in members:
+        return _state(element, name, indices, span, scope)
+    if f"{element}.{name}" in scope.program.symbols.observations:
+        raise observation_read(f"{element}.{name}", span, scope)
+    raise mistake(
+        "E0205",
+        f"element '{element}' has no variable or let '{name}'",
+        span,
+        did_you_mean(name, members) or f"declare it in element {element}",
+    )
+
+
+def observation_read(path: str, span: Span, scope: Scope) -> Mistake:
+    """Return the mistake of reading an observation."""
+    name = path.rpartition(".")[2]
+    if scope.history:
+        message = f"'{name}' is an observation, which comes only after the policy has chosen"
+        return mistake("E0207", message, span, "write last(.., first) for what was seen in the step before")
+    return mistake(
+        "E0207",
+        f"'{name}' is an observation, which the model cannot read",
+        span,
+        "read the variables it depends on, or make it a visible variable",
+    )
+
+
+def _state(element: str, name: str, member: tuple[ir.Expr, ...], span: Span, scope: Scope) -> Reference:
+    """Return a variable or let of an element; ``member`` is the family member's index."""
+    program = scope.program
+    _refuse_constant(f"'{name}' of element '{element}'", span, scope)
+    item: StateMember = program.symbols.members[element][name]
+    path = f"{element}.{name}"
+    if isinstance(item, ast.Variable):
+        variable = program.variable(element, item)
+        primed = scope.primed and not variable.fixed
+        own = variable.indices[len(member) :]
+        return Reference(
+            path,
+            own,
+            lambda i: record(
+                ir.StateRead(variable.type, path, (*member, *i), primed),
+                Use("variable", path, primed, span),
+                scope,
+            ),
+        )
+    let = program.let(element, item)
+    draws, primed = item.rhs.draw and let.draws, scope.primed
+    kind = "draw" if draws else "let"
+    if scope.evaluate and not draws:
+        return Reference(path, (), lambda _: program.follow_let(element, item, member, scope))
+    return Reference(
+        path,
+        (),
+        lambda _: record(
+            ir.LetRead(let.dist.type, path, member, primed), Use(kind, path, primed, span), scope
+        ),
+    )
+
+
+def record(read: ir.Expr, use: Use, scope: Scope) -> ir.Expr:
+    """Return ``read`` and note that the declaration in work makes ``use`` of what it names."""
+    if scope.owner is not None:
+        scope.program.uses.add(scope.owner, use)
+    return read
+
+
+def _plain_name(node: ast.Name, scope: Scope, expected: Type | None) -> ir.Expr:
+    name, program = node.name, scope.program
+    if name in program.symbols.variants:
+        enum = owner_of(name, node.span, scope, expected)
+        variant = enum.variant(name)
+        assert variant is not None
+        if variant.argument is not None:
+            raise mistake(
+                "E0302",
+                f"variant '{name}' takes an argument of type {variant.argument}",
+                node.span,
+                f"write {name}(..)",
+            )
+        return ir.Const(enum, enum.offsets[name])
+    if name == "gamma":
+        return operators.real(program.discount(node.span), PLAIN)
+    if name == "pi":
+        return operators.real(_PI, PLAIN)
+    item = program.symbols.globals.get(name)
+    if isinstance(item, ast.Element):
+        raise mistake(
+            "E0207", f"'{name}' is an element, not a value", node.span, f"read one of its variables: {name}.x"
+        )
+    if isinstance(item, ast.Function):
+        raise mistake("E0207", f"'{name}' is a function", node.span, f"call it: {name}(..)")
+    if item is not None:
+        raise mistake("E0207", f"'{name}' is {kind_of(item)}, not a value", node.span, "name a value here")
+    own = f"{scope.element}.{name}"
+    if name in program.symbols.observations or own in program.symbols.observations:
+        raise observation_read(name, node.span, scope)
+    if name in program.symbols.policy:
+        raise mistake(
+            "E0505",
+            f"'{name}' is {kind_of(program.symbols.policy[name])} of the policy, which is not known here",
+            node.span,
+            "read it in the policy or in 'bound lower'; a fn can be given its value",
+        )
+    if not any(isinstance(declared, ast.Action) for declared in program.symbols.globals.values()):
+        raise Mistake  # that the model has no action is reported: this may be its name
+    raise mistake(
+        "E0201",
+        f"there is nothing called '{name}' here",
+        node.span,
+        program.symbols.suggestion(name, scope.element, _local_names(scope), expected),
+    )
+
+
+def _local_names(scope: Scope) -> set[str]:
+    return set(scope.locals) | (set(scope.program.symbols.policy) if scope.history else set())
+
+
+def owner_of(name: str, span: Span, scope: Scope, expected: Type | None) -> Enum:
+    """Return the enum that the variant ``name`` belongs to: the expected one, or its only owner."""
+    owners = scope.program.symbols.variants[name]
+    item = next((o for o in owners if isinstance(expected, Enum) and o.name == expected.name), None)
+    if item is None and len(owners) > 1:
+        raise mistake(
+            "E0206",
+            f"'{name}' is a variant of {' and of '.join(o.name for o in owners)}",
+            span,
+            f"say which: {owners[0].name}.{name}",
+        )
+    found = scope.program.named_type(item or owners[0])
+    assert isinstance(found, Enum)
+    return found
+
+
+def _member(node: ast.Member, scope: Scope) -> ir.Expr:
+    """Return ``Enum.variant`` or a record's field."""
+    if isinstance(node.operand, ast.Name) and node.operand.name not in scope.locals:
+        item = scope.program.symbols.globals.get(node.operand.name)
+        if isinstance(item, ast.EnumDecl):
+            enum = scope.program.named_type(item)
+            assert isinstance(enum, Enum)
+            if enum.variant(node.name) is None:
+                raise unknown_variant(enum, node.name, node.span)
+            return _plain_name(ast.Name(node.span, node.name), scope, enum)
+    operand = scope.check(node.operand)
+    if not isinstance(operand.type, Record):
+        is_variant = isinstance(operand.type, Enum) and operand.type.variant(node.name) is not None
+        left = node.operand.name if isinstance(node.operand, ast.Name) else ".."
+        raise mistake(
+            "E0205",
+            f"this has no field '{node.name}': it is {described(operand.type)}",
+            node.span,
+            f"write {left} == {node.name}" if is_variant else "only elements, records and enums have members",
+        )
+    if operand.type.field_type(node.name) is None:
+        names = [n for n, _ in operand.type.fields]
+        raise mistake(
+            "E0205",
+            f"record '{operand.type}' has no field '{node.name}'",
+            node.span,
+            did_you_mean(node.name, names) or f"its fields are {', '.join(names)}",
+        )
+    return scope.narrow(operators.field(operand.type, node.name, operand))
+
+
+def unknown_variant(enum: Enum, name: str, span: Span) -> Mistake:
+    """Return the mistake of naming a variant that ``enum`` lacks."""
+    names = [v.name for v in enum.variants]
+    remedy = did_you_mean(name, names) or f"its variants are {', '.join(names)}"
+    return mistake("E0205", f"enum '{enum}' has no variant '{name}'", span, remedy)
+
+
+def _not_indexable(node: ast.Index, scope: Scope) -> Mistake:
+    if isinstance(node.operand, ast.Name):
+        item = scope.program.symbols.globals.get(node.operand.name)
+        if isinstance(item, ast.Element):
+            return mistake(
+                "E0207",
+                "a member of a family is not a value",
+                node.span,
+                f"read one of its variables: {node.operand.name}[..].x",
+            )
+        if isinstance(item, ast.Function):
+            return mistake("E0207", f"'{node.operand.name}' is a function", node.span, "call it with (..)")
+    operand = scope.check(node.operand)
+    return mistake(
+        "E0303",
+        f"this cannot be indexed: it is {described(operand.type)}",
+        node.span,
+        "index arrays, and families of elements, only",
+    )
+
+
+def is_bare_variant(node: ast.Expr, scope: Scope) -> bool:
+    """Return whether ``node`` is a variant written without its enum."""
+    return isinstance(node, ast.Name | ast.Call) and node.name in scope.program.symbols.variants
+
+
+def is_atomic(e: ir.Expr) -> bool:
+    """Return whether evaluating ``e`` twice is as good as naming it."""
+    match e:
+        case ir.Const() | ir.Local():
+            return True
+        case ir.StateRead() | ir.ParamRead() | ir.TableRead() | ir.ActionRead() | ir.MemoryRead():
+            return all(map(is_atomic, e.indices))
+    return False
+
+
+def mentions_state(node: ast.Expr, scope: Scope) -> bool:
+    """Return whether ``node`` reads a variable or let, or calls a function, which may."""
+    symbols = scope.program.symbols
+    own = symbols.members[scope.element] if scope.element is not None else {}
+    for part in walk(node):
+        match part:
+            case ast.Name(_, name) if name not in scope.locals and (
+                name in own or isinstance(symbols.globals.get(name), ast.Element)
+            ):
+                return True
+            case ast.Call(_, name) if isinstance(symbols.globals.get(name), ast.Function):
+                return True
+    return False
+
+
+def walk(node: ast.Node) -> Iterator[ast.Node]:
+    """Yield ``node`` and all nodes in it."""
+    yield node
+    for f in fields(node):
+        yield from _inside(getattr(node, f.name))
+
+
+def _inside(value: object) -> Iterator[ast.Node]:
+    if isinstance(value, ast.Node):
+        yield from walk(value)
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from _inside(item)

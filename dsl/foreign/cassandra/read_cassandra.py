@@ -1,0 +1,266 @@
+"""Reads Cassandra's format (pomdp.org): the declarations, the start, and what the tables come to."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+
+from hypgen.dsl.foreign.cassandra.rewards import Rewards
+from hypgen.dsl.foreign.cassandra.tables import Probabilities
+from hypgen.dsl.foreign.cassandra.tokens import HEADINGS, Tokens, Word
+from hypgen.dsl.foreign.tables.foreign_model import ForeignModel, Law, Read, Row, Variable
+from hypgen.dsl.foreign.tables.rows import TOLERANCE, row_of
+from hypgen.dsl.foreign.tables.trouble import Trouble
+from hypgen.dsl.messages.diagnostic import did_you_mean
+from hypgen.dsl.messages.source import Source
+
+MAX_STATES = 100_000
+MAX_ROWS = 500_000
+_INTEGER = re.compile(r"\d{1,9}")
+_ACTION, _STATE, _NEXT = Read("action"), Read("state"), Read("next")
+
+
+def read(source: Source) -> ForeignModel:
+    """Return the model of a file in Cassandra's format; raises ``ModelError``."""
+    return _Reader(source).run()
+
+
+class _Reader:
+    def __init__(self, source: Source) -> None:
+        self.trouble = Trouble(source)
+        self.tokens = Tokens(self.trouble)
+        self.discount: float | None = None
+        self.is_cost = False
+        self.declared: dict[str, Variable] = {}
+        self.start: Row | None = None
+        self.pending_start: tuple[str, list[Word]] | None = None
+        self.tables: tuple[Probabilities, Probabilities | None, Rewards] | None = None
+
+    def run(self) -> ForeignModel:
+        headings: dict[str, Callable[[Word], None]] = {
+            "discount": self._discount,
+            "values": self._values,
+            "states": self._names,
+            "actions": self._names,
+            "observations": self._names,
+            "start": self._start,
+        }
+        while self.tokens.peek().text:
+            word = self.tokens.next()
+            if word.text.lower() in headings or word.text.upper() in ("T", "O", "R"):
+                self.tokens.taken = ""
+            known = headings.get(word.text.lower())
+            if known is not None:
+                known(word)
+            elif word.text.upper() in ("T", "O", "R"):
+                self._entry(word)
+            else:
+                self._unknown(word)
+        if self.tables is None:
+            self._begin_tables(Word("", len(self.tokens.text.rstrip())))
+        return self._model()
+
+    def _unknown(self, word: Word) -> None:
+        remedy = did_you_mean(word.text.lower(), HEADINGS) or "a specification starts with T, O or R"
+        code, message = "E0901", f"a specification is expected, but found '{word.text[:30]}'"
+        if self.tokens.taken and _INTEGER.match(word.text.lstrip("+-.")):
+            code, message = "E0903", f"here is a number too many: {self.tokens.taken}"
+            remedy = "remove it, or one before it"
+        self.trouble.add(code, message, word.start, len(word.text), remedy)
+        self.tokens.skip_to_heading()
+
+    def _colon(self, after: Word) -> bool:
+        if self.tokens.skip_colon():
+            return True
+        self.tokens.unexpected(self.tokens.peek(), f"':' after '{after.text}'")
+        self.tokens.skip_to_heading()
+        return False
+
+    # Declarations --------------------------------------------------------------------------------
+
+    def _discount(self, heading: Word) -> None:
+        if not self._colon(heading):
+            return
+        place = self.tokens.peek()
+        self.discount = self.tokens.number("the discount", "write a number from 0 to 1, such as 0.95")
+        if self.discount is None:
+            self.tokens.skip_to_heading()
+        elif not 0 <= self.discount <= 1:
+            message = f"the discount is {self.discount:g}"
+            self.trouble.add("E0908", message, place.start, len(place.text), "give one from 0 to 1")
+
+    def _values(self, heading: Word) -> None:
+        if not self._colon(heading):
+            return
+        word = self.tokens.next()
+        kind = word.text.lower().rstrip("s")
+        if kind not in ("reward", "cost"):
+            self.tokens.unexpected(word, "'reward' or 'cost'", "write `values: reward` or `values: cost`")
+            self.tokens.skip_to_heading()
+        self.is_cost = kind == "cost"
+
+    def _names(self, heading: Word) -> None:
+        if not self._colon(heading):
+            return
+        kind, words = heading.text.lower(), self.tokens.words()
+        if kind in self.declared or self.tables is not None:
+            message = f"the {kind} are declared " + ("twice" if kind in self.declared else "after T, O or R")
+            self.trouble.add(
+                "E0907", message, heading.start, len(heading.text), "keep one declaration, before the tables"
+            )
+            return
+        if not words:
+            self.tokens.unexpected(self.tokens.peek(), f"the number or the names of the {kind}")
+            return
+        singular = kind[:-1]
+        if len(words) == 1 and _INTEGER.fullmatch(words[0].text):
+            size = int(words[0].text)
+            if not 0 < size <= MAX_STATES:
+                message = f"there are {size} {kind}, and 1 to {MAX_STATES} can be imported"
+                raise self.trouble.stop(
+                    "E0912", message, words[0].start, len(words[0].text), "make the model smaller"
+                )
+            self.declared[kind] = Variable(singular, size)
+            return
+        if listed := next((word for word in words if "," in word.text), None):
+            self.tokens.unexpected(listed, f"a name of the {kind}", "put blanks between names, no commas")
+        first: dict[str, Word] = {}
+        for word in words:
+            if first.setdefault(word.text, word) is not word:
+                message = f"the {singular} '{word.text}' is declared twice"
+                self.trouble.add("E0907", message, word.start, len(word.text), "give each a name of its own")
+        self.declared[kind] = Variable(singular, len(words), tuple(w.text for w in words))
+
+    def _start(self, heading: Word) -> None:
+        form = ""
+        if self.tokens.peek().text.lower() in ("include", "exclude"):
+            form = self.tokens.next().text.lower()
+        if self._colon(heading):
+            self.pending_start = (form, [heading, *self.tokens.words()])
+
+    # Tables --------------------------------------------------------------------------------------
+
+    def _begin_tables(self, place: Word) -> None:
+        for kind in ("states", "actions"):
+            if kind not in self.declared:
+                raise self.trouble.stop(
+                    "E0907", f"the {kind} are not declared", place.start, len(place.text),
+                    f"add `{kind}: ` and their number or names above the tables",
+                )  # fmt: skip
+        states, actions = self.declared["states"], self.declared["actions"]
+        seen = self.declared.get("observations")
+        if states.size * actions.size > MAX_ROWS:
+            message = f"{states.size} states times {actions.size} actions are more than {MAX_ROWS} rows"
+            raise self.trouble.stop("E0912", message, place.start, len(place.text), "make the model smaller")
+        moves = Probabilities(self.tokens, "T", (actions, states), states)
+        sensor = None if seen is None else Probabilities(self.tokens, "O", (actions, states), seen)
+        self.tables = moves, sensor, Rewards(self.tokens, actions, states, seen)
+
+    def _entry(self, heading: Word) -> None:
+        if not self._colon(heading):
+            return
+        if self.tables is None:
+            self._begin_tables(heading)
+        assert self.tables is not None
+        moves, sensor, rewards = self.tables
+        kind = heading.text.upper()
+        if kind == "O" and sensor is None:
+            raise self.trouble.stop(
+                "E0907", "the observations are not declared", heading.start, 1,
+                "add `observations: ` and their number or names above the tables",
+            )  # fmt: skip
+        table = {"T": moves, "O": sensor, "R": rewards}[kind]
+        assert table is not None
+        if not table.read(heading):
+            self.tokens.skip_to_heading()
+
+    # The model -----------------------------------------------------------------------------------
+
+    def _model(self) -> ForeignModel:
+        assert self.tables is not None
+        moves, sensor, rewards = self.tables
+        states, actions = self.declared["states"], self.declared["actions"]
+        start = self._start_row(states)
+        self.trouble.raise_any()
+        moves.reset_to(start)
+        reached = moves.reached()
+        moves.check(None)
+        if sensor is not None:
+            sensor.check(reached)
+        self.trouble.raise_any()
+        step = Law((_ACTION, _STATE), moves.rows())
+        sight = () if sensor is None else (Law((_ACTION, _NEXT), sensor.rows()),)
+        notes = list(self._notes(sensor))
+        gain = rewards.gain(step, sight[0] if sight else None, -1.0 if self.is_cost else 1.0, notes)
+        seen = self.declared.get("observations")
+        return ForeignModel(
+            format="Cassandra's format",
+            discount=1.0 if self.discount is None else self.discount,
+            actions=(actions,),
+            states=(Variable("state", states.size, states.names, visible=sensor is None),),
+            observations=() if seen is None else (seen,),
+            starts=(Law((), [start]),),
+            transitions=(step,),
+            sensors=sight,
+            rewards=(gain,),
+            notes=tuple(notes),
+        )
+
+    def _notes(self, sensor: Probabilities | None) -> Sequence[str]:
+        notes = []
+        if self.discount is None:
+            notes.append("The file gives no discount: it is 1.")
+        if self.is_cost:
+            notes.append("The file gives costs: their signs are changed.")
+        if sensor is None:
+            notes.append("The file declares no observations: the state is visible.")
+        return notes
+
+    def _start_row(self, states: Variable) -> Row:
+        everywhere = row_of([1.0 / states.size] * states.size)
+        if self.pending_start is None:
+            return everywhere
+        form, (heading, *words) = self.pending_start
+        if not words:
+            self.tokens.unexpected(self.tokens.peek(), "the start")
+            return everywhere
+        if not form and len(words) == states.size and _are_numbers(words) and not _is_one(words, states):
+            return self._start_vector(words)
+        if not form and words[0].text.lower() == "uniform" and len(words) == 1:
+            return everywhere
+        if not form and len(words) > 1 and _are_numbers(words):
+            message = f"'start' takes {states.size} numbers, one for each state, but {len(words)} are given"
+            self.trouble.add("E0903", message, heading.start, len(heading.text), "give one for each state")
+            return everywhere
+        assert self.tables is not None
+        named = [self.tables[0].resolve(word, states) for word in words]
+        if None in named:
+            return everywhere
+        chosen = {state for found in named if found is not None for state in found}
+        if form == "exclude":
+            chosen = set(range(states.size)) - chosen
+        if not chosen:
+            self.trouble.add(
+                "E0904", "no state is left to start in", heading.start, len(heading.text), "exclude fewer"
+            )
+            return everywhere
+        return tuple((s, 1.0 / len(chosen)) for s in sorted(chosen))
+
+    def _start_vector(self, words: list[Word]) -> Row:
+        values = [float(w.text) for w in words]
+        total = sum(values)
+        if min(values) < 0 or not abs(total - 1) <= TOLERANCE:
+            message = f"the probabilities of the start sum to {total:.6g}"
+            if min(values) < 0:
+                message = f"a probability of the start is {min(values):g}"
+            self.trouble.add("E0904", message, words[0].start, len(words[0].text), "make them sum to 1")
+        return row_of(values)
+
+
+def _are_numbers(words: list[Word]) -> bool:
+    return all(re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", w.text) for w in words)
+
+
+def _is_one(words: list[Word], states: Variable) -> bool:
+    """Return whether the words name the only state there is: `start: 0`."""
+    return states.size == 1 and words[0].text == "0"

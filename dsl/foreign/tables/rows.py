@@ -1,0 +1,26 @@
+"""Rows of probabilities: what they may sum to, and their sparse form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from hypgen.dsl.foreign.tables.foreign_model import Row
+
+# Files print 1/3 with a few digits; a row is off by that for each of its entries.
+TOLERANCE = 1.01e-4
+# The language takes a row that is off by as much as it is.
+_EXACT = 2e-6
+
+
+def row_of(values: Sequence[float]) -> Row:
+    """Return the row of probabilities given for every value."""
+    return normalised(enumerate(values))
+
+
+def normalised(entries: Iterable[tuple[int, float]]) -> Row:
+    """Return what is above 0, by value, scaled where it is visibly off 1."""
+    kept = sorted((v, p) for v, p in entries if p > 0)
+    total = sum(p for _, p in kept)
+    if abs(total - 1) <= _EXACT or not kept:
+        return tuple(kept)
+    return tuple((v, p / total) for v, p in kept)

@@ -1,0 +1,170 @@
+"""Continuous laws: a draw from one word, and the probability below a value.
+
+Probabilities are float64. Where a law degenerates (no width, no probability between the ends), comparisons
+say so and lanes hold infinities and NaN on the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from hypgen.dsl import ir
+from hypgen.dsl.interpret.evaluate.counts import Counts, share, words_of
+from hypgen.dsl.interpret.evaluate.values import Array, Frame, Word, as_type
+from hypgen.dsl.interpret.floats import scalar_functions
+from hypgen.dsl.interpret.floats.exponentials import exp2_inside, log_double
+from hypgen.dsl.interpret.floats.normal import (
+    exponential_of_word,
+    normal_cdf,
+    normal_of_word,
+    normal_quantile,
+    unit_of_word,
+)
+from hypgen.dsl.types import low_of, size_of
+
+Below = Callable[[Array], Array]
+
+
+class ContinuousLaws(Counts):
+    """Draws of ``ir.Continuous``; draws and densities of ``ir.Binned``."""
+
+    def sample_continuous(self, law: ir.Continuous, frame: Frame, word: Word) -> Array:
+        """Return a draw in each lane."""
+        match law:
+            case ir.Normal():
+                z = normal_of_word(word()).astype(np.float32)
+                return np.asarray(self.value(law.mean, frame) + self.value(law.deviation, frame) * z)
+            case ir.UniformFloat():
+                low, high = self.value(law.low, frame), self.value(law.high, frame)
+                u = unit_of_word(word()).astype(np.float32)
+                return scalar_functions.minimum(low + (high - low) * u, high)
+            case ir.Exponential():
+                return np.asarray(self._mean(law, frame) * exponential_of_word(word()).astype(np.float32))
+            case ir.Truncated():
+                return self._sample_truncated(law, frame, word)
+            case ir.Clamped():
+                drawn = self.sample_continuous(law.law, frame, word)
+                return scalar_functions.clamp(drawn, as_type(law.low, law.type), as_type(law.high, law.type))
+        raise TypeError(f"unknown law {type(law).__name__}")
+
+    def _mean(self, law: ir.Exponential, frame: Frame) -> Array:
+        mean = self.value(law.mean, frame)
+        return np.where(mean > 0.0, mean, np.float32(0.0))
+
+    def below(self, law: ir.Continuous, frame: Frame) -> Below:
+        """Return the function that gives the probability below a double."""
+        match law:
+            case ir.Normal():
+                mean, deviation = self._doubles(frame, law.mean, law.deviation)
+                return lambda x: normal_cdf((x - mean) / np.abs(deviation))
+            case ir.UniformFloat():
+                return partial(_below_uniform, *self._doubles(frame, law.low, law.high))
+            case ir.Exponential():
+                size = self._mean(law, frame).astype(np.float64)
+                return lambda x: 1.0 - _survival(x, size)
+            case ir.Truncated():
+                return self._below_truncated(law, frame)
+        raise TypeError(f"no probabilities of {type(law).__name__}")
+
+    def _doubles(self, frame: Frame, *values: ir.Expr) -> tuple[Array, ...]:
+        return tuple(self.value(e, frame).astype(np.float64) for e in values)
+
+    # Truncated laws ----------------------------------------------------------------------------
+
+    def _sample_truncated(self, law: ir.Truncated, frame: Frame, word: Word) -> Array:
+        low, high = self.value(law.low, frame), self.value(law.high, frame)
+        start, end = low.astype(np.float64), high.astype(np.float64)
+        p = unit_of_word(word())
+        match law.law:
+            case ir.Normal(_, mean_, deviation_):
+                mean, scale = self.value(mean_, frame), np.abs(self.value(deviation_, frame))
+                center, size = mean.astype(np.float64), scale.astype(np.float64)
+                total = _between_normal(center, size, start, end)
+                a, p = (start - center) / size, p * total
+                z = normal_quantile(np.where(a > 0.0, normal_cdf(-a) - p, normal_cdf(a) + p))
+                distance = scale * z.astype(np.float32)
+                x = np.where(a > 0.0, mean - distance, mean + distance)
+            case ir.Exponential():
+                mean, center = self._mean(law.law, frame), np.zeros(())
+                size = mean.astype(np.float64)
+                total = _survival(start, size) - _survival(end, size)
+                x = mean * (-log_double(_survival(start, size) - p * total)).astype(np.float32)
+            case _:
+                raise TypeError(f"{type(law.law).__name__} is not truncated")
+        inside = np.where(x > low, np.where(high < x, high, x), low)
+        return np.where(total > 0.0, inside, np.where(center < start, low, high))
+
+    def _below_truncated(self, law: ir.Truncated, frame: Frame) -> Below:
+        low, high = self._doubles(frame, law.low, law.high)
+        match law.law:
+            case ir.Normal(_, mean, deviation):
+                center, size = self._doubles(frame, mean, deviation)
+                between = partial(_between_normal, center, np.abs(size), low)
+            case ir.Exponential():
+                center, size = np.zeros(()), self._mean(law.law, frame).astype(np.float64)
+                between = partial(_between_exponential, size, low)
+            case _:
+                raise TypeError(f"{type(law.law).__name__} is not truncated")
+        total = between(high)
+        nearer = np.where(center < low, low, high)
+
+        def below(x: Array) -> Array:
+            part = np.where(x > low, np.where(x < high, between(x) / total, 1.0), 0.0)
+            return np.where(total > 0.0, part, np.where(x > nearer, 1.0, 0.0))
+
+        return below
+
+    # Bins --------------------------------------------------------------------------------------
+
+    def sample_bin(self, dist: ir.Binned, frame: Frame, word: Word) -> Array:
+        """Return the bin drawn in each lane: the first whose words are not passed."""
+        draw = word()
+        result: Array = np.asarray(size_of(dist.type) - 1)
+        for position, words in reversed(list(enumerate(self._reach_of_bins(dist, frame)))):
+            result = np.where(draw < words, position, result)
+        return as_type(result + low_of(dist.type), dist.type)
+
+    def density_of_bin(self, dist: ir.Binned, frame: Frame, value: Array) -> Array:
+        """Return the probability of the bin ``value`` in each lane."""
+        words = before = np.asarray(0, dtype=np.uint64)
+        for position, after in enumerate(self._reach_of_bins(dist, frame), low_of(dist.type)):
+            words = np.where(value == position, np.where(after > before, after - before, np.uint64(0)), words)
+            before = after
+        return share(words)
+
+    def _reach_of_bins(self, dist: ir.Binned, frame: Frame) -> list[Array]:
+        count = size_of(dist.type)
+        low, high = self._doubles(frame, dist.low, dist.high)
+        width = np.where(high > low, high - low, 0.0)
+        edges = [low + width * ((i + 1) / count) for i in range(count - 1)]
+        below = self.below(dist.law, frame)
+        return [words_of(below(e)) for e in edges] + [np.asarray(2**32, dtype=np.uint64)]
+
+
+def _below_uniform(low: Array, high: Array, x: Array) -> Array:
+    inside = (x - low) / (high - low)
+    inside = np.where(inside < 0.0, 0.0, np.where(inside > 1.0, 1.0, inside))
+    return np.where(high > low, inside, np.where(x > high, 1.0, 0.0))
+
+
+def _between_normal(mean: Array, deviation: Array, low: Array, x: Array) -> Array:
+    """Return the probability from ``low`` to ``x``, computed in the smaller tail."""
+    a, b = (low - mean) / deviation, (x - mean) / deviation
+    upper = a > 0.0
+    return normal_cdf(np.where(upper, -a, b)) - normal_cdf(np.where(upper, -b, a))
+
+
+def _between_exponential(mean: Array, low: Array, x: Array) -> Array:
+    return _survival(low, mean) - _survival(x, mean)
+
+
+def _survival(x: Array, mean: Array) -> Array:
+    """Return the probability that an exponential number of this mean is not below ``x``."""
+    power = (x / mean) * -1.4426950408889634
+    power = np.where(power > -1000.0, power, -1000.0)
+    inside = x > 0.0
+    beyond = np.where(mean > 0.0, exp2_inside(np.where(inside, power, 0.0)), 0.0)
+    return np.where(inside, beyond, 1.0)

@@ -1,0 +1,106 @@
+"""Values of the interpreter: one array entry a lane, or a scalar where all lanes agree.
+
+bool_ for ``bool``, float32 for floats, int32 for everything else. Arrays broadcast: an expression that
+depends on the action alone has the action's shape, so that legality of all actions is one evaluation.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hypgen.dsl.interpret.floats.philox import DrawSource, Words
+from hypgen.dsl.interpret.floats.scalar_functions import canonical_bits
+from hypgen.dsl.ir import Binder
+from hypgen.dsl.types import Bool, Float, Type, low_of, size_of
+
+Array = npt.NDArray[Any]
+State = dict[str, Array]
+History = dict[str, Array]
+Word = Callable[[], Words]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What an expression is evaluated in.
+
+    Every array of a state has the lanes first, then the variable's indices. ``primed`` redirects unprimed
+    reads of state to ``after``: inside a primed call. ``history`` has what ``eval_history`` says. ``decided``
+    keeps the policy's lets, whose values hold for the whole decision.
+    """
+
+    lanes: Array
+    state: State
+    after: State | None = None
+    action: Array | None = None
+    draws: DrawSource | None = None
+    locals: Mapping[str, Array] = field(default_factory=dict)
+    primed: bool = False
+    history: History | None = None
+    decided: dict[str, Array] = field(default_factory=dict)
+
+    def bind(self, values: Mapping[str, Array]) -> Frame:
+        """Return the frame with more locals."""
+        return replace(self, locals={**self.locals, **values})
+
+    def enter(self, values: Mapping[str, Array], primed: bool) -> Frame:
+        """Return the frame of a function's or let's body, which sees no locals but its own."""
+        return replace(self, locals=values, primed=self.primed or primed)
+
+    def word(self, site: int, index: int | Array) -> Word:
+        """Return how to get the word of a draw, which a certain value never asks for."""
+        draws = self.draws
+        assert draws is not None, "this part of a model does not draw"
+        return lambda: draws.word(site, index)
+
+
+def dtype_of(t: Type) -> npt.DTypeLike:
+    """Return the array type that holds values of ``t``."""
+    match t:
+        case Bool():
+            return np.bool_
+        case Float():
+            return np.float32
+    return np.int32
+
+
+def as_type(value: Any, t: Type) -> Array:
+    """Return the value in the array type of ``t``."""
+    return np.asarray(value).astype(dtype_of(t), copy=False)
+
+
+def to_position(value: Array, t: Type) -> Array:
+    """Return where a value stands in its finite type, from 0; lanes that hold garbage are clipped."""
+    position = np.asarray(value).astype(np.int64) - low_of(t)
+    return np.minimum(np.maximum(position, 0), size_of(t) - 1)
+
+
+def from_position(position: Array, t: Type) -> Array:
+    """Return the value at a position of a finite type."""
+    return as_type(position + low_of(t), t)
+
+
+def to_digit(value: Array, t: Type) -> Array:
+    """Return a value's digit in the observation key: a position, or a float's bits."""
+    return canonical_bits(value) if isinstance(t, Float) else to_position(value, t)
+
+
+def from_digit(digit: Array, t: Type) -> Array:
+    """Return the value whose digit this is."""
+    if isinstance(t, Float):
+        return np.asarray(digit).astype(np.uint32).view(np.float32)
+    return from_position(digit, t)
+
+
+def combinations(binders: tuple[Binder, ...]) -> Iterator[tuple[int, tuple[int, ...], dict[str, Array]]]:
+    """Yield, in lexicographic order, a number from 0, the positions and the locals of all binders' values."""
+    places = itertools.product(*(range(size_of(b.type)) for b in binders))
+    for number, place in enumerate(places):
+        codes = zip(binders, np.asarray(place, np.int64), strict=True)
+        values = {b.name: from_position(np.asarray(code), b.type) for b, code in codes}
+        yield number, place, values

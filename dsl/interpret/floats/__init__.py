@@ -1,0 +1,4 @@
+"""Float functions and random words in numpy, with the bits that the C++ runtime gives.
+
+Takes arrays. Gives arrays; each module mirrors a header of ``runtime/include/hypgen``.
+"""

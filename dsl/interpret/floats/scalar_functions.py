@@ -1,0 +1,125 @@
+"""The scalar functions of models on arrays: what ``runtime/include/hypgen/math.hpp`` does, in numpy.
+
+Float functions have modules of their own: ``float_exponentials``, ``float_trigonometry``, ``float_normal``.
+They are computed in float64 by a fixed sequence of IEEE + - * /, sqrt and floor and rounded once to float32.
+Each function, here and there, is the header's function of the same name, operation by operation; change both
+or neither. Where C++ branches, all lanes compute every branch and the right one is chosen, so floating-point
+warnings mean nothing.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from hypgen.dsl.interpret.floats.bits import Array, double, quiet, single
+
+FIXED_BITS = 24
+_FIXED_LIMIT = 2**48
+_INT32 = np.int32
+
+# Numbers of either kind --------------------------------------------------------------------------
+
+
+def minimum(a: Array, b: Array) -> Array:
+    """Return ``b < a ? b : a``."""
+    return np.where(b < a, b, a)
+
+
+def maximum(a: Array, b: Array) -> Array:
+    """Return ``a < b ? b : a``."""
+    return np.where(a < b, b, a)
+
+
+def clamp(x: Array, low: Array, high: Array) -> Array:
+    """Return x forced into [low, high]; NaN stays NaN."""
+    return np.where(x < low, low, np.where(high < x, high, x))
+
+
+def sign(x: Array) -> Array:
+    """Return -1, 0 or 1 of x's kind; 0 for NaN."""
+    result: Array = (x > 0).astype(x.dtype) - (x < 0).astype(x.dtype)
+    return result
+
+
+# Integers ----------------------------------------------------------------------------------------
+
+
+def floordiv(a: npt.ArrayLike, b: npt.ArrayLike) -> Array:
+    """Return the quotient rounded down; 0 for a zero divisor."""
+    with quiet():
+        divisor = np.asarray(b, dtype=np.int64)
+        quotient = np.asarray(a, dtype=np.int64) // np.where(divisor == 0, 1, divisor)
+        return np.where(divisor == 0, 0, quotient).astype(_INT32)
+
+
+def mod(a: npt.ArrayLike, b: npt.ArrayLike) -> Array:
+    """Return a - b * floordiv(a, b), which has the divisor's sign; 0 for a zero divisor."""
+    with quiet():
+        divisor = np.asarray(b, dtype=np.int64)
+        rest = np.asarray(a, dtype=np.int64) % np.where(divisor == 0, 1, divisor)
+        return np.where(divisor == 0, 0, rest).astype(_INT32)
+
+
+def _saturate(whole: Array, low: int, high: int) -> Array:
+    with quiet():
+        above_low = whole > low  # false for NaN, which gives low
+        inside = np.where(above_low & (whole < high), whole, low).astype(np.int64)
+        return np.where(above_low & ~(whole < high), high, inside).astype(_INT32)
+
+
+def floor_to_int(x: npt.ArrayLike, low: int, high: int) -> Array:
+    """Return floor(x) saturated to [low, high]; NaN gives low."""
+    return _saturate(np.floor(double(x)), low, high)
+
+
+def ceil_to_int(x: npt.ArrayLike, low: int, high: int) -> Array:
+    """Return ceil(x) saturated to [low, high]; NaN gives low."""
+    return _saturate(np.ceil(double(x)), low, high)
+
+
+def round_to_int(x: npt.ArrayLike, low: int, high: int) -> Array:
+    """Return x rounded half to even, saturated to [low, high]; NaN gives low."""
+    return _saturate(np.rint(double(x)), low, high)
+
+
+# Fixed point and thresholds ----------------------------------------------------------------------
+
+
+def saturate_fixed(x: Array) -> Array:
+    """Return a fixed-point reward within the limits of a term and of a step's sum."""
+    return np.minimum(np.maximum(x, -_FIXED_LIMIT), _FIXED_LIMIT)
+
+
+def to_fixed(x: Array) -> Array:
+    """Return a reward term in fixed point: floats half to even, saturated, 0 for NaN."""
+    if x.dtype.kind != "f":
+        return saturate_fixed(x.astype(np.int64) << FIXED_BITS)
+    with quiet():
+        scaled = np.rint(double(x) * 2.0**FIXED_BITS)
+        limit = float(_FIXED_LIMIT)
+        return np.where(np.isnan(scaled), 0.0, np.clip(scaled, -limit, limit)).astype(np.int64)
+
+
+def from_fixed(x: npt.ArrayLike) -> Array:
+    """Return a fixed-point reward as float32."""
+    return single(np.asarray(x, dtype=np.int64).astype(np.float64) * 2.0**-FIXED_BITS)
+
+
+def threshold(p: npt.ArrayLike) -> Array:
+    """Return T(p): a uniform 32-bit word is below it with probability p. In [0, 2^32]; 0 for NaN."""
+    with quiet():
+        scaled = double(p) * 2.0**32
+        positive = np.where(scaled > 0.0, scaled, 0.0)
+        return np.where(positive < 2.0**32, positive, 2.0**32).astype(np.uint64)
+
+
+def canonical_bits(x: npt.ArrayLike) -> Array:
+    """Return the bits of float32 values as uint32; every NaN gives the same ones."""
+    single = np.asarray(x, dtype=np.float32)
+    return np.where(np.isnan(single), np.uint32(0x7FC00000), single.view(np.uint32))
+
+
+def canonical_double_bits(x: Array) -> Array:
+    """Return the bits of float64 values as uint64; every NaN gives the same ones."""
+    return np.where(np.isnan(x), np.uint64(0x7FF8000000000000), np.ascontiguousarray(x).view(np.uint64))

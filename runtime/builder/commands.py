@@ -1,0 +1,83 @@
+"""Runs the commands of a build, and tells the machine's faults from hypgen's own."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+from pathlib import Path
+
+from hypgen.runtime.builder import cache
+from hypgen.runtime.builder.cuda_tools import CudaBuild, nvcc_command
+from hypgen.runtime.builder.errors import BuildError, ToolchainError
+from hypgen.runtime.builder.tools import Tools, run
+
+PROBE = "#include <thread>\n#include <variant>\nint main() { return (int)std::variant<int>{0}.index(); }\n"
+CUDA_PROBE = f"#include <cuda_runtime.h>\n__global__ void probe_kernel() {{}}\n{PROBE}"
+
+
+def call(command: list[str], what: str, tools: Tools, cuda: CudaBuild | None = None) -> None:
+    """Run one build command. Its output goes to a log that the user sees only the path of."""
+    done = _run(command)
+    if done.returncode == 0:
+        return
+    log = cache.folder("logs") / f"{cache.digest(*command)}.log"
+    log.write_text(f"{shlex.join(command)}\n\n{done.stdout}", encoding="utf-8")
+    _blame_machine(done, tools, log)
+    if cuda is not None and command[0] == str(cuda.nvcc.path):
+        _blame_nvcc(cuda, tools, log)
+    raise BuildError(what, log)
+
+
+def _run(command: list[str]) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+    )
+
+
+def _blame_machine(done: subprocess.CompletedProcess[str], tools: Tools, log: Path) -> None:
+    """Raise a ``ToolchainError`` where the machine, not hypgen's C++, made the command fail."""
+    # nvcc reports a signal that ended one of its parts in words of its own.
+    if done.returncode < 0 or re.search(r"Killed signal|died due to signal 9|\bKilled\b", done.stdout):
+        raise ToolchainError(f"the compiler was killed; see {log}", "free some memory and try again")
+    if "No space left on device" in done.stdout:
+        raise ToolchainError(
+            "the disk is full", f"make room in '{cache.cache_dir()}' and in the temporary folder"
+        )
+    probe = log.with_suffix(".cpp")
+    probe.write_text(PROBE, encoding="utf-8")
+    command = [
+        str(tools.compiler.path),
+        "-std=c++17",
+        str(probe),
+        "-pthread",
+        "-o",
+        str(log.with_suffix(".out")),
+    ]
+    if run(command) is None:
+        raise ToolchainError(
+            f"'{tools.compiler.path}' cannot build a C++17 program; see {log}",
+            "install g++ 9 or newer with its standard library, or name another compiler in CXX",
+        )
+
+
+def _blame_nvcc(cuda: CudaBuild, tools: Tools, log: Path) -> None:
+    """Raise a ``ToolchainError`` if nvcc cannot compile anything with its host compiler."""
+    probe = log.with_suffix(".cu")
+    probe.write_text(CUDA_PROBE, encoding="utf-8")
+    command = nvcc_command(cuda, ["-std=c++17"], tools.compiler.path, [])
+    done = _run([*command, "-c", str(probe), "-o", str(log.with_suffix(".o"))])
+    if done.returncode == 0:
+        return
+    errors = [line for line in done.stdout.splitlines() if re.search(r"error|fatal", line, re.IGNORECASE)]
+    message = re.sub(r"^.*?(?:#error --|error:|fatal *:)\s*", "", errors[0]) if errors else "no message"
+    short = message.split("!")[0].rstrip(".")
+    raise ToolchainError(
+        f"'{cuda.nvcc.path}' cannot compile with its host compiler: {short}; see {log}",
+        f"let NVCC_CCBIN name a g++ that {cuda.nvcc.version} takes, or name another nvcc with --nvcc",
+    )

@@ -1,0 +1,125 @@
+"""Writes a generated project to a folder that builds by itself, with plain CMake and nothing of hypgen."""
+
+from __future__ import annotations
+
+import filecmp
+import importlib.metadata
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from hypgen.runtime.builder.errors import ToolchainError
+from hypgen.runtime.builder.solver import runtime_files, solver_name
+from hypgen.runtime.builder.tools import find_json
+
+MARKER = ".hypgen-project"  # lists the files that hypgen wrote, so that only those are ever replaced
+TARGET_FILE = "target.cmake"
+SYSTEM_LICENCE = Path("/usr/share/doc/nlohmann-json3-dev/copyright")
+
+
+def export(
+    files: Mapping[str, str],
+    directory: Path,
+    executable: Path | None = None,
+    architectures: tuple[int, ...] = (),
+) -> None:
+    """Write the project, the runtime's sources and the third-party header to ``directory``.
+
+    With ``architectures``, its own build compiles for those GPUs unless told otherwise.
+
+    Everything is staged first and then moved into place, so that a failure leaves no half-written
+    project. Unchanged files keep their times (a CMake build in the folder stays incremental), files of
+    the user's are left alone, and a folder that holds only other things is refused.
+    """
+    try:
+        old = check_target(directory)
+        directory.parent.mkdir(parents=True, exist_ok=True)
+        inside = directory if directory.exists() else directory.parent
+        with tempfile.TemporaryDirectory(prefix=".hypgen-", dir=inside) as temporary:
+            stage = Path(temporary) / "project"
+            written = _stage({**files, **_target(architectures)}, executable, stage)
+            if not directory.exists():
+                stage.rename(directory)
+                return
+            for name in written:
+                _move(stage / name, directory / name)
+            for name in set(old) - set(written):
+                (directory / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise ToolchainError(
+            f"cannot write '{directory}': {error.strerror}", "name another folder with -o"
+        ) from error
+
+
+def check_target(directory: Path) -> list[str]:
+    """Return the files that hypgen wrote to ``directory`` before; refuse a folder that is not hypgen's."""
+    marker = directory / MARKER
+    if marker.is_file():
+        try:
+            names = [str(name) for name in json.loads(marker.read_text(encoding="utf-8"))["files"]]
+            # The folder may come from someone else: its list must not reach outside it.
+            return [name for name in names if not name.startswith("/") and ".." not in name.split("/")]
+        except (ValueError, KeyError, TypeError):
+            return []
+    if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
+        raise ToolchainError(
+            f"'{directory}' exists and was not written by hypgen", "name a new or an empty folder with -o"
+        )
+    return []
+
+
+def _stage(files: Mapping[str, str], executable: Path | None, stage: Path) -> list[str]:
+    """Write the whole project to ``stage``; return its files' names, the marker last."""
+    for name, text in files.items():
+        _parent(stage / name).write_text(text, encoding="utf-8")
+    for name, path in runtime_files().items():
+        shutil.copyfile(path, _parent(stage / "hypgen" / name))
+    third_party = stage / "third_party" / "nlohmann"
+    shutil.copytree(find_json() / "nlohmann", third_party)
+    licence = _json_licence()
+    if licence is not None:
+        shutil.copyfile(licence, third_party / "LICENSE")
+    if executable is not None:
+        shutil.copy(executable, _parent(stage / "bin" / solver_name(files)))
+    written = sorted(path.relative_to(stage).as_posix() for path in stage.rglob("*") if path.is_file())
+    listing = json.dumps({"files": [*written, MARKER]}, indent=1)
+    (stage / MARKER).write_text(listing + "\n", encoding="utf-8")
+    return [*written, MARKER]
+
+
+def _target(architectures: tuple[int, ...]) -> dict[str, str]:
+    """Return the file that the project's CMakeLists.txt takes its defaults from; none for the CPU alone."""
+    if not architectures:
+        return {}
+    numbers = ";".join(map(str, architectures))
+    lines = [
+        'set(HYPGEN_CUDA ON CACHE BOOL "Compile for GPUs too")',
+        f'set(HYPGEN_CUDA_ARCHITECTURES "{numbers}" CACHE STRING "GPUs to compile for, ascending")',
+    ]
+    return {TARGET_FILE: "".join(f"{line}\n" for line in lines)}
+
+
+def _parent(path: Path) -> Path:
+    """Return ``path`` with the folder that it is to stand in made."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def _move(source: Path, target: Path) -> None:
+    """Put ``source`` in the place of ``target`` unless they are the same."""
+    if target.is_file() and filecmp.cmp(source, target, shallow=False):
+        return
+    os.replace(source, _parent(target))
+
+
+def _json_licence() -> Path | None:
+    """Return the licence text of nlohmann-json (without one, its headers still state it)."""
+    try:
+        listed = importlib.metadata.files("nlohmann-json") or []
+    except importlib.metadata.PackageNotFoundError:
+        listed = []
+    found = [Path(str(file.locate())) for file in listed if file.name.startswith("LICENSE")]
+    return next((path for path in (*found, SYSTEM_LICENCE) if path.is_file()), None)

@@ -1,0 +1,344 @@
+// A particle filter that weighs by the likelihoods of the model's own declarations.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <set>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "hypgen/belief/belief.hpp"
+#include "hypgen/belief/redraw.hpp"
+#include "hypgen/model/model.hpp"
+
+namespace hypgen {
+
+// Particles of equal number at all times; systematic resampling when the effective sample size is below half.
+// Fixed values that a copy has not read yet it draws anew (unread.hpp).
+template <class M>
+class ParticleBelief final : public Belief {
+ public:
+  ParticleBelief(const typename M::Params& params, std::uint64_t seed, std::size_t particles)
+      : params_(params), seed_(seed), now_(particles), next_(particles) {
+    if constexpr (kTracks) tracked_params_ = copied<typename T::Params>(params);
+  }
+
+  void init(const std::int32_t* visible, std::uint64_t run) override {
+    key_ = derive(seed_, StreamKind::kBelief, run);
+    step_ = 0;
+    visible_.assign(visible, visible + M::kVisibleCount);
+    now_.resize(next_.size());
+    for (std::uint32_t i = 0; i < now_.size(); ++i) {
+      now_[i].origin = i;
+      draw_initial(now_[i]);
+      now_[i].weight = 1.0 / static_cast<double>(now_.size());
+    }
+    hypotheses_ = count_distinct();
+    T::init_history(params(), now_[0].fixed, now_[0].state, history_);
+  }
+
+  Status update(int action, KeyWords words) override {
+    const auto key = key_from<typename M::Key>(words);
+    double total = filter(action, key, 0);
+    // Particles that contradict the observation may not do so with other draws.
+    for (std::uint32_t round = 1; round <= kRedraws && !(total > 0.0); ++round)
+      total = filter(action, key, round);
+    if (!(total > 0.0)) return explain_failure(action);
+    move_on(action, key, total);
+    return Status::kOk;
+  }
+
+  // Only those particles go on whose episode does, if there are any.
+  void propagate(int action, KeyWords words) override {
+    const auto key = key_from<typename M::Key>(words);
+    filter(action, key, 0);
+    double total = 0.0;
+    for (std::uint32_t i = 0; i < now_.size(); ++i) {
+      next_[i].weight = ends(i, action) ? 0.0 : now_[i].weight;
+      total += next_[i].weight;
+    }
+    if (!(total > 0.0)) {
+      for (std::size_t i = 0; i < now_.size(); ++i) next_[i].weight = now_[i].weight;
+      total = 1.0;
+    }
+    move_on(action, key, total);
+  }
+
+  void reserve(ScenarioBuffer& buffer, std::size_t capacity) const override {
+    buffer.reserve(sizeof(typename M::Fixed), sizeof(typename M::State), sizeof(typename M::History),
+                   capacity);
+  }
+
+  void sample(StreamKey key, std::uint32_t first, std::size_t count, ScenarioBuffer& out) const override {
+    out.clear(first);
+    out.set_history(history_);
+    PhiloxDraws draws(key, first, 0);
+    choose(draws.word(kSampleSite, 0), count,
+           [&](const Particle& particle) { out.push(plain(particle.fixed), particle.state); });
+  }
+
+  int default_action(StreamKey key) const override {
+    PhiloxDraws draws(key, 0, 0);
+    return T::default_policy(params(), now_[0].fixed, now_[0].state, history_, draws);
+  }
+
+  double marginal(int variable, std::int32_t value) const override {
+    double sum = 0.0;
+    std::int32_t values[M::kVariableCount];
+    for (const Particle& particle : now_) {
+      const typename T::Fixed fixed = particle.fixed;  // looking at it from outside is no reading
+      T::export_state(fixed, particle.state, values);
+      if (values[variable] == value) sum += particle.weight;
+    }
+    return sum;
+  }
+
+  void export_particles(ScenarioBuffer& particles, std::vector<double>& weights) const override {
+    particles.clear(0);
+    particles.set_history(history_);
+    weights.clear();
+    for (const Particle& particle : now_) {
+      particles.push(plain(particle.fixed), particle.state);
+      weights.push_back(particle.weight);
+    }
+  }
+
+  bool import_particles(const ScenarioBuffer& particles, const std::vector<double>& weights) override {
+    if (particles.size() != now_.size() || weights.size() != now_.size() ||
+        !particles.holds(sizeof(typename M::Fixed), sizeof(typename M::State), sizeof history_)) {
+      return false;
+    }
+    std::vector<typename M::Fixed> fixed(now_.size());
+    std::vector<typename T::State> states(now_.size());
+    particles.copy_to(fixed.data(), states.data());
+    particles.copy_history_to(history_);
+    for (std::uint32_t i = 0; i < now_.size(); ++i) {
+      now_[i].fixed = all_read(fixed[i]);
+      now_[i].state = states[i];
+      now_[i].weight = weights[i];
+      now_[i].origin = i;
+    }
+    hypotheses_ = count_distinct();
+    return true;
+  }
+
+  double effective_sample_size() const override {
+    double sum = 0.0;
+    for (const Particle& particle : now_) sum += particle.weight * particle.weight;
+    return 1.0 / sum;
+  }
+
+  std::size_t size() const override { return now_.size(); }
+
+ private:
+  static constexpr std::uint32_t kRedraws = 16;
+  static constexpr bool kTracks = Tracked<M>::kAny;
+  using T = typename Tracked<M>::Model;  // as M, but for the type of the words of Fixed
+
+  // The words of a particle's own: at first, and of each of the two proposals.
+  static constexpr std::uint32_t kFirstSite = site_id("belief:first");
+  static constexpr std::uint32_t kAllSite = site_id("belief:all");
+  static constexpr std::uint32_t kEntriesSite = site_id("belief:entries");
+
+  struct Particle : Tracked<M>::Own {
+    typename T::Fixed fixed;
+    typename T::State state;
+    double weight;
+    std::uint32_t origin;  // whose draws its initial values came of, but for those made anew
+  };
+
+  // The same bytes as another type: of T and of M.
+  template <class To, class From>
+  static std::unique_ptr<To> copied(const From& from) {
+    static_assert(sizeof(To) == sizeof(From) && std::is_trivially_copyable_v<To>);
+    auto to = std::make_unique<To>();
+    std::memcpy(to.get(), &from, sizeof from);
+    return to;
+  }
+
+  const typename T::Params& params() const {
+    if constexpr (kTracks) {
+      return *tracked_params_;
+    } else {
+      return params_;
+    }
+  }
+
+  static typename M::Fixed plain(const typename T::Fixed& fixed) {
+    if constexpr (kTracks) {
+      typename M::Fixed words;
+      for (std::size_t i = 0; i < kFixedWords; ++i) words.words[i] = fixed.words[i].value;
+      return words;
+    } else {
+      return fixed;
+    }
+  }
+
+  static typename T::Fixed all_read(const typename M::Fixed& fixed) {
+    if constexpr (kTracks) {
+      typename T::Fixed words;
+      for (std::size_t i = 0; i < kFixedWords; ++i) words.words[i] = {fixed.words[i], ~std::uint32_t{0}};
+      return words;
+    } else {
+      return fixed;
+    }
+  }
+
+  // Draws a particle's initial values, and forgets which of them others read for that.
+  void draw_initial(Particle& particle) const {
+    T::import_visible(visible_.data(), particle.fixed, particle.state);
+    PhiloxDraws draws(key_, particle.origin, 0);
+    if constexpr (kTracks) {
+      for (std::uint32_t w = 0; w < M::kRedrawnWords; ++w) particle.words[w] = draws.word(kFirstSite, w);
+      OwnDraws<M> own(draws, particle.words);
+      T::init_hidden(params(), own, particle.fixed, particle.state);
+      for (TrackedWord& word : particle.fixed.words) word.read = 0;
+      particle.start = particle.state;
+    } else {
+      T::init_hidden(params(), draws, particle.fixed, particle.state);
+    }
+  }
+
+  // Draws what a particle has not read anew: all of it, and then entries only, which are more likely to leave
+  // what was read as it is.
+  void redraw_unread(Particle& particle, const PhiloxDraws& fresh) const {
+    if constexpr (kTracks) {
+      if (M::kRedrawnSingles > 0) propose(particle, fresh, kAllSite, 0);
+      propose(particle, fresh, kEntriesSite, M::kRedrawnSingles);
+    }
+  }
+
+  // Draws words from `first` on anew whose values were not read, if what was read stays the same, and what
+  // the rest of the state began with.
+  void propose(Particle& particle, const PhiloxDraws& fresh, std::uint32_t purpose, int first) const {
+    if constexpr (kTracks) {
+      Particle other = particle;
+      PhiloxDraws words = fresh;
+      for (int w = first; w < M::kRedrawnWords; ++w) {
+        if (!T::is_word_read(particle.fixed, w))
+          other.words[w] = words.word(purpose, static_cast<std::uint32_t>(w));
+      }
+      typename T::State state;
+      T::import_visible(visible_.data(), other.fixed, state);
+      OwnDraws<M> draws(PhiloxDraws(key_, particle.origin, 0), other.words);
+      T::init_hidden(params(), draws, other.fixed, state);
+      if (std::memcmp(&state, &particle.start, sizeof state) != 0) return;
+      for (std::size_t i = 0; i < kFixedWords; ++i) {
+        TrackedWord& word = other.fixed.words[i];
+        word.read = particle.fixed.words[i].read;
+        if (((word.value ^ particle.fixed.words[i].value) & word.read) != 0) return;
+      }
+      particle = other;
+    }
+  }
+
+  PhiloxDraws draws_of(std::uint32_t particle, std::uint32_t round) const {
+    return PhiloxDraws(key_, particle + round * static_cast<std::uint32_t>(now_.size()), step_ + 1);
+  }
+
+  // Fills next_ with unnormalised weights and gives their sum.
+  double filter(int action, const typename M::Key& key, std::uint32_t round) {
+    double total = 0.0;
+    for (std::uint32_t i = 0; i < now_.size(); ++i) {
+      const Particle& from = now_[i];
+      PhiloxDraws draws = draws_of(i, round);
+      next_[i] = from;
+      if (round > 0) redraw_unread(next_[i], draws);
+      const double density =
+          T::filter(params(), next_[i].fixed, from.state, action, key, draws, next_[i].state);
+      next_[i].weight = from.weight * density;
+      total += next_[i].weight;
+    }
+    return total;
+  }
+
+  // Makes next_, whose weights add up to `total`, the belief.
+  void move_on(int action, const typename M::Key& key, double total) {
+    ++step_;
+    for (Particle& particle : next_) particle.weight /= total;
+    // The history follows from what is visible, which is the same in all particles.
+    typename T::History after;
+    T::advance_history(params(), now_[0].fixed, now_[0].state, action, key, next_[0].state, history_, after);
+    history_ = after;
+    now_.swap(next_);
+    if (effective_sample_size() < 0.5 * static_cast<double>(now_.size())) resample();
+  }
+
+  // Calls `take` with `count` particles by systematic resampling: one uniform word places all the pointers.
+  template <class Take>
+  void choose(std::uint32_t word, std::size_t count, const Take& take) const {
+    const double stride = 1.0 / static_cast<double>(count);
+    const double offset = static_cast<double>(word) * 0x1p-32;
+    double reached = now_[0].weight;
+    std::size_t particle = 0;
+    std::size_t end = now_.size();  // after the last that may be taken: the weights' sum may round to below 1
+    while (end > 1 && !(now_[end - 1].weight > 0.0)) --end;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double pointer = (static_cast<double>(i) + offset) * stride;
+      while (reached <= pointer && particle + 1 < end) reached += now_[++particle].weight;
+      take(now_[particle]);
+    }
+  }
+
+  void resample() {
+    PhiloxDraws draws(key_, 0, step_);
+    std::size_t i = 0;
+    choose(draws.word(kResampleSite, 0), now_.size(),
+           [&](const Particle& particle) { next_[i++] = particle; });
+    now_.swap(next_);
+    for (i = 0; i < now_.size(); ++i) {
+      now_[i].weight = 1.0 / static_cast<double>(now_.size());
+      redraw_unread(now_[i], PhiloxDraws(key_, static_cast<std::uint32_t>(i), step_));
+    }
+  }
+
+  // Why no particle explains what was seen.
+  Status explain_failure(int action) const {
+    bool all_terminal = true;
+    for (std::uint32_t i = 0; i < now_.size() && all_terminal; ++i) all_terminal = ends(i, action);
+    if (all_terminal) return Status::kAllParticlesTerminal;
+    return count_distinct() < hypotheses_ ? Status::kDepletedBelief : Status::kImpossibleObservation;
+  }
+
+  // Whether the action ends the episode of a particle, by the draws of round 0.
+  bool ends(std::uint32_t particle, int action) const {
+    PhiloxDraws draws = draws_of(particle, 0);
+    typename T::State next;
+    return T::step(params(), now_[particle].fixed, now_[particle].state, action, draws, next).terminal;
+  }
+
+  // How many hypotheses there are. Copies that draw anew what they have not read differ and are one still.
+  std::size_t count_distinct() const {
+    std::set<std::string> distinct;
+    for (const Particle& particle : now_) {
+      if (!(particle.weight > 0.0)) continue;
+      std::string bytes;
+      if constexpr (kTracks) {
+        bytes = std::to_string(particle.origin);
+      } else {
+        bytes.resize(sizeof particle.fixed + sizeof particle.state);
+        std::memcpy(bytes.data(), &particle.fixed, sizeof particle.fixed);
+        std::memcpy(bytes.data() + sizeof particle.fixed, &particle.state, sizeof particle.state);
+      }
+      distinct.insert(std::move(bytes));
+    }
+    return distinct.size();
+  }
+
+  static constexpr std::size_t kFixedWords = sizeof(typename M::Fixed) / sizeof(std::uint32_t);
+
+  const typename M::Params& params_;
+  std::unique_ptr<typename T::Params> tracked_params_;  // if kTracks
+  std::uint64_t seed_;
+  StreamKey key_{};
+  std::uint32_t step_ = 0;
+  std::size_t hypotheses_ = 0;         // distinct particles that the episode began with
+  std::vector<std::int32_t> visible_;  // initial values
+  typename T::History history_{};
+  std::vector<Particle> now_;
+  std::vector<Particle> next_;
+};
+
+}  // namespace hypgen

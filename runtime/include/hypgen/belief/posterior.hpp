@@ -1,0 +1,49 @@
+// Exact posteriors of independent hidden variables: the arithmetic that every model shares. `Real` is double
+// for the agent's belief, which many observations go into, and float for the history of policies.
+#pragma once
+
+#include <cstdint>
+
+#include "hypgen/core/config.hpp"
+
+namespace hypgen {
+
+// The base of a model none of whose hidden variables have a posterior of their own.
+struct NotFactored {
+  struct Posterior {};
+  static constexpr bool kFactored = false;
+  static constexpr int kExactUnits = 0;
+
+  template <class... Parts>
+  HYPGEN_FN static void init_posterior(const Parts&...) {}
+  template <class... Parts>
+  HYPGEN_FN static bool advance_posterior(const Parts&...) {
+    return true;
+  }
+};
+
+namespace posteriors {
+
+// The probability of one of N joint values. Of two, only the second's is stored.
+template <int N, class Real>
+HYPGEN_FN Real probability(const Real* stored, std::int32_t value) {
+  if constexpr (N == 2) return value != 0 ? stored[0] : Real{1} - stored[0];
+  return stored[value];
+}
+
+// Stores the sums divided by their total; false, and nothing is stored, unless that is above 0.
+template <int N, class Real>
+HYPGEN_FN bool normalise(const Real* sums, Real* stored) {
+  Real total{};
+  for (int i = 0; i < N; ++i) total += sums[i];
+  if (!(total > Real{})) return false;
+  if constexpr (N == 2) {
+    stored[0] = sums[1] / total;
+  } else {
+    for (int i = 0; i < N; ++i) stored[i] = sums[i] / total;
+  }
+  return true;
+}
+
+}  // namespace posteriors
+}  // namespace hypgen

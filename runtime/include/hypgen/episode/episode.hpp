@@ -1,0 +1,51 @@
+// One episode: plan, act, update the belief.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "hypgen/belief/belief.hpp"
+#include "hypgen/core/status.hpp"
+#include "hypgen/episode/world.hpp"
+#include "hypgen/search/planner.hpp"
+
+namespace hypgen {
+
+// What happened in a step. `observation` is all zeroes if the step was terminal.
+struct StepRecord {
+  std::uint64_t episode;
+  int step;
+  Decision decision;
+  double reward;
+  bool terminal;
+  std::vector<std::uint64_t> observation;  // the words of its key
+  Status belief_status;
+  double effective_sample_size;
+};
+
+// How an episode went.
+struct EpisodeRecord {
+  std::uint64_t episode = 0;
+  double discounted_return = 0.0;
+  double undiscounted_return = 0.0;
+  int steps = 0;
+  bool terminal = false;
+  bool success = false;
+  Status status = Status::kOk;
+};
+
+struct EpisodeLimits {
+  int steps;
+  double discount;
+  std::function<bool()> interrupted;
+  bool stop_on_depletion = false;  // end where no particle explains what was seen
+};
+
+// Runs episode `run` and reports each step as it happens. Episode numbers name the world's draws, so that
+// planners can be compared on the same worlds.
+EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int visible_count,
+                          std::uint64_t run, const EpisodeLimits& limits,
+                          const std::function<void(const StepRecord&)>& report);
+
+}  // namespace hypgen

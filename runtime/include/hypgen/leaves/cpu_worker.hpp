@@ -1,0 +1,346 @@
+// Expands leaves on the host, for one thread of a search.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "hypgen/leaves/cpu_scene.hpp"
+#include "hypgen/leaves/grouping.hpp"
+#include "hypgen/memory/arena.hpp"
+#include "hypgen/model/model.hpp"
+
+namespace hypgen {
+
+// Keeps, of each expanded leaf, its history and its scenarios' numbers and states. A child's members are
+// found again by simulating one action over its parent's. All that it writes but for new blocks of the pool
+// is its own.
+template <class M>
+class CpuWorker {
+ public:
+  explicit CpuWorker(CpuScene<M>& scene)
+      : scene_(scene),
+        params_(scene.params),
+        fixed_(scene.fixed),
+        cursor_(scene.pool),
+        members_(scene.options.max_scenarios),
+        baseline_(scene.options.max_scenarios),
+        outcomes_(scene.scratch.outcomes),
+        grouping_(scene.options.max_scenarios),
+        cache_(scene.options.max_scenarios, scene.scratch.cached_steps),
+        rollout_(params_, cache_, scene.options.discount, scene.options.max_depth),
+        child_rows_(M::kActionCount * scene.options.max_scenarios) {
+    legal_.reserve(M::kActionCount);
+    action_rows_.reserve(M::kActionCount);
+    gains_.reserve(M::kActionCount);
+    if (M::kHasHistory) {
+      after_.reserve(outcomes_.size());
+      after_of_.resize(outcomes_.size());
+    }
+  }
+
+  CpuWorker(const CpuWorker&) = delete;
+  CpuWorker& operator=(const CpuWorker&) = delete;
+
+  // Forgets the previous search. Scenario i draws under the number `first + i`.
+  void begin_search(std::uint32_t first) {
+    past_steps_ += steps_ + rollout_.steps();
+    cache_.begin_search(scene_.setup.key, first);
+    rollout_.begin_search(scene_.setup);
+    steps_ = next_check_ = 0;
+    cursor_.reset();
+  }
+
+  // Keeps the root, in the scene too, and bounds it.
+  RootResult begin_root(const std::vector<typename M::State>& states, std::size_t count,
+                        const typename M::History& history) {
+    history_ = history;
+    for (std::uint32_t i = 0; i < count; ++i) members_[i] = {i, states[i]};
+    scene_.root = keep(count);
+    return scene_.root ? bound_root(count) : RootResult{Status::kMemoryFull, {}, -1};
+  }
+
+  LeafResult expand(const LeafRequest& request) {
+    LeafResult result{request.ticket, Status::kOk, 0, request.count, {}, {}, {}};
+    result.status = evaluate(request, result.handle);
+    if (result.status == Status::kOk && !keep_rows(result)) result.status = Status::kMemoryFull;
+    if (result.status == Status::kOk) ++leaves_;
+    return result;
+  }
+
+  void release() { cursor_.reset(); }
+
+  std::uint64_t leaves() const { return leaves_; }
+  std::uint64_t steps() const { return past_steps_ + steps_ + rollout_.steps(); }
+
+ private:
+  static constexpr std::uint64_t kStepsBetweenChecks = 2048;  // of the clock: tens of microseconds
+
+  using Member = CpuMember<M>;
+  using Node = CpuNode<M>;
+  using Outcome = CpuOutcome<M>;
+
+  SearchDraws draws(std::uint32_t scenario, int depth) {
+    return SearchDraws(cache_, scenario, static_cast<std::uint32_t>(depth));
+  }
+
+  RootResult bound_root(std::size_t count) {
+    PhiloxDraws first(cache_.key(), 0, 0);
+    RootResult result{Status::kOk, empty_row(0, static_cast<std::uint32_t>(count), false), -1};
+    result.default_action = M::default_policy(params_, fixed_[0], members_[0].state, history_, first);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const ScenarioBounds bounds = rollout_.bounds(fixed_[i], members_[i].state, history_, i, 0);
+      result.row.upper_sum += bounds.upper;
+      result.row.lower_sum += bounds.lower;
+      if (out_of_time()) result.status = Status::kDeadline;
+      if (result.status != Status::kOk) break;
+    }
+    if (rollout_.met_nan()) result.status = Status::kModelNan;
+    return result;
+  }
+
+  // Makes the leaf's rows, where they are gathered, and keeps its node.
+  Status evaluate(const LeafRequest& request, std::uint64_t& handle) {
+    const bool is_root = request.parent == kNoHandle;
+    const std::size_t count = is_root ? load(scene_.root) : find_members(request);
+    if (count == 0 || count != request.count) return Status::kEvaluatorFailed;
+    const Ref<Node> node = is_root ? scene_.root : keep(count);
+    if (!node) return Status::kMemoryFull;
+    handle = node.units;
+    list_legal(request.actions);
+    action_rows_.clear();
+    gains_.clear();
+    child_rows_.reset();
+    if (is_root && !set_baseline(count)) return Status::kDeadline;
+    const std::size_t block = std::max<std::size_t>(1, outcomes_.size() / count);
+    for (std::size_t first = 0; first < legal_.size(); first += block) {
+      const Span<const int> actions(legal_.data() + first, std::min(block, legal_.size() - first));
+      if (!simulate(actions, count, request.depth)) return Status::kDeadline;
+      for (std::size_t a = 0; a < actions.size(); ++a) {
+        const Outcome* outcomes = outcomes_.data() + a * count;
+        reduce(actions[a], outcomes, count);
+        if (is_root) add_gain(outcomes, count);
+      }
+    }
+    return rollout_.met_nan() ? Status::kModelNan : Status::kOk;
+  }
+
+  std::size_t load(Ref<Node> ref) {
+    Node& node = scene_.pool[ref];
+    history_ = node.history;
+    std::copy_n(node.members(), node.count, members_.begin());
+    return node.count;
+  }
+
+  // Simulates the request's action over the parent's members and takes those that see what member `first`
+  // sees, and its history.
+  [[gnu::noinline]] std::size_t find_members(const LeafRequest& request) {
+    Node& parent = scene_.pool[Ref<Node>{static_cast<std::uint32_t>(request.parent)}];
+    const Member* const members = parent.members();
+    typename M::Key wanted{};
+    std::size_t count = 0;
+    for (std::uint32_t i = request.first; i < parent.count && count < request.count; ++i) {
+      const Member& from = members[i];
+      const typename M::Fixed& fixed = fixed_[from.scenario];
+      SearchDraws words = draws(from.scenario, request.depth - 1);
+      typename M::State next;
+      ++steps_;
+      if (M::step(params_, fixed, from.state, request.action, words, next).terminal) {
+        if (count == 0) return 0;
+        continue;
+      }
+      const typename M::Key key = M::observe(params_, fixed, from.state, request.action, words, next);
+      if (count == 0) {
+        wanted = key;
+        if (M::kHasHistory) {
+          M::advance_history(params_, fixed, from.state, request.action, key, next, parent.history, history_);
+        }
+      }
+      if (key == wanted) members_[count++] = {from.scenario, next};
+    }
+    return count;
+  }
+
+  // Stores the first `count` of members_, and their history; none if there is no room.
+  Ref<Node> keep(std::size_t count) {
+    const Ref<Node> ref = cursor_.template take<Node>(Node::bytes(count));
+    if (!ref) return ref;
+    Node& node = *new (&scene_.pool[ref]) Node{history_, static_cast<std::uint32_t>(count)};
+    std::copy_n(members_.begin(), count, node.members());
+    return ref;
+  }
+
+  // Copies the leaf's rows, whose number was not known before, to where they stay; false if there is no room.
+  bool keep_rows(LeafResult& result) {
+    const std::size_t actions = action_rows_.size(), gains = gains_.size(), children = child_rows_.size();
+    if (actions == 0) return true;
+    const Ref<ActionRow> block = cursor_.template take<ActionRow>(
+        actions * sizeof(ActionRow) + gains * sizeof(Gain) + children * sizeof(ChildRow));
+    if (!block) return false;
+    ActionRow* const first = &scene_.pool[block];
+    auto* const first_gain = reinterpret_cast<Gain*>(std::copy_n(action_rows_.begin(), actions, first));
+    auto* const first_child = reinterpret_cast<ChildRow*>(std::copy_n(gains_.begin(), gains, first_gain));
+    std::copy_n(&child_rows_[0], children, first_child);
+    result.actions = {first, actions};
+    result.gains = {first_gain, gains};
+    result.children = {first_child, children};
+    return true;
+  }
+
+  // Legality reads visible variables only, and those are equal in all members.
+  void list_legal(Span<const int> wanted) {
+    const Member& any = members_[0];
+    const typename M::Fixed& fixed = fixed_[any.scenario];
+    const int count = wanted.empty() ? M::kActionCount : static_cast<int>(wanted.size());
+    legal_.clear();
+    for (int i = 0; i < count; ++i) {
+      const int action = wanted.empty() ? i : wanted[static_cast<std::size_t>(i)];
+      if (M::is_legal(params_, fixed, any.state, action)) legal_.push_back(action);
+    }
+  }
+
+  // Fills outcomes_, action by action; false if the deadline has passed. Not inlined, nor is find_members: in
+  // one function with all else the rollout's loop loses its registers, and a fifth of its speed.
+  [[gnu::noinline]] bool simulate(Span<const int> actions, std::size_t count, int depth) {
+    if (M::kHasHistory && !make_histories(actions, count, depth)) return false;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Member member = members_[i];
+      const typename M::Fixed& fixed = fixed_[member.scenario];
+      SearchDraws words = draws(member.scenario, depth);
+      memo_.clear();
+      for (std::size_t a = 0; a < actions.size(); ++a) {
+        Outcome& outcome = outcomes_[a * count + i];
+        typename M::State next;
+        const StepResult step = M::step(params_, fixed, member.state, actions[a], words, next);
+        rollout_.note_error(step.error);
+        outcome = {step.reward, {}, {0, 0}, step.terminal};
+        if (step.terminal) continue;
+        outcome.key = M::observe(params_, fixed, member.state, actions[a], words, next);
+        const typename M::History& after = M::kHasHistory ? after_[after_of_[a * count + i]] : history_;
+        outcome.bounds = memo_.find_or(
+            next, after, [&] { return rollout_.bounds(fixed, next, after, member.scenario, depth + 1); });
+      }
+      steps_ += actions.size();
+      if (out_of_time()) return false;
+    }
+    return true;
+  }
+
+  // Fills after_, with one history for each group of each action, and after_of_; false if the deadline has
+  // passed.
+  bool make_histories(Span<const int> actions, std::size_t count, int depth) {
+    after_.clear();
+    for (std::size_t a = 0; a < actions.size(); ++a) {
+      const std::size_t first = after_.size();
+      grouping_.clear();
+      for (std::size_t i = 0; i < count; ++i) {
+        const Member& member = members_[i];
+        const typename M::Fixed& fixed = fixed_[member.scenario];
+        SearchDraws words = draws(member.scenario, depth);
+        typename M::State next;
+        if (M::step(params_, fixed, member.state, actions[a], words, next).terminal) continue;
+        const typename M::Key key = M::observe(params_, fixed, member.state, actions[a], words, next);
+        const std::size_t group = first + grouping_.number(false, key);
+        if (group == after_.size()) {
+          after_.emplace_back();
+          M::advance_history(params_, fixed, member.state, actions[a], key, next, history_, after_.back());
+        }
+        after_of_[a * count + i] = static_cast<std::uint32_t>(group);
+      }
+      steps_ += count;
+      if (out_of_time()) return false;
+    }
+    return true;
+  }
+
+  // The default action's one-ply returns, which gains at the root are measured against.
+  bool set_baseline(std::size_t count) {
+    PhiloxDraws first(cache_.key(), 0, 0);
+    const int action = M::default_policy(params_, fixed_[0], members_[0].state, history_, first);
+    std::fill_n(baseline_.begin(), count, 0);
+    if (action < 0) return true;
+    if (!simulate({&action, 1}, count, 0)) return false;
+    for (std::size_t i = 0; i < count; ++i) baseline_[i] = one_ply_return(outcomes_[i]);
+    return true;
+  }
+
+  std::int64_t one_ply_return(const Outcome& outcome) const {
+    return outcome.reward +
+           static_cast<std::int64_t>(scene_.options.discount * static_cast<double>(outcome.bounds.lower));
+  }
+
+  // Sums an action's outcomes by group.
+  void reduce(int action, const Outcome* outcomes, std::size_t count) {
+    const std::uint32_t first = child_rows_.size();
+    ActionRow row{0, 0, 0, action, action_rows_.empty() ? 0 : next_child(action_rows_.back()), 0, 0};
+    grouping_.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+      const Outcome& outcome = outcomes[i];
+      const std::uint32_t group = grouping_.number(outcome.terminal, outcome.key);
+      if (group == row.child_count) {
+        child_rows_.allocate(1);  // there is room for a group of each scenario
+        ++row.child_count;
+        child_rows_[first + group] = empty_row(static_cast<std::uint32_t>(i), 0, outcome.terminal);
+      }
+      ChildRow& child = child_rows_[first + group];
+      ++child.count;
+      child.upper_sum += outcome.bounds.upper;
+      child.lower_sum += outcome.bounds.lower;
+      row.reward_sum += outcome.reward;
+    }
+    for (std::uint32_t i = 0; i < row.child_count; ++i) {
+      const ChildRow& child = child_rows_[first + i];
+      row.upper_sum += std::max(child.upper_sum, child.lower_sum);
+      row.lower_sum += child.lower_sum;
+    }
+    action_rows_.push_back(row);
+  }
+
+  static std::uint32_t next_child(const ActionRow& row) { return row.first_child + row.child_count; }
+
+  // Compares an action with the default policy's.
+  void add_gain(const Outcome* outcomes, std::size_t count) {
+    Gain total{0, 0.0};
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::int64_t gain = one_ply_return(outcomes[i]) - baseline_[i];
+      total.sum += gain;
+      total.square_sum += from_fixed_sum(gain) * from_fixed_sum(gain);
+    }
+    gains_.push_back(total);
+  }
+
+  // Looks at the clock now and then.
+  bool out_of_time() {
+    if (steps_ + rollout_.steps() < next_check_) return false;
+    next_check_ = steps_ + rollout_.steps() + kStepsBetweenChecks;
+    return scene_.setup.deadline != Clock::time_point::max() && Clock::now() >= scene_.setup.deadline;
+  }
+
+  CpuScene<M>& scene_;
+  const typename M::Params& params_;
+  const std::vector<typename M::Fixed>& fixed_;
+  PoolCursor cursor_;
+  std::uint64_t leaves_ = 0;      // since it was made
+  std::uint64_t past_steps_ = 0;  // of earlier searches
+  std::uint64_t steps_ = 0;       // of this search, without those of rollouts
+  std::uint64_t next_check_ = 0;
+
+  // Of the leaf in work.
+  std::vector<Member> members_;
+  typename M::History history_{};
+  std::vector<typename M::History> after_;  // of the groups of its actions
+  std::vector<std::uint32_t> after_of_;     // of each outcome: into after_
+  std::vector<std::int64_t> baseline_;
+  std::vector<Outcome> outcomes_;
+  std::vector<int> legal_;
+  std::vector<ActionRow> action_rows_;
+  std::vector<Gain> gains_;
+  ActionGrouping<typename M::Key> grouping_;
+  DrawCache cache_;
+  Rollout<M> rollout_;
+  BoundsMemo<M> memo_;
+  Arena<ChildRow> child_rows_;
+};
+
+}  // namespace hypgen

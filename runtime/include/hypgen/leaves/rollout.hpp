@@ -1,0 +1,127 @@
+// What a scenario is worth from a state on: the model's bounds, and the default policy's return.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "hypgen/leaves/draw_cache.hpp"
+#include "hypgen/leaves/leaf_evaluator.hpp"
+#include "hypgen/leaves/rollout_step.hpp"
+#include "hypgen/math/scalar_functions.hpp"
+#include "hypgen/model/model.hpp"
+
+namespace hypgen {
+
+// A scenario's bounds, fixed point.
+struct ScenarioBounds {
+  std::int64_t upper;
+  std::int64_t lower;
+};
+
+// Evaluates states of one search. Counts simulated steps, so that the caller knows when to look at the clock.
+template <class M>
+class Rollout {
+ public:
+  Rollout(const typename M::Params& params, DrawCache& cache, double discount, int max_depth)
+      : params_(params), cache_(cache) {
+    double power = 1.0;
+    for (int t = 0; t <= max_depth; ++t, power *= discount) discounts_.push_back(static_cast<float>(power));
+  }
+
+  void begin_search(const SearchSetup& setup) {
+    depth_limit_ = setup.depth_limit;
+    at_horizon_ = setup.at_horizon;
+    steps_ = 0;
+    nan_ = false;
+  }
+
+  ScenarioBounds bounds(const typename M::Fixed& fixed, const typename M::State& state,
+                        const typename M::History& history, std::uint32_t scenario, int depth) {
+    if (at_horizon_ && depth >= depth_limit_) return {0, 0};
+    const float upper = M::upper(params_, fixed, state);
+    float lower = 0.0F;
+    if (M::kHasLower && depth < depth_limit_) {
+      lower = M::lower(params_, fixed, state, history);
+    } else {
+      lower = default_return(fixed, state, history, scenario, depth);
+    }
+    nan_ |= math::is_nan(upper) || math::is_nan(lower);
+    return {math::to_fixed(upper), math::to_fixed(lower)};
+  }
+
+  std::uint64_t steps() const { return steps_; }
+  bool met_nan() const { return nan_; }
+  void note_error(bool error) { nan_ |= error; }
+
+ private:
+  // float32 terms in step order, then the tail bound of the state reached at the depth limit, if the episode
+  // goes on there. A state without legal actions is worth nothing.
+  float default_return(const typename M::Fixed& fixed, typename M::State state, typename M::History history,
+                       std::uint32_t scenario, int depth) {
+    float total = 0.0F;
+    const float* discount = discounts_.data();
+    for (int t = depth; t < depth_limit_; ++t, ++discount) {
+      SearchDraws draws(cache_, scenario, static_cast<std::uint32_t>(t));
+      ++steps_;
+      if (!roll_step<M>(params_, fixed, draws, *discount, state, history, total, nan_)) return total;
+    }
+    if (at_horizon_) return total;
+    return total + *discount * M::tail(params_, fixed, state);
+  }
+
+  const typename M::Params& params_;
+  DrawCache& cache_;
+  std::vector<float> discounts_;
+  int depth_limit_ = 0;
+  bool at_horizon_ = false;
+  std::uint64_t steps_ = 0;
+  bool nan_ = false;
+};
+
+// Bounds of states met at one scenario and depth. Many actions lead to the same state (sensing actions leave
+// it alone), and equal states with equal histories have equal bounds, as draws do not depend on the action. A
+// later state may take an earlier one's slot.
+template <class M>
+class BoundsMemo {
+ public:
+  void clear() { ++stamp_; }
+
+  template <class Compute>
+  ScenarioBounds find_or(const typename M::State& state, const typename M::History& history,
+                         const Compute& compute) {
+    const Start start{history, state};
+    Slot& slot = slots_[hash(start)];
+    if (slot.stamp != stamp_ || std::memcmp(&slot.start, &start, sizeof start) != 0) {
+      slot.bounds = compute();
+      slot.start = start;
+      slot.stamp = stamp_;
+    }
+    return slot.bounds;
+  }
+
+ private:
+  static constexpr unsigned kSlotBits = 6;
+  // What a rollout starts from. A history that is empty takes no room as a base.
+  struct Start : M::History {
+    typename M::State state;
+  };
+  struct Slot {
+    std::uint64_t stamp;
+    ScenarioBounds bounds;
+    Start start;
+  };
+
+  static std::uint32_t hash(const Start& start) {
+    std::uint32_t words[sizeof start / 4];
+    std::memcpy(words, &start, sizeof words);
+    std::uint32_t value = 0;
+    for (const std::uint32_t word : words) value = (value ^ word) * 0x9E3779B1U + 0x7F4A7C15U;
+    return value >> (32 - kSlotBits);  // the upper bits: the product carries upwards only
+  }
+
+  std::uint64_t stamp_ = 0;
+  Slot slots_[std::size_t{1} << kSlotBits] = {};
+};
+
+}  // namespace hypgen

@@ -1,0 +1,124 @@
+// What a model tells the solver about itself, apart from the functions that the search calls.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hypgen/model/bound_sums.hpp"
+#include "hypgen/model/key.hpp"
+
+namespace hypgen {
+
+class Belief;
+class DeviceSupport;
+class LeafEvaluator;
+class World;
+struct BoundsWalk;
+struct DigestRange;
+struct EvaluatorOptions;
+struct ScheduleFault;
+struct TraceOptions;
+
+constexpr int kDescriptorVersion = 1;
+
+// How the agent's belief is kept: as joint particles, or factor by factor where the model allows (kAuto:
+// then).
+enum class BeliefKind { kAuto, kParticle, kFactored };
+
+enum class ParamKind { kBool, kInt, kFloat, kProb, kEnum };
+
+// A run-time constant of the model: what a parameter file may set.
+struct ParamSpec {
+  std::string name;
+  ParamKind kind;
+  double low;                              // smallest value allowed
+  double high;                             // largest value allowed
+  std::vector<int> dims;                   // empty for a scalar
+  std::vector<double> defaults;            // row-major; empty where the user must give the values
+  std::vector<std::string> value_names;    // kEnum (and records): the name of each code
+  std::map<std::string, int> glyphs = {};  // kEnum: the codes that a character (UTF-8) stands for in a string
+
+  std::size_t length() const {
+    std::size_t product = 1;
+    for (const int dim : dims) product *= static_cast<std::size_t>(dim);
+    return product;
+  }
+};
+
+// Checked values of all params, row-major; every value (float32, int32, bool or code) is exact in a double.
+class ParamValues {
+ public:
+  // All defaults; params without one are absent.
+  explicit ParamValues(const std::vector<ParamSpec>& specs) {
+    for (const ParamSpec& spec : specs) {
+      if (!spec.defaults.empty()) values_[spec.name] = spec.defaults;
+    }
+  }
+  ParamValues() = default;
+
+  void set(const std::string& name, std::vector<double> values) { values_[name] = std::move(values); }
+  bool has(const std::string& name) const { return values_.count(name) != 0; }
+
+  // Copies `count` entries to `out`; on a missing param or another length gives false and says so in `error`.
+  template <class T>
+  bool copy(const char* name, T* out, std::size_t count, std::string& error) const {
+    const auto found = values_.find(name);
+    if (found == values_.end() || found->second.size() != count) {
+      error = "param " + std::string(name) + ": expected " + std::to_string(count) + " value(s), found " +
+              (found == values_.end() ? "none" : std::to_string(found->second.size()));
+      return false;
+    }
+    for (std::size_t i = 0; i < count; ++i) out[i] = static_cast<T>(found->second[i]);
+    return true;
+  }
+
+ private:
+  std::map<std::string, std::vector<double>> values_;
+};
+
+// A model with its params: makes the parts of a solver that see the model's types.
+class ModelInstance {
+ public:
+  virtual ~ModelInstance() = default;
+  virtual std::unique_ptr<LeafEvaluator> make_evaluator(const EvaluatorOptions& options) const = 0;
+  virtual std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles,
+                                              BeliefKind kind) const = 0;
+  virtual std::unique_ptr<World> make_world(std::uint64_t seed) const = 0;
+  // Writes the trace that differential tests compare; false and `error` if the file cannot be written.
+  virtual bool write_trace(const TraceOptions& options, std::string& error) const = 0;
+  // Writes a digest for each lane of the range, of plain steps or, with several warps, of steps in parts;
+  // gives the first fault of the schedule. Threads may call it at the same time.
+  virtual ScheduleFault digests(const DigestRange& range, int warps, std::uint64_t* out) const = 0;
+  // Compares the bounds at beliefs along episodes with what the default policy earns. Threads may call it at
+  // the same time.
+  virtual BoundsFound check_bounds(const BoundsWalk& walk) const = 0;
+  virtual const void* params() const = 0;  // the model's Params, for a device
+};
+
+// A model as the solver sees it. `make_descriptor` in instance.hpp fills what the model's type knows.
+struct ModelDescriptor {
+  int version = kDescriptorVersion;
+  std::string name;  // of the model, as in its file
+  std::string file;  // base name of the model file
+  std::string hash;  // SHA-256 of the model's text with all settings
+  double discount = 0.95;
+  int horizon = 0;  // 0: none
+  bool has_success = false;
+  bool factored = false;  // a belief may be kept factor by factor
+  int action_count = 0;
+  int visible_count = 0;
+  int variable_count = 0;
+  int most_warps = 1;  // that find something to do in a step
+  std::vector<std::string> action_names;
+  std::vector<std::string> variable_names;  // flattened, in the order of export_state; may be empty
+  std::function<std::string(KeyWords)> observation_name;
+  std::vector<ParamSpec> params;
+  std::function<std::unique_ptr<ModelInstance>(const ParamValues&, std::string& error)> create;
+  const DeviceSupport* device = nullptr;  // lives as long as the program; null in a solver without CUDA
+};
+
+}  // namespace hypgen

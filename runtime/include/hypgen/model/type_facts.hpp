@@ -1,0 +1,19 @@
+// What a model's type tells of itself.
+#pragma once
+
+#include "hypgen/model/descriptor.hpp"
+
+namespace hypgen {
+
+// A descriptor with the counts filled in.
+template <class M>
+ModelDescriptor describe() {
+  ModelDescriptor descriptor;
+  descriptor.action_count = M::kActionCount;
+  descriptor.visible_count = M::kVisibleCount;
+  descriptor.variable_count = M::kVariableCount;
+  descriptor.factored = M::kFactored;
+  return descriptor;
+}
+
+}  // namespace hypgen

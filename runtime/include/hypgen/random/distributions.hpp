@@ -1,0 +1,155 @@
+// How a random word becomes a value, and the probability of each value: by inverse CDF over 2^32 words.
+//
+// Generated models draw and weigh by these. A density counts the words that give a value, so that sampler
+// and filter agree to the last word even where a probability was clipped or rounded. Samplers are templates
+// over the word, which may also be an interval of words (exact/enumerating_draws.hpp): they compare it, or
+// ask for its `piece_of` equal pieces.
+#pragma once
+
+#include <cstdint>
+
+#include "hypgen/core/config.hpp"
+#include "hypgen/math/scalar_functions.hpp"
+#include "hypgen/random/continuous.hpp"
+#include "hypgen/random/counts.hpp"
+#include "hypgen/random/word_thresholds.hpp"
+
+namespace hypgen::dist {
+
+/// true with probability p.
+template <class Word>
+HYPGEN_FN bool bernoulli(Word word, float p) {
+  return word < math::threshold(p);
+}
+
+HYPGEN_FN double bernoulli_density(bool value, float p) {
+  const std::uint64_t t = math::threshold(p);
+  return share(value ? t : kWords - t);
+}
+
+/// One of 0 .. count - 1, each with the same probability.
+template <class Word>
+HYPGEN_FN std::int32_t uniform(Word word, std::int32_t count) {
+  return static_cast<std::int32_t>(piece_of(word, 0, static_cast<std::uint64_t>(count)));
+}
+
+/// One of low .. high, each with the same probability, or low if that lies above high; clamped into least ..
+/// most.
+template <class Word>
+HYPGEN_FN std::int32_t uniform_int(Word word, std::int32_t low, std::int32_t high, std::int32_t least,
+                                   std::int32_t most) {
+  const std::int64_t count = high < low ? 1 : std::int64_t{high} - low + 1;
+  const std::uint64_t position = piece_of(word, 0, static_cast<std::uint64_t>(count));
+  const std::int64_t drawn = low + static_cast<std::int64_t>(position);
+  return static_cast<std::int32_t>(drawn < least ? least : drawn > most ? most : drawn);
+}
+
+HYPGEN_FN double uniform_int_density(std::int32_t value, std::int32_t low, std::int32_t high,
+                                     std::int32_t least, std::int32_t most) {
+  const std::int64_t count = high < low ? 1 : std::int64_t{high} - low + 1;
+  const std::int64_t end = low + count - 1;
+  const std::int64_t from = value == least || value < low ? low : value;
+  const std::int64_t to = value == most || value > end ? end : value;
+  return from > to ? 0.0 : static_cast<double>(to - from + 1) / static_cast<double>(count);
+}
+
+/// 1 where `word` >= `bound`, else 0: by the borrow of a difference, as compilers branch on comparisons and
+/// processors cannot predict random words.
+HYPGEN_FN std::int32_t reached(std::uint32_t word, std::uint32_t bound) {
+  return 1 - static_cast<std::int32_t>((std::uint64_t{word} - std::uint64_t{bound}) >> 63);
+}
+template <class Word>
+HYPGEN_FN std::int32_t reached(Word word, std::uint32_t bound) {
+  return word < bound ? 0 : 1;
+}
+
+/// `value`, one of 0 .. count - 1, with probability p, else uniformly one of the others.
+template <class Word>
+HYPGEN_FN std::int32_t noisy(Word word, std::int32_t value, float p, std::int32_t count) {
+  const std::uint64_t t = math::threshold(p);
+  if (word < t || count == 1) return value;
+  const auto other = static_cast<std::int32_t>(piece_of(word, t, static_cast<std::uint64_t>(count - 1)));
+  return other < value ? other : other + 1;
+}
+
+HYPGEN_FN double noisy_density(bool is_value, float p, std::int32_t count) {
+  if (count == 1) return 1.0;
+  const std::uint64_t t = math::threshold(p);
+  return is_value ? share(t) : share(kWords - t) / static_cast<double>(count - 1);
+}
+
+/// Adds up the words that the entries of a table equal to one value get, entry by entry.
+class Masses {
+ public:
+  /// The next entry, whose probability is p.
+  HYPGEN_FN void take(float p, bool is_value) {
+    const std::uint64_t t = math::threshold(p);
+    const std::uint64_t got = t < left_ ? t : left_;
+    left_ -= got;
+    if (is_value) words_ += got;
+  }
+
+  /// The last value, which gets what is left.
+  HYPGEN_FN void take_rest(bool is_value) {
+    if (is_value) words_ += left_;
+    left_ = 0;
+  }
+
+  HYPGEN_FN double density() const { return share(words_); }
+
+ private:
+  std::uint64_t left_ = kWords;
+  std::uint64_t words_ = 0;
+};
+
+/// Adds up the weights of a draw's candidates.
+class WeightSum {
+ public:
+  /// The next candidate: whether it can be drawn at all.
+  HYPGEN_FN bool add(float weight) {
+    if (!(weight > 0.0F)) return false;
+    sum_ = sum_ + static_cast<double>(weight);
+    return true;
+  }
+
+  HYPGEN_FN bool empty() const { return !(sum_ > 0.0); }
+
+  HYPGEN_FN double sum() const { return sum_; }
+
+  /// The number of words that candidates up to this one take of all those in `total`.
+  HYPGEN_FN std::uint64_t words_of_all(double total) const { return words_of(sum_ / total); }
+
+ private:
+  double sum_ = 0.0;
+};
+
+/// The words of one candidate among weighted ones.
+class WeightShare {
+ public:
+  HYPGEN_FN void add(float weight, bool is_value) {
+    const double before = sum_.sum();
+    if (!sum_.add(weight)) return;
+    last_ = is_value;
+    if (!is_value) return;
+    found_ = true;
+    before_ = before;
+    after_ = sum_.sum();
+  }
+
+  HYPGEN_FN bool empty() const { return sum_.empty(); }
+
+  HYPGEN_FN double density() const {
+    if (!found_) return 0.0;
+    const std::uint64_t end = last_ ? kWords : words_of(after_ / sum_.sum());
+    return share(end - words_of(before_ / sum_.sum()));
+  }
+
+ private:
+  WeightSum sum_;
+  double before_ = 0.0;
+  double after_ = 0.0;
+  bool found_ = false;
+  bool last_ = false;
+};
+
+}  // namespace hypgen::dist

@@ -1,0 +1,74 @@
+// What a planner is told and what it tells.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "hypgen/core/status.hpp"
+
+namespace hypgen {
+
+enum class Mode {
+  kDespot,    // regularised DESPOT
+  kParallel,  // the same by several threads
+  kGpu,       // by one, with many trials in flight, on a GPU
+  kHyp,       // by several, on a GPU: HyP-DESPOT
+  kPomcp,     // actions by their mean return and UCB1
+  kRollout,   // one-ply rollouts of the default policy, sequential halving over the actions
+  kDefault,   // the default policy alone
+};
+
+constexpr bool wants_gpu(Mode mode) { return mode == Mode::kGpu || mode == Mode::kHyp; }
+constexpr bool has_many_threads(Mode mode) { return mode == Mode::kParallel || mode == Mode::kHyp; }
+constexpr bool may_have_threads(Mode mode) { return has_many_threads(mode) || mode == Mode::kPomcp; }
+
+struct PlannerOptions {
+  Mode mode = Mode::kDespot;
+  std::uint64_t seed = 0;
+  double time_limit = std::numeric_limits<double>::infinity();            // seconds a decision
+  std::uint64_t trial_limit = std::numeric_limits<std::uint64_t>::max();  // a decision
+  std::size_t scenarios = 500;                                            // K
+  int depth = 90;                                                         // D
+  double target_ratio = 0.95;                                             // xi
+  double pruning = 0.0;                                                   // lambda
+  double observation_loss = 1.0;                                          // c_o
+  double exploration = 0.0;                                               // c_a; kPomcp: UCB1's constant
+  std::size_t in_flight = 1;                                              // F, trials at a time; 1 is DESPOT
+  std::size_t threads = 1;                                                // N, of the search
+  double gap = 1e-3;  // the search ends when the root's bounds are this close
+  double gain_errors =
+      1.0;                 // kRollout: standard errors of a gain that make another action than the default's
+  double patience = 10.0;  // seconds of silence after which an evaluator has failed
+  std::size_t memory_bytes = std::size_t{1} << 30;
+  std::size_t device_memory_bytes = 0;  // of a GPU; 0: half of what is free, at most 8 GB
+  bool signature = false;               // hash every tree, after the deadline
+};
+
+// What to do, and what is known about it. `lower` and `upper` bound the value of the belief (regularised if
+// pruning is on), up to sampling error; they are NaN where nothing was searched.
+struct Decision {
+  int action = -1;
+  Status status = Status::kOk;
+  double lower = std::numeric_limits<double>::quiet_NaN();
+  double upper = std::numeric_limits<double>::quiet_NaN();
+  std::uint64_t trials = 0;
+  std::uint64_t expansions = 0;
+  std::uint64_t nodes = 0;           // that trials visited
+  std::uint64_t children = 0;        // of expanded nodes, visited or not
+  std::uint64_t collisions = 0;      // times a trial met a leaf that another had in expansion, and turned
+  std::uint64_t simulations = 0;     // steps of expansions: scenarios times legal actions
+  std::uint64_t leaf_scenarios = 0;  // summed over expansions
+  std::uint64_t crossed = 0;         // groups whose bounds crossed
+  int max_depth = 0;
+  double search_seconds = 0.0;
+  double waiting_seconds =
+      0.0;                    // of these, for leaves, a thread on average; an evaluator on the CPU works then
+  double tree_seconds = 0.0;  // of these, the rest of a tree search
+  double descent_seconds = 0.0;  // of the rest, walks down to leaves, a thread on average; a sample, scaled
+  double backup_seconds = 0.0;   // and back up
+  std::size_t late_threads = 0;  // that had not ended by the deadline
+  std::uint64_t signature = 0;   // of the tree, if asked for
+};
+
+}  // namespace hypgen

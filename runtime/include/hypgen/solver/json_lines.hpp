@@ -1,0 +1,43 @@
+// The run as JSON lines, version 1: a header, a line a step, a line an episode, a summary.
+#pragma once
+
+#include <cstddef>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "hypgen/model/descriptor.hpp"
+#include "hypgen/solver/options.hpp"
+#include "hypgen/solver/run_report.hpp"
+
+namespace hypgen {
+
+// Writes and flushes each line as it happens, so that an interrupted run leaves whole lines.
+class JsonLines {
+ public:
+  explicit JsonLines(const ModelDescriptor& model) : model_(model) {}
+  ~JsonLines();
+  JsonLines(const JsonLines&) = delete;
+  JsonLines& operator=(const JsonLines&) = delete;
+
+  // Lines go to `file`, or to standard output for "-"; without a call nothing is written. False if it cannot
+  // be opened.
+  bool open(const std::string& file);
+
+  // Whether all lines so far could be written: a full disk loses some.
+  bool complete() const { return complete_; }
+
+  void write_run(const SolverOptions& options, const std::string& device, std::size_t threads);
+  void write(const StepRecord& step);
+  void write(const EpisodeRecord& episode);
+  void write_summary(const RunTotals& totals, const std::vector<std::uint64_t>& leaf_sizes);
+
+ private:
+  void write_line(const std::string& text);
+
+  const ModelDescriptor& model_;
+  std::FILE* out_ = nullptr;
+  bool complete_ = true;
+};
+
+}  // namespace hypgen

@@ -1,0 +1,78 @@
+// Ties a model's type to the runtime: what a generated main file includes.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "hypgen/belief/factored_belief.hpp"
+#include "hypgen/belief/particle_belief.hpp"
+#include "hypgen/episode/world.hpp"
+#include "hypgen/leaves/cpu_evaluator.hpp"
+#include "hypgen/model/descriptor.hpp"
+#include "hypgen/model/type_facts.hpp"
+#include "hypgen/verify/bounds_check.hpp"
+#include "hypgen/verify/schedule.hpp"
+#include "hypgen/verify/trace.hpp"
+
+namespace hypgen {
+
+// Owns a model's params; must outlive what it makes.
+template <class M>
+class TypedInstance final : public ModelInstance {
+ public:
+  explicit TypedInstance(std::unique_ptr<typename M::Params> params) : params_(std::move(params)) {}
+
+  std::unique_ptr<LeafEvaluator> make_evaluator(const EvaluatorOptions& options) const override {
+    return std::make_unique<CpuEvaluator<M>>(*params_, options);
+  }
+
+  std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles,
+                                      BeliefKind kind) const override {
+    if constexpr (M::kFactored) {
+      if (kind != BeliefKind::kParticle)
+        return std::make_unique<FactoredBelief<M>>(*params_, seed, particles);
+    }
+    return std::make_unique<ParticleBelief<M>>(*params_, seed, particles);
+  }
+
+  std::unique_ptr<World> make_world(std::uint64_t seed) const override {
+    return std::make_unique<ModelWorld<M>>(*params_, seed);
+  }
+
+  bool write_trace(const TraceOptions& options, std::string& error) const override {
+    return Tracer<M>(*params_, options).write(error);
+  }
+
+  ScheduleFault digests(const DigestRange& range, int warps, std::uint64_t* out) const override {
+    return walk_lanes<M>(*params_, range, warps, out);
+  }
+
+  BoundsFound check_bounds(const BoundsWalk& walk) const override {
+    const auto belief = make_belief(walk.seed, BoundsChecker<M>::kParticles, BeliefKind::kAuto);
+    return BoundsChecker<M>(*params_, walk, *belief).run();
+  }
+
+  const void* params() const override { return params_.get(); }
+
+ private:
+  std::unique_ptr<typename M::Params> params_;
+};
+
+// Loads the params; null and `error` if the model rejects them.
+template <class M>
+std::unique_ptr<ModelInstance> make_instance(const ParamValues& values, std::string& error) {
+  auto params = std::make_unique<typename M::Params>();
+  if (!M::load(values, *params, error)) return nullptr;
+  return std::make_unique<TypedInstance<M>>(std::move(params));
+}
+
+// A descriptor with what the type knows filled in, and all that a solver makes.
+template <class M>
+ModelDescriptor make_descriptor() {
+  ModelDescriptor descriptor = describe<M>();
+  if constexpr (IsPartitioned<M>::value) descriptor.most_warps = M::kMaxWarps;
+  descriptor.create = &make_instance<M>;
+  return descriptor;
+}
+
+}  // namespace hypgen

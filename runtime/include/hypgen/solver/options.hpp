@@ -1,0 +1,64 @@
+// The command line of a solver.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "hypgen/model/descriptor.hpp"
+#include "hypgen/search/planner.hpp"
+#include "hypgen/verify/bounds_check.hpp"
+#include "hypgen/verify/selftest.hpp"
+#include "hypgen/verify/trace.hpp"
+
+namespace hypgen {
+
+// Where leaves are expanded; kAuto: on a GPU in modes gpu and hyp, otherwise on the CPU.
+enum class DeviceKind { kAuto, kCpu, kCuda };
+constexpr int kFirstDevice = -1;
+
+struct SolverOptions {
+  PlannerOptions planner;
+  DeviceKind device = DeviceKind::kAuto;
+  int device_index = kFirstDevice;
+  bool require_gpu = false;
+  std::uint64_t runs = 10;
+  std::uint64_t first_run = 0;  // the number of the first episode
+  int steps = 90;
+  BeliefKind belief = BeliefKind::kAuto;
+  std::size_t particles = 5000;
+  bool stop_on_depletion = false;
+  std::string param_file;
+  std::string json_file;
+  bool quiet = false;
+  bool help = false;
+  bool version = false;
+  TraceOptions trace;  // with an empty file: no trace
+  SelftestOptions selftest;
+  BoundsCheckOptions bounds;
+};
+
+// What a machine has, for options that are not given.
+struct Machine {
+  std::size_t cores = 1;
+  std::function<bool()> has_gpu = [] {
+    return false;
+  };  // that the solver can use; asked only where it matters
+};
+
+// The one that this process runs on. `device`: the model on GPUs; null without CUDA.
+Machine this_machine(const DeviceSupport* device);
+
+// Reads the command line; false and `error` on an unknown option or a bad value. What is not given follows
+// from the rest and from the machine: the mode is the one that makes the most of it.
+bool parse_options(int argc, const char* const* argv, const Machine& machine, SolverOptions& options,
+                   std::string& error);
+
+// What --help prints.
+std::string help_text(const ModelDescriptor& model, const std::string& program);
+
+const char* mode_name(Mode mode);
+const char* belief_name(BeliefKind kind);
+
+}  // namespace hypgen

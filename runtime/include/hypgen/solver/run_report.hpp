@@ -1,0 +1,63 @@
+// What a run adds up to.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "hypgen/core/statistics.hpp"
+#include "hypgen/episode/episode.hpp"
+#include "hypgen/leaves/leaf_evaluator.hpp"
+
+namespace hypgen {
+
+// Totals over all steps and episodes of a run.
+struct RunTotals {
+  Samples returns;
+  Samples episode_steps;
+  Samples seconds;  // of planning, a step
+  std::uint64_t successes = 0;
+  std::uint64_t trials = 0;
+  std::uint64_t expansions = 0;
+  std::uint64_t nodes = 0;
+  std::uint64_t children = 0;
+  std::uint64_t collisions = 0;
+  std::uint64_t simulations = 0;
+  std::uint64_t leaf_scenarios = 0;
+  std::uint64_t signature = 0;
+  std::string mode;
+  std::uint64_t late_searches = 0;  // that ended without waiting for a thread
+  std::size_t threads = 1;          // of a search
+  std::size_t in_flight = 1;
+  double search_seconds = 0.0;
+  double waiting_seconds = 0.0;
+  double tree_seconds = 0.0;
+  double descent_seconds = 0.0;
+  double backup_seconds = 0.0;
+  EvaluatorStats evaluator;
+  std::map<Status, std::uint64_t> plan_statuses;
+  std::map<Status, std::uint64_t> belief_statuses;
+  std::map<Status, std::uint64_t> episode_statuses;
+
+  void add(const StepRecord& step);
+  void add(const EpisodeRecord& episode);
+  double a_second(std::uint64_t count) const {
+    return search_seconds > 0 ? static_cast<double>(count) / search_seconds : 0.0;
+  }
+  double a_step(std::uint64_t count) const {
+    return seconds.size() ? static_cast<double>(count) / static_cast<double>(seconds.size()) : 0.0;
+  }
+  double a_batch() const {
+    return evaluator.batches ? static_cast<double>(evaluator.leaves) / static_cast<double>(evaluator.batches)
+                             : 0.0;
+  }
+  double a_leaf() const {
+    return expansions ? static_cast<double>(leaf_scenarios) / static_cast<double>(expansions) : 0.0;
+  }
+};
+
+// The table at the end of a run.
+std::string table(const RunTotals& totals, bool has_success, const std::vector<std::uint64_t>& leaf_sizes);
+
+}  // namespace hypgen

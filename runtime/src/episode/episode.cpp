@@ -1,0 +1,53 @@
+#include "hypgen/episode/episode.hpp"
+
+#include "hypgen/model/model.hpp"
+
+namespace hypgen {
+
+EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int visible_count,
+                          std::uint64_t run, const EpisodeLimits& limits,
+                          const std::function<void(const StepRecord&)>& report) {
+  EpisodeRecord episode;
+  episode.episode = run;
+  std::vector<std::int32_t> visible(static_cast<std::size_t>(visible_count) + 1);
+  world.reset(run);
+  world.export_visible(visible.data());
+  belief.init(visible.data(), run);
+  double weight = 1.0;
+  for (int t = 0; t < limits.steps; ++t, weight *= limits.discount) {
+    if (limits.interrupted()) {
+      episode.status = Status::kInterrupted;
+      return episode;
+    }
+    const Decision decision = planner.plan(belief, run, t);
+    if (decision.action < 0 || !world.is_legal(decision.action)) {
+      episode.status = Status::kNoLegalAction;
+      return episode;
+    }
+    const WorldStep step = world.step(decision.action);
+    const double reward = from_fixed_sum(step.result.reward);
+    episode.discounted_return += weight * reward;
+    episode.undiscounted_return += reward;
+    episode.steps = t + 1;
+    episode.success = episode.success || step.result.success;
+    const Status believed = step.result.terminal ? Status::kOk : belief.update(decision.action, step.key);
+    const bool stops = believed != Status::kOk && limits.stop_on_depletion;
+    if (believed != Status::kOk && !stops) belief.propagate(decision.action, step.key);
+    std::vector<std::uint64_t> seen(step.key.begin(), step.key.end());
+    report({run, t, decision, reward, step.result.terminal, std::move(seen), believed,
+            belief.effective_sample_size()});
+    if (step.result.terminal) {
+      episode.terminal = true;
+      episode.status = Status::kTerminal;
+      return episode;
+    }
+    if (stops) {
+      episode.status = believed;
+      return episode;
+    }
+  }
+  episode.status = Status::kStepLimit;
+  return episode;
+}
+
+}  // namespace hypgen

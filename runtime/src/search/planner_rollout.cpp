@@ -1,0 +1,112 @@
+// Rollout mode: one-ply returns, sequential halving (Karnin, Koren and Somekh, ICML 2013) over the actions.
+
+#include <algorithm>
+#include <cmath>
+
+#include "hypgen/model/model.hpp"
+#include "hypgen/search/planner.hpp"
+#include "hypgen/search/search_counts.hpp"
+
+namespace hypgen {
+
+double Planner::Candidate::standard_error() const {
+  if (samples < 2) return 0.0;
+  const double n = static_cast<double>(samples);
+  return std::sqrt(std::max(0.0, gain_square / n - mean() * mean()) / (n - 1.0));
+}
+
+void Planner::plan_rollout(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root) {
+  candidates_.clear();
+  actions_.clear();
+  const Clock::time_point start = Clock::now();
+  const bool timed = setup_.deadline != Clock::time_point::max();
+  const Clock::duration whole = setup_.deadline - start;
+  bool going = sample_gains(belief, key, timed ? start + whole / 8 : setup_.deadline, decision);
+  const int rounds = static_cast<int>(std::ceil(std::log2(static_cast<double>(candidates_.size() + 1))));
+  for (int round = 1; round <= rounds && going; ++round) {
+    const double share = static_cast<double>(round) / rounds;
+    const auto time = std::chrono::duration_cast<Clock::duration>(whole * share);
+    const Clock::time_point end = timed ? start + time : setup_.deadline;
+    const auto trials = static_cast<double>(options_.trial_limit) * share;
+    while (going && static_cast<double>(decision.trials) < trials && Clock::now() < end) {
+      going = sample_gains(belief, key, end, decision);
+    }
+    if (going && round < rounds) halve();
+  }
+  if (decision.status == Status::kOk) {
+    decision.status = decision.trials >= options_.trial_limit ? Status::kTrialLimit : Status::kDeadline;
+  }
+  decision.nodes = decision.expansions;
+  if (candidates_.empty() || decision.status == Status::kModelNan) return;
+  const Candidate& best = best_candidate();
+  const bool significant = best.gain > 0.0 && best.mean() > options_.gain_errors * best.standard_error();
+  decision.action = significant ? best.action : root.default_action;
+}
+
+// How many scenarios to try the candidates on, so that about two such batches fit before `end`.
+std::size_t Planner::batch_until(Clock::time_point end) const {
+  if (setup_.deadline == Clock::time_point::max()) return options_.scenarios;
+  const double seconds = std::chrono::duration<double>(end - Clock::now()).count();
+  const std::size_t actions = candidates_.empty() ? candidates_.capacity() : candidates_.size();
+  const double fits = 0.5 * seconds / (rollout_seconds_ * static_cast<double>(actions));
+  return static_cast<std::size_t>(std::clamp(fits, 1.0, static_cast<double>(options_.scenarios)));
+}
+
+// One expansion of the root over scenarios that no earlier one has used, but for the untimed first, which
+// takes those of the root.
+bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_point end, Decision& decision) {
+  const std::size_t batch = batch_until(end);
+  const Clock::time_point start = Clock::now();
+  if (decision.trials > 0 || sampled_ != batch) {
+    belief.sample(key, static_cast<std::uint32_t>(sampled_), batch, scenarios_);
+    decision.status = evaluator_->begin_search(scenarios_, setup_).status;
+    if (decision.status != Status::kOk) return false;
+    sampled_ += batch;
+  }
+  LeafResult leaf;
+  decision.status = evaluate({0, kNoHandle, 0, 0, static_cast<std::uint32_t>(batch), 0, actions_}, leaf);
+  if (decision.status != Status::kOk) return false;
+  SearchCounts counts;
+  counts.trials.add(1);
+  counts.add_expansion(leaf, 0);
+  counts.add_to(decision);
+  ++leaf_sizes_[leaf.count];
+  take_gains(leaf);
+  const double rollouts = static_cast<double>(batch) * static_cast<double>(leaf.actions.size() + 1);
+  rollout_seconds_ = std::chrono::duration<double>(Clock::now() - start).count() / rollouts;
+  return true;
+}
+
+void Planner::take_gains(const LeafResult& leaf) {
+  if (candidates_.empty()) {
+    for (const ActionRow& row : leaf.actions) {
+      candidates_.push_back({row.action, 0, 0.0, 0.0});
+      actions_.push_back(row.action);
+    }
+  }
+  for (std::size_t i = 0; i < leaf.actions.size(); ++i) {
+    const Gain& gain = leaf.gains[i];  // of the candidate at the same place: legality does not change
+    candidates_[i].samples += leaf.count;
+    candidates_[i].gain += from_fixed_sum(gain.sum);
+    candidates_[i].gain_square += gain.square_sum;
+  }
+}
+
+// Keeps the better half of the candidates; ties go to the lower action.
+void Planner::halve() {
+  std::sort(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
+    return a.mean() != b.mean() ? a.mean() > b.mean() : a.action < b.action;
+  });
+  candidates_.resize((candidates_.size() + 1) / 2);
+  std::sort(candidates_.begin(), candidates_.end(),
+            [](const Candidate& a, const Candidate& b) { return a.action < b.action; });
+  actions_.clear();
+  for (const Candidate& candidate : candidates_) actions_.push_back(candidate.action);
+}
+
+const Planner::Candidate& Planner::best_candidate() const {
+  return *std::max_element(candidates_.begin(), candidates_.end(),
+                           [](const Candidate& a, const Candidate& b) { return a.mean() < b.mean(); });
+}
+
+}  // namespace hypgen

@@ -1,0 +1,90 @@
+#include "hypgen/search/search.hpp"
+
+#include <algorithm>
+
+namespace hypgen {
+
+namespace {
+
+// How long after its deadline a search waits for threads that have lost their core.
+constexpr std::chrono::microseconds kGrace{500};
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+}  // namespace
+
+Search::Search(const PlannerOptions& options, const TreeOptions& tree)
+    : shared_(options, tree),
+      workers_(tree.threads - 1, [this](std::size_t thread) { shared_.run_thread(thread); }) {
+  const std::size_t threads = workers_.size() + 1;
+  for (std::size_t i = 0; i < threads; ++i) {
+    // At least one, as a thread without a trial would do nothing.
+    const std::size_t share = options.in_flight / threads + (i < options.in_flight % threads ? 1 : 0);
+    shared_.threads.push_back(std::make_unique<SearchThread>(shared_, i, std::max<std::size_t>(1, share)));
+  }
+}
+
+void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchSetup& setup,
+                 Decision& decision) {
+  const Clock::time_point start_time = Clock::now();
+  shared_.begin(evaluator, root, setup);
+  const bool is_alone = workers_.size() == 0 || shared_.is_stopped();
+  if (!is_alone) workers_.start();
+  shared_.run_thread(0);
+  const bool is_limited = setup.deadline != Clock::time_point::max();
+  decision.late_threads = is_alone ? 0 : workers_.park(is_limited ? setup.deadline + kGrace : setup.deadline);
+  // Threads that have done all trials have not stopped the search.
+  Status status = shared_.is_stopped() ? shared_.status.load() : Status::kTrialLimit;
+  // What the planner has to act on is told first.
+  if (shared_.has_crossed_at_root && !is_failure(status) && status != Status::kDeviceLost)
+    status = Status::kCrossedBounds;
+  decision.status = status;
+  decision.lower = shared_.tree.root().child->lower;
+  decision.upper = shared_.tree.root().child->upper;
+  add_counts(decision);
+  decision.tree_seconds = seconds_since(start_time) - decision.waiting_seconds;
+}
+
+// Of late threads too, as far as they have come.
+void Search::add_counts(Decision& decision) const {
+  for (std::size_t i = 0; i < shared_.threads.size(); ++i) {
+    shared_.threads[i]->counts().add_to(decision);
+    decision.nodes += shared_.tree.nodes(i);
+    decision.crossed += shared_.tree.crossed(i);
+  }
+  const auto searching = static_cast<double>(std::min(shared_.threads.size(), shared_.evaluator->threads()));
+  decision.waiting_seconds /= searching;
+  decision.descent_seconds /= searching;
+  decision.backup_seconds /= searching;
+}
+
+void Search::add_leaf_sizes(std::vector<std::uint64_t>& leaf_sizes) {
+  park(Clock::time_point::max());
+  for (const auto& thread : shared_.threads) {
+    for (std::size_t i = 0; i < leaf_sizes.size(); ++i) leaf_sizes[i] += thread->leaf_sizes()[i];
+  }
+}
+
+int Search::best_action(int default_action) const {
+  const Node& root = shared_.tree.root();
+  if (shared_.tree.keeps_values()) {
+    const std::uint32_t best = root.expanded() == nullptr ? kNoIndex : shared_.tree.best_value(root, 0.0);
+    return best == kNoIndex ? default_action : root.expanded()->rows[best].action;
+  }
+  double best = root.child->default_value;
+  int action = default_action;
+  const Expansion* const expansion = root.expanded();
+  for (std::uint32_t i = 0; expansion != nullptr && i < expansion->action_count; ++i) {
+    const int candidate = expansion->rows[i].action;
+    const double lower = shared_.tree.action_lower(root, i);
+    if (lower > best || (lower == best && candidate == default_action)) {
+      best = lower;
+      action = candidate;
+    }
+  }
+  return action;
+}
+
+}  // namespace hypgen

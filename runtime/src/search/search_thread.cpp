@@ -1,0 +1,405 @@
+#include "hypgen/search/search_thread.hpp"
+
+#if defined(__x86_64__) || defined(__i386__)
+#include <immintrin.h>
+#endif
+#include <sched.h>
+
+#include <algorithm>
+
+namespace hypgen {
+
+namespace {
+
+constexpr unsigned kLongestPause = 64;  // in instructions; a thread that pauses longer yields its core
+constexpr unsigned kActivityBits = 16;
+
+void relax_core() {
+#if defined(__x86_64__) || defined(__i386__)
+  _mm_pause();
+#endif
+}
+
+// Whether the planner has to act on it: it must not pass for an ordinary limit.
+bool is_grave(Status status) { return is_failure(status) || status == Status::kDeviceLost; }
+
+}  // namespace
+
+void SharedSearch::begin(LeafEvaluator& leaf_evaluator, const RootResult& root,
+                         const SearchSetup& search_setup) {
+  evaluator = &leaf_evaluator;
+  setup = search_setup;
+  status = Status::kOk;
+  trials = 0;
+  for (const auto& thread : threads) thread->reset();
+  has_crossed_at_root = false;
+  if (tree.reset(root.row)) {
+    has_crossed_at_root = tree.crossed(0) > 0;
+    threads[0]->expand_root();
+  } else {
+    stop(Status::kMemoryFull);
+  }
+}
+
+void SharedSearch::stop(Status reason) {
+  Status before = status.load();
+  while (before == Status::kOk || (is_grave(reason) && !is_grave(before))) {
+    if (status.compare_exchange_weak(before, reason)) return;
+  }
+}
+
+bool SharedSearch::take_trial() {
+  if (options.trial_limit == UINT64_MAX) return true;
+  std::uint64_t taken = trials.load(std::memory_order_relaxed);
+  while (taken < options.trial_limit) {
+    if (trials.compare_exchange_weak(taken, taken + 1, std::memory_order_relaxed)) return true;
+  }
+  return false;
+}
+
+void SharedSearch::give_trial_back() {
+  if (options.trial_limit != UINT64_MAX) trials.fetch_sub(1, std::memory_order_relaxed);
+}
+
+void SharedSearch::run_thread(std::size_t number) {
+  if (number >= evaluator->threads()) return;
+  evaluator->attach(number);
+  threads[number]->run();
+}
+
+SearchThread::SearchThread(SharedSearch& shared, std::size_t number, std::size_t in_flight)
+    : shared_(shared),
+      tree_(shared.tree),
+      number_(number),
+      queue_(in_flight),
+      leaf_sizes_(shared.options.scenarios + 1) {
+  requests_.reserve(in_flight);
+}
+
+void SearchThread::reset() {
+  head_ = size_ = sent_ = waiting_ = 0;
+  counts_ = {};
+  rest_ = 0;
+  pauses_ = 0;
+  activity_.store(0, std::memory_order_relaxed);
+}
+
+void SearchThread::expand_root() {
+  tree_.enter(tree_.root());
+  push({&tree_.root(), true});
+  Node* node;
+  const Status status = expand_oldest(node);
+  tree_.backup(tree_.root());
+  if (status != Status::kOk) shared_.stop(status);
+}
+
+void SearchThread::run() {
+  Status status = shared_.status.load();
+  while (status == Status::kOk) {
+    status = advance();
+    if (at_hand() != waiting_) publish(waiting_);
+    if (status == Status::kOk) status = shared_.status.load();
+  }
+  // A thread without a trial to start does not end what others do.
+  if (status != Status::kTrialLimit) shared_.stop(status);
+  abandon();
+}
+
+Status SearchThread::advance() {
+  if (tree_.root().child->gap() <= shared_.options.gap) return Status::kConverged;
+  const bool has_started_all = shared_.trials.load(std::memory_order_relaxed) >= shared_.options.trial_limit;
+  if (has_started_all && size_ == 0) return Status::kTrialLimit;
+  return has_started_all || size_ == queue_.size() ? apply_oldest() : start_trial();
+}
+
+Status SearchThread::start_trial() {
+  const SearchSetup& setup = shared_.setup;
+  if (setup.deadline != Clock::time_point::max() && Clock::now() >= setup.deadline) return Status::kDeadline;
+  if (waiting_ == 0 && tree_.is_closed(tree_.root())) {
+    idle();
+    return Status::kOk;
+  }
+  if (!shared_.take_trial()) return Status::kOk;
+  counts_.trials.add(1);
+  const std::uint64_t before = activity_.load(std::memory_order_relaxed);
+  publish(waiting_ + 1);
+  Node* node = &tree_.root();
+  tree_.enter(*node);
+  const Progress progress = timed_walk(node, false);
+  if (progress == Progress::kFull) return Status::kMemoryFull;
+  if (progress == Progress::kRequested) {
+    pauses_ = 0;
+    return Status::kOk;
+  }
+  const bool is_alone = waiting_ == 0;
+  const bool found_nothing = progress == Progress::kWithoutEffect || progress == Progress::kBackedOut;
+  // With nothing in flight all uncertainty left is rounding.
+  const bool has_converged = is_alone && progress == Progress::kWithoutEffect && is_search_at_rest();
+  if (is_alone && found_nothing && !has_converged) return undo_trial(node, before);
+  if (progress == Progress::kWithoutEffect) tree_.backup(*node);
+  if (has_converged) return Status::kConverged;
+  push({nullptr, false});
+  return Status::kOk;
+}
+
+// Others have all there is to do at the moment. Were such trials to count, threads beside a long leaf would
+// use up a limit in no time. `node` is where the trial is; null: nowhere any more.
+Status SearchThread::undo_trial(Node* node, std::uint64_t activity) {
+  for (; node != nullptr; node = node->parent) tree_.leave(*node);
+  counts_.trials.set(counts_.trials.get() - 1);
+  shared_.give_trial_back();
+  activity_.store(activity, std::memory_order_release);  // as if it had not been
+  idle();
+  return Status::kOk;
+}
+
+Status SearchThread::apply_oldest() {
+  if (!in_queue(0).waits) {
+    pop();
+    return Status::kOk;
+  }
+  Node* node;
+  const Status status = expand_oldest(node);
+  if (status != Status::kOk) {
+    tree_.backup(*node);
+    return status;
+  }
+  return timed_walk(node, true) == Progress::kFull ? Status::kMemoryFull : Status::kOk;
+}
+
+// Takes the oldest trial, which waits, from the queue and expands its node.
+Status SearchThread::expand_oldest(Node*& node) {
+  LeafResult leaf{};
+  const Status status = wait(leaf);
+  node = pop().node;
+  if (status != Status::kOk) return status;
+  if (leaf.status != Status::kOk) return leaf.status;
+  if (leaf.ticket != node->number) return Status::kEvaluatorFailed;
+  if (!tree_.expand(number_, *node, leaf)) return Status::kMemoryFull;
+  counts_.add_expansion(leaf, node->depth);
+  ++leaf_sizes_[leaf.count];
+  return Status::kOk;
+}
+
+Status SearchThread::wait(LeafResult& leaf) {
+  const Clock::time_point start = Clock::now(), deadline = shared_.setup.deadline;
+  // An evaluator that is never late would otherwise keep trials that go on from leaf to leaf from stopping.
+  if (start >= deadline) return Status::kDeadline;
+  Clock::time_point now = start;
+  Status status = Status::kOk;
+  send();
+  while (!shared_.evaluator->poll(number_, leaf)) {
+    now = Clock::now();
+    status = shared_.status.load();
+    if (now >= deadline) status = Status::kDeadline;
+    if (std::chrono::duration<double>(now - start).count() > shared_.options.patience)
+      status = Status::kEvaluatorFailed;
+    if (status != Status::kOk) break;
+    send();
+    if (shared_.threads.size() > 1) pause();
+  }
+  pauses_ = 0;
+  counts_.waiting.add(Clock::now() - start);
+  return status;
+}
+
+// Hands the evaluator as many leaves as it takes.
+void SearchThread::send() {
+  requests_.clear();
+  for (std::size_t i = sent_; i < size_; ++i) {
+    if (in_queue(i).waits) requests_.push_back(request(*in_queue(i).node));
+  }
+  std::size_t taken = requests_.empty() ? 0 : shared_.evaluator->submit(number_, requests_);
+  while (sent_ < size_ && (!in_queue(sent_).waits || taken > 0)) {
+    if (in_queue(sent_).waits) --taken;
+    ++sent_;
+  }
+}
+
+// A walk, and how long it took but for the backup that may end it.
+SearchThread::Progress SearchThread::timed_walk(Node*& node, bool has_expanded) {
+  if (--walks_to_timed_ > 0) return walk(node, has_expanded);
+  walks_to_timed_ = kTimedWalks;
+  is_timed_ = true;
+  backup_time_ = {};
+  const Clock::time_point start = Clock::now();
+  const Progress progress = walk(node, has_expanded);
+  is_timed_ = false;
+  counts_.descent.add(kTimedWalks * (Clock::now() - start - backup_time_));
+  counts_.backup.add(kTimedWalks * backup_time_);
+  return progress;
+}
+
+// Ends a walk.
+void SearchThread::backup(Node& node) {
+  if (!is_timed_) return tree_.backup(node);
+  const Clock::time_point start = Clock::now();
+  tree_.backup(node);
+  backup_time_ = Clock::now() - start;
+}
+
+SearchThread::Progress SearchThread::walk(Node*& node, bool has_expanded) {
+  if (shared_.options.mode != Mode::kPomcp) return walk_by_bounds(node, has_expanded);
+  if (!has_expanded) return walk_by_values(node);
+  backup(*node);  // a trial of POMCP expands one leaf
+  return Progress::kEnded;
+}
+
+// One trial (Algorithm 2, EXPLORE), from an expanded node down: to a leaf, or to where the excess uncertainty
+// is gone. Where everything below a node is in expansion it goes on from the parent. `node` becomes where a
+// trial without effect is; any other is backed up, or has been backed out of.
+SearchThread::Progress SearchThread::walk_by_bounds(Node*& node, bool has_expanded) {
+  const PlannerOptions& options = shared_.options;
+  const BranchRule rule =
+      tree_.branch_rule({options.target_ratio, options.observation_loss, options.exploration});
+  while (true) {
+    const Branch branch = choose(*node, rule);
+    if (branch.kind == Branch::kClosed) {
+      counts_.collisions.add(1);
+      tree_.leave(*node);
+      node = node->parent;
+      if (node == nullptr) return Progress::kBackedOut;
+      continue;
+    }
+    if (branch.kind == Branch::kStop) {
+      if (!has_expanded) return Progress::kWithoutEffect;
+      backup(*node);
+      return Progress::kEnded;
+    }
+    Node* const next = branch.kind == Branch::kFull
+                           ? nullptr
+                           : tree_.visit(number_, *node, branch.action, *branch.table, *branch.child);
+    if (next == nullptr) {
+      backup(*node);
+      return Progress::kFull;
+    }
+    tree_.enter(*next);
+    const bool is_deepest = next->depth >= shared_.setup.depth_limit;
+    if (is_deepest || (shared_.options.pruning > 0.0 && tree_.is_blocked(*next))) {
+      tree_.make_default(*next);
+      backup(*next);
+      return Progress::kEnded;
+    }
+    if (next->expanded() != nullptr) {
+      node = next;
+    } else if (claim(*next)) {
+      push({next, true});
+      return Progress::kRequested;
+    } else {
+      counts_.collisions.add(1);
+      tree_.leave(*next);  // another thread has it
+    }
+  }
+}
+
+// Whether this thread is to expand a leaf.
+bool SearchThread::claim(Node& leaf) {
+  if (!tree_.close(leaf)) return false;
+  if (leaf.expanded() == nullptr) return true;
+  tree_.open(leaf);  // it has been expanded and opened since this thread looked
+  return false;
+}
+
+// Where to go on from a node; one with nothing left to take is closed.
+SearchThread::Branch SearchThread::choose(Node& node, const BranchRule& rule) {
+  if (tree_.is_closed(node)) return {Branch::kClosed, kNoIndex, nullptr, nullptr};
+  Branch branch = look(node, rule);
+  if (branch.kind != Branch::kClosed) return branch;
+  tree_.close(node);
+  branch = look(node, rule);  // as something below may have been opened before the node was closed
+  if (branch.kind != Branch::kClosed) tree_.open(node);
+  return branch;
+}
+
+// The best action's best child; the next action's where that is in expansion.
+SearchThread::Branch SearchThread::look(const Node& node, const BranchRule& rule) {
+  bool met_closed = false;
+  const ActionRule action_rule = tree_.action_rule(node, rule);
+  ActionChoice action = tree_.best_action(node, action_rule);
+  while (action.place != kNoIndex) {
+    ActionTable* const table = tree_.open_action(number_, node, action.place);
+    if (table == nullptr) return {Branch::kFull, kNoIndex, nullptr, nullptr};
+    const ChildChoice choice = tree_.best_child(*table, rule);
+    if (choice.child != nullptr) return {Branch::kTaken, action.place, table, choice.child};
+    met_closed |= choice.met_closed;
+    if (!met_closed) break;
+    action = tree_.next_action(node, action_rule, action);
+  }
+  return {met_closed ? Branch::kClosed : Branch::kStop, kNoIndex, nullptr, nullptr};
+}
+
+LeafRequest SearchThread::request(const Node& node) const {
+  LeafRequest request{node.number, kNoHandle, 0, node.child->first, node.child->count, node.depth, {}};
+  if (node.parent != nullptr) {
+    const Expansion& above = *node.parent->expanded();
+    request.parent = above.handle;
+    request.action = above.rows[node.action].action;
+  }
+  return request;
+}
+
+void SearchThread::push(Trial trial) {
+  in_queue(size_++) = trial;
+  if (trial.waits) ++waiting_;
+}
+
+SearchThread::Trial SearchThread::pop() {
+  const Trial trial = in_queue(0);
+  head_ = (head_ + 1) % queue_.size();
+  --size_;
+  if (sent_ > 0) --sent_;
+  if (trial.waits) --waiting_;
+  return trial;
+}
+
+// Leaves what is in flight, with what those trials have found so far.
+void SearchThread::abandon() {
+  while (size_ > 0) {
+    const Trial trial = pop();
+    if (trial.waits) tree_.backup(*trial.node);
+  }
+  publish(0);
+}
+
+std::size_t SearchThread::at_hand() const {
+  return activity_.load(std::memory_order_relaxed) % (std::uint64_t{1} << kActivityBits);
+}
+
+void SearchThread::publish(std::size_t at_hand) {
+  const std::uint64_t times = (activity_.load(std::memory_order_relaxed) >> kActivityBits) + 1;
+  activity_.store(times << kActivityBits | at_hand, std::memory_order_release);
+}
+
+// For a trial that found nothing to do: whether no other thread has a trial at hand, nor has had one since
+// this one found the same before. Then the tree that both trials saw was the same and is at rest.
+bool SearchThread::is_search_at_rest() {
+  std::uint64_t others = 0;
+  for (const auto& thread : shared_.threads) {
+    if (thread.get() == this) continue;
+    const std::uint64_t activity = thread->activity_.load(std::memory_order_acquire);
+    if (activity % (std::uint64_t{1} << kActivityBits) != 0) return false;
+    others += activity;
+  }
+  const bool is_same = others == rest_;
+  rest_ = others;
+  return is_same;
+}
+
+// Lets the evaluator work on what others have sent.
+void SearchThread::idle() {
+  LeafResult none;
+  shared_.evaluator->poll(number_, none);
+  pause();
+}
+
+// Waits for other threads: the longer, the longer there has been nothing to do.
+void SearchThread::pause() {
+  if (pauses_ < kLongestPause) {
+    pauses_ = std::max(1U, 2 * pauses_);
+    for (unsigned i = 0; i < pauses_; ++i) relax_core();
+  } else {
+    sched_yield();
+  }
+}
+
+}  // namespace hypgen

@@ -1,0 +1,228 @@
+#include "hypgen/search/tree.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <new>
+
+#include "hypgen/model/model.hpp"
+#include "hypgen/search/atomic_maximum.hpp"
+#include "hypgen/search/signature.hpp"
+
+namespace hypgen {
+
+namespace {
+
+constexpr double kRounding = 1e-6;
+
+}  // namespace
+
+Tree::Tree(const TreeOptions& options)
+    : pool_(options.memory_bytes, options.threads),
+      makers_(options.threads, Maker(pool_)),
+      pruning_(options.pruning),
+      counts_actions_(options.counts_actions),
+      keeps_values_(options.keeps_values) {
+  double power = 1.0;
+  for (int depth = 0; depth <= options.max_depth; ++depth, power *= options.discount) {
+    discounts_.push_back(power);
+  }
+}
+
+double Tree::weight(int depth) const { return discounts_[static_cast<std::size_t>(depth)] * scenario_share_; }
+
+bool Tree::reset(const ChildRow& row) {
+  pool_.reset();
+  for (Maker& maker : makers_) maker = Maker(pool_);
+  scenario_share_ = 1.0 / row.count;
+  Maker& maker = makers_[0];
+  Child* const child = get(maker.memory.take<Child>());
+  root_ = get(maker.memory.take<Node>());
+  if (root_ == nullptr) return false;
+  maker.crossed.set(make_child(child, row, 0));
+  root_ = new (root_) Node{{nullptr}, child, nullptr, nullptr, kNoIndex, 0, 0, nullptr};
+  child->node.store(root_, std::memory_order_relaxed);
+  maker.first = maker.last = root_;
+  maker.nodes.set(1);
+  return true;
+}
+
+// Gives how many bounds crossed: 0 or 1.
+std::uint64_t Tree::make_child(Child* place, const ChildRow& row, int depth) const {
+  const double share = weight(depth);
+  const double lower = share * from_fixed_sum(row.lower_sum);
+  double upper = share * from_fixed_sum(row.upper_sum);
+  std::uint64_t crossed = 0;
+  if (upper < lower) {
+    // Bounds that are equal but for rounding have not crossed.
+    crossed = lower - upper > kRounding * (share * row.count + std::abs(upper));
+    upper = lower;
+  }
+  // A subtree costs lambda at least, or is the default policy.
+  new (place) Child{{std::max(lower, upper - pruning_)},
+                    {lower},
+                    {upper},
+                    lower,
+                    row.first,
+                    row.count,
+                    {nullptr},
+                    {0},
+                    {false}};
+  return crossed;
+}
+
+bool Tree::expand(std::size_t thread, Node& leaf, const LeafResult& result) {
+  Expansion* const expansion = make_expansion(makers_[thread], result);
+  if (expansion == nullptr) return false;
+  double lower = 0.0;
+  if (!is_regularised()) {
+    lower = set_uppers(*expansion, leaf.depth);
+  } else if (!set_regularised_uppers(thread, leaf, *expansion, lower)) {
+    return false;
+  }
+  if (expansion->action_count > 0) {
+    const Largest best = largest(expansion->uppers(), expansion->action_count);
+    expansion->largest.store(best.value, std::memory_order_relaxed);
+    expansion->best.store(best.place, std::memory_order_relaxed);
+  }
+  if (keeps_values_) {
+    for (std::uint32_t a = 0; a < expansion->action_count; ++a)
+      new (expansion->value_sums() + a) std::atomic<double>(row_lower(expansion->rows[a], leaf.depth));
+  }
+  leaf.expansion.store(expansion, std::memory_order_release);
+  refresh(leaf, lower);
+  open(leaf);
+  return true;
+}
+
+Expansion* Tree::make_expansion(Maker& maker, const LeafResult& result) const {
+  const std::size_t actions = result.actions.size();
+  const std::uint32_t arrays = is_regularised() || keeps_values_ ? 2 : 1;
+  Expansion* const place = get(maker.memory.take<Expansion>(Expansion::bytes(actions, arrays)));
+  if (place == nullptr) return nullptr;
+  Expansion* const expansion = new (place) Expansion{result.handle,
+                                                     result.actions.begin(),
+                                                     result.children.begin(),
+                                                     static_cast<std::uint32_t>(actions),
+                                                     arrays,
+                                                     {-std::numeric_limits<double>::infinity()},
+                                                     {kNoIndex},
+                                                     {0}};
+  for (std::size_t a = 0; a < actions; ++a)
+    new (expansion->tables() + a) Expansion::Table{Ref<ActionTable>{}};
+  return expansion;
+}
+
+double Tree::row_lower(const ActionRow& row, int depth) const {
+  return weight(depth) * from_fixed_sum(row.reward_sum) + weight(depth + 1) * from_fixed_sum(row.lower_sum);
+}
+
+// Fills in a leaf's actions from the rows' sums; gives the largest lower bound.
+double Tree::set_uppers(Expansion& expansion, int depth) const {
+  const double reward_share = weight(depth), share = weight(depth + 1);
+  double best = -std::numeric_limits<double>::infinity();
+  for (std::uint32_t a = 0; a < expansion.action_count; ++a) {
+    const ActionRow& row = expansion.rows[a];
+    const double reward = reward_share * from_fixed_sum(row.reward_sum);
+    best = std::max(best, reward + share * from_fixed_sum(row.lower_sum));
+    new (expansion.uppers() + a) std::atomic<double>(reward + share * from_fixed_sum(row.upper_sum));
+  }
+  return best;
+}
+
+// The same with regularisation, where each child has a penalty of its own and so all are made; false if they
+// do not fit.
+bool Tree::set_regularised_uppers(std::size_t thread, Node& node, Expansion& expansion, double& lower) {
+  lower = -std::numeric_limits<double>::infinity();
+  for (std::uint32_t a = 0; a < expansion.action_count; ++a) {
+    ActionTable* const table = make_table(thread, expansion, node.depth, a);
+    if (table == nullptr) return false;
+    const double reward = weight(node.depth) * from_fixed_sum(expansion.rows[a].reward_sum);
+    double upper_sum = reward - pruning_, lower_sum = reward - pruning_, plain_sum = reward;
+    for (const Child& child : *table) {
+      upper_sum += child.upper.load();
+      lower_sum += child.lower.load();
+      plain_sum += child.plain_upper.load();
+    }
+    table->lower.store(lower_sum);
+    new (expansion.uppers() + a) std::atomic<double>(upper_sum);
+    new (expansion.plain_uppers() + a) std::atomic<double>(plain_sum);
+    lower = std::max(lower, lower_sum);
+  }
+  return true;
+}
+
+ActionTable* Tree::open_action(std::size_t thread, const Node& node, std::uint32_t action) {
+  Expansion& expansion = *node.expanded();
+  const Ref<ActionTable> there = expansion.tables()[action].load(std::memory_order_acquire);
+  return there ? get(there) : make_table(thread, expansion, node.depth, action);
+}
+
+// Gives another thread's if that was faster; null if there is no room.
+ActionTable* Tree::make_table(std::size_t thread, Expansion& expansion, int depth, std::uint32_t action) {
+  Maker& maker = makers_[thread];
+  const ActionRow& row = expansion.rows[action];
+  const Ref<ActionTable> made =
+      maker.memory.take<ActionTable>(sizeof(ActionTable) + row.child_count * sizeof(Child));
+  if (!made) return nullptr;
+  ActionTable* const table = new (get(made)) ActionTable{{row_lower(row, depth)}, row.child_count, {0}};
+  std::uint64_t crossed = 0;
+  for (std::uint32_t i = 0; i < table->count; ++i) {
+    crossed += make_child(table->children() + i, expansion.child_rows[row.first_child + i], depth + 1);
+  }
+  Ref<ActionTable> there{};
+  if (!expansion.tables()[action].compare_exchange_strong(there, made, std::memory_order_acq_rel)) {
+    maker.memory.take_back(made);
+    return get(there);
+  }
+  maker.crossed.add(crossed);
+  return table;
+}
+
+const ActionTable* Tree::table(const Expansion& expansion, std::uint32_t action) const {
+  return get(expansion.tables()[action].load(std::memory_order_acquire));
+}
+
+double Tree::action_lower(const Node& node, std::uint32_t action) const {
+  const Expansion& expansion = *node.expanded();
+  const ActionTable* const opened = table(expansion, action);
+  return opened != nullptr ? opened->lower.load() : row_lower(expansion.rows[action], node.depth);
+}
+
+Node* Tree::visit(std::size_t thread, Node& parent, std::uint32_t action, ActionTable& table, Child& child) {
+  Node* there = child.node.load(std::memory_order_acquire);
+  if (there != nullptr) return there;
+  Maker& maker = makers_[thread];
+  const Ref<Node> made = maker.memory.take<Node>();
+  if (!made) return nullptr;
+  Node* const node = new (get(made))
+      Node{{nullptr},        &child, &parent, &table, action, static_cast<std::uint32_t>(maker.nodes.get()),
+           parent.depth + 1, nullptr};
+  if (!child.node.compare_exchange_strong(there, node, std::memory_order_acq_rel)) {
+    maker.memory.take_back(made);
+    return there;
+  }
+  maker.nodes.add(1);
+  (maker.last == nullptr ? maker.first : maker.last->next_made) = node;
+  maker.last = node;
+  return node;
+}
+
+std::uint64_t Tree::signature(std::uint64_t seed) const {
+  Signature hash(seed);
+  for_each_node([&](const Node& node) {
+    const Child& child = *node.child;
+    hash.add(std::uint64_t{node.parent != nullptr ? node.parent->number : kNoIndex});
+    if (node.parent != nullptr) {
+      hash.add(static_cast<std::uint64_t>(node.parent->expanded()->rows[node.action].action));
+      hash.add(static_cast<std::uint64_t>(node.child - node.table->children()));
+    }
+    hash.add(std::uint64_t{child.count});
+    hash.add(child.visits());
+    hash.add(child.upper.load());
+    hash.add(child.lower.load());
+  });
+  return hash.value();
+}
+
+}  // namespace hypgen

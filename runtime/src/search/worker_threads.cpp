@@ -1,0 +1,63 @@
+#include "hypgen/search/worker_threads.hpp"
+
+#include <exception>
+#include <utility>
+
+namespace hypgen {
+
+WorkerThreads::WorkerThreads(std::size_t count, Work work) : work_(std::move(work)) {
+  threads_.reserve(count);
+  try {
+    while (threads_.size() < count) threads_.emplace_back(&WorkerThreads::live, this, threads_.size() + 1);
+  } catch (const std::exception&) {
+    // A limit of the system or of memory: fewer threads find the same, later.
+  }
+}
+
+WorkerThreads::~WorkerThreads() {
+  {
+    const std::lock_guard<std::mutex> guard(lock_);
+    is_over_ = true;
+  }
+  woken_.notify_all();
+  for (std::thread& thread : threads_) thread.join();
+}
+
+void WorkerThreads::start() {
+  {
+    const std::lock_guard<std::mutex> guard(lock_);
+    ++round_;
+    is_open_ = true;
+  }
+  woken_.notify_all();
+}
+
+std::size_t WorkerThreads::park(Clock::time_point deadline) {
+  std::unique_lock<std::mutex> guard(lock_);
+  is_open_ = false;
+  const auto all_parked = [this] { return working_ == 0; };
+  if (deadline == Clock::time_point::max()) {
+    parked_.wait(guard, all_parked);
+  } else {
+    parked_.wait_until(guard, deadline, all_parked);
+  }
+  return working_;
+}
+
+// What a thread does from its start to its end.
+void WorkerThreads::live(std::size_t thread) {
+  std::size_t last_round = 0;
+  std::unique_lock<std::mutex> guard(lock_);
+  while (true) {
+    woken_.wait(guard, [&] { return is_over_ || (is_open_ && round_ != last_round); });
+    if (is_over_) return;
+    last_round = round_;
+    ++working_;
+    guard.unlock();
+    work_(thread);
+    guard.lock();
+    if (--working_ == 0) parked_.notify_one();
+  }
+}
+
+}  // namespace hypgen

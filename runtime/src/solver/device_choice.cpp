@@ -1,0 +1,60 @@
+#include "hypgen/solver/device_choice.hpp"
+
+#include <algorithm>
+
+#include "hypgen/leaves/device.hpp"
+
+namespace hypgen {
+
+namespace {
+
+// Null and `problem` if there is no such GPU, or it cannot be used. `index`: the one asked for, or
+// kFirstDevice; then the one taken.
+std::unique_ptr<LeafEvaluator> make_on_device(const ModelDescriptor& model, const ModelInstance& instance,
+                                              const SolverOptions& options, int& index,
+                                              std::string& problem) {
+  if (options.planner.mode == Mode::kRollout || options.planner.mode == Mode::kDefault) {
+    problem = std::string("--mode ") + mode_name(options.planner.mode) + " does not use a GPU";
+    return nullptr;
+  }
+  if (model.device == nullptr) {
+    problem = "this solver was built without CUDA";
+    return nullptr;
+  }
+  const std::vector<DeviceInfo> devices = model.device->devices(problem);
+  if (devices.empty()) return nullptr;
+  if (index == kFirstDevice) index = devices.front().index;
+  const auto is_wanted = [=](const DeviceInfo& device) { return device.index == index; };
+  if (std::none_of(devices.begin(), devices.end(), is_wanted)) {
+    problem = "no GPU with number " + std::to_string(index) + " that this solver has code for";
+    return nullptr;
+  }
+  return model.device->make_evaluator(instance.params(), evaluator_options(options.planner, model), index,
+                                      problem);
+}
+
+}  // namespace
+
+bool wants_device(const SolverOptions& options) {
+  if (options.device == DeviceKind::kCpu) return false;
+  return options.device == DeviceKind::kCuda || wants_gpu(options.planner.mode) || options.require_gpu;
+}
+
+ChosenEvaluator choose_evaluator(const ModelDescriptor& model, const ModelInstance& instance,
+                                 const SolverOptions& options) {
+  ChosenEvaluator chosen{nullptr, "cpu", ""};
+  if (wants_device(options)) {
+    int index = options.device_index;
+    chosen.evaluator = make_on_device(model, instance, options, index, chosen.problem);
+    if (chosen.evaluator) {
+      chosen.device = "cuda:" + std::to_string(index);
+      return chosen;
+    }
+  } else if (options.require_gpu) {
+    chosen.problem = "--require-gpu and --device cpu contradict each other";
+  }
+  chosen.evaluator = instance.make_evaluator(evaluator_options(options.planner, model));
+  return chosen;
+}
+
+}  // namespace hypgen

@@ -1,0 +1,172 @@
+#include "hypgen/solver/json_lines.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace hypgen {
+
+namespace {
+
+constexpr int kVersion = 1;
+
+using Json = nlohmann::ordered_json;
+
+std::string hexadecimal(std::uint64_t value) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
+  return text;
+}
+
+Json counts(const std::map<Status, std::uint64_t>& statuses) {
+  Json json = Json::object();
+  for (const auto& [status, count] : statuses) json[status_name(status)] = count;
+  return json;
+}
+
+}  // namespace
+
+JsonLines::~JsonLines() {
+  if (out_ != nullptr && out_ != stdout) std::fclose(out_);
+}
+
+bool JsonLines::open(const std::string& file) {
+  out_ = file == "-" ? stdout : std::fopen(file.c_str(), "w");
+  return out_ != nullptr;
+}
+
+void JsonLines::write_line(const std::string& text) {
+  const bool written = std::fprintf(out_, "%s\n", text.c_str()) >= 0;
+  complete_ = std::fflush(out_) == 0 && written && complete_;
+}
+
+void JsonLines::write_run(const SolverOptions& options, const std::string& device, std::size_t threads) {
+  if (out_ == nullptr) return;
+  const PlannerOptions& planner = options.planner;
+  Json json = {{"type", "run"},
+               {"version", kVersion},
+               {"model", model_.name},
+               {"hash", model_.hash},
+               {"discount", model_.discount},
+               {"mode", mode_name(planner.mode)},
+               {"seed", planner.seed},
+               {"runs", options.runs},
+               {"first_run", options.first_run},
+               {"steps", options.steps},
+               {"device", device},
+               {"threads", threads},
+               {"in_flight", planner.in_flight},
+               {"observation_loss", planner.observation_loss},
+               {"exploration", planner.exploration},
+               {"scenarios", planner.scenarios},
+               {"depth", planner.depth},
+               {"xi", planner.target_ratio},
+               {"pruning", planner.pruning},
+               {"belief", belief_name(options.belief)},
+               {"particles", options.particles},
+               {"on_depletion", options.stop_on_depletion ? "stop" : "continue"},
+               {"time", nullptr},
+               {"trials", nullptr}};
+  if (planner.time_limit < 1e9) json["time"] = planner.time_limit;
+  if (planner.trial_limit != UINT64_MAX) json["trials"] = planner.trial_limit;
+  write_line(json.dump());
+}
+
+void JsonLines::write(const StepRecord& step) {
+  if (out_ == nullptr) return;
+  const Decision& decision = step.decision;
+  Json json = {{"type", "step"},
+               {"episode", step.episode},
+               {"step", step.step},
+               {"action", decision.action},
+               {"action_name", model_.action_names[static_cast<std::size_t>(decision.action)]},
+               {"reward", step.reward},
+               {"terminal", step.terminal},
+               {"observation", nullptr},
+               {"observation_key", nullptr},
+               {"status", status_name(decision.status)},
+               {"lower", decision.lower},
+               {"upper", decision.upper},
+               {"trials", decision.trials},
+               {"expansions", decision.expansions},
+               {"nodes", decision.nodes},
+               {"children", decision.children},
+               {"collisions", decision.collisions},
+               {"simulations", decision.simulations},
+               {"leaf_scenarios", decision.leaf_scenarios},
+               {"max_depth", decision.max_depth},
+               {"crossed", decision.crossed},
+               {"search_seconds", decision.search_seconds},
+               {"waiting_seconds", decision.waiting_seconds},
+               {"tree_seconds", decision.tree_seconds},
+               {"descent_seconds", decision.descent_seconds},
+               {"backup_seconds", decision.backup_seconds},
+               {"late_threads", decision.late_threads},
+               {"belief", status_name(step.belief_status)},
+               {"effective_sample_size", step.effective_sample_size},
+               {"signature", nullptr}};
+  if (decision.signature != 0) json["signature"] = hexadecimal(decision.signature);
+  if (!step.terminal) {
+    json["observation"] = model_.observation_name(step.observation);
+    if (step.observation.size() == 1) {
+      json["observation_key"] = step.observation[0];
+    } else {
+      json["observation_key"] = step.observation;
+    }
+  }
+  write_line(json.dump());
+}
+
+void JsonLines::write(const EpisodeRecord& episode) {
+  if (out_ == nullptr) return;
+  Json json = {{"type", "episode"},
+               {"episode", episode.episode},
+               {"discounted_return", episode.discounted_return},
+               {"return", episode.undiscounted_return},
+               {"steps", episode.steps},
+               {"terminal", episode.terminal},
+               {"success", nullptr},
+               {"status", status_name(episode.status)}};
+  if (model_.has_success) json["success"] = episode.success;
+  write_line(json.dump());
+}
+
+void JsonLines::write_summary(const RunTotals& totals, const std::vector<std::uint64_t>& leaf_sizes) {
+  if (out_ == nullptr) return;
+  Json json = {{"type", "summary"},
+               {"episodes", totals.returns.size()},
+               {"discounted_return", totals.returns.mean()},
+               {"interval95", nullptr},
+               {"success_rate", nullptr},
+               {"steps", totals.seconds.size()},
+               {"steps_an_episode", totals.episode_steps.mean()},
+               {"seconds_mean", totals.seconds.mean()},
+               {"seconds_p99", totals.seconds.quantile(0.99)},
+               {"seconds_worst", totals.seconds.largest()},
+               {"trials_a_step", totals.a_step(totals.trials)},
+               {"expansions_a_second", totals.a_second(totals.expansions)},
+               {"nodes_a_second", totals.a_second(totals.nodes)},
+               {"children_a_second", totals.a_second(totals.children)},
+               {"simulations_a_second", totals.a_second(totals.simulations)},
+               {"scenarios_a_leaf", totals.a_leaf()},
+               {"scenarios_a_leaf_median", histogram_median(leaf_sizes)},
+               {"batches", totals.evaluator.batches},
+               {"leaves_a_batch", totals.a_batch()},
+               {"evaluator_steps_a_second", totals.a_second(totals.evaluator.steps)},
+               {"bytes_read", totals.evaluator.bytes_read},
+               {"seconds_kernels", totals.evaluator.busy_seconds},
+               {"seconds_waiting", totals.waiting_seconds},
+               {"seconds_tree", totals.tree_seconds},
+               {"seconds_descent", totals.descent_seconds},
+               {"seconds_backup", totals.backup_seconds},
+               {"searches", counts(totals.plan_statuses)},
+               {"beliefs", counts(totals.belief_statuses)},
+               {"endings", counts(totals.episode_statuses)},
+               {"signature", nullptr}};
+  if (totals.signature != 0) json["signature"] = hexadecimal(totals.signature);
+  if (model_.has_success && totals.returns.size() > 0) {
+    json["success_rate"] = static_cast<double>(totals.successes) / static_cast<double>(totals.returns.size());
+  }
+  if (totals.returns.size() >= 2) json["interval95"] = totals.returns.interval95();
+  write_line(json.dump());
+}
+
+}  // namespace hypgen

@@ -1,0 +1,123 @@
+#include "hypgen/solver/run_report.hpp"
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+
+#include "hypgen/search/signature.hpp"
+
+namespace hypgen {
+
+namespace {
+
+__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
+  char text[256];
+  std::va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text, sizeof text, pattern, arguments);
+  va_end(arguments);
+  return text;
+}
+
+std::string row(const char* name, const std::string& value) { return format("%-28s", name) + value + "\n"; }
+
+std::string counted(const std::map<Status, std::uint64_t>& statuses) {
+  std::string text;
+  for (const auto& [status, count] : statuses) {
+    text += format("%s%s %llu", text.empty() ? "" : ", ", status_name(status),
+                   static_cast<unsigned long long>(count));
+  }
+  return text;
+}
+
+// What a GPU did, and where the time of the searches went.
+std::string device_rows(const RunTotals& totals) {
+  const EvaluatorStats& stats = totals.evaluator;
+  const auto share = [&](double seconds) {
+    return totals.search_seconds > 0 ? 100.0 * seconds / totals.search_seconds : 0.0;
+  };
+  return row("leaves a batch", format("%.1f", totals.a_batch())) +
+         row("device steps a second", format("%.3g", totals.a_second(stats.steps))) +
+         row("read back [MB]", format("%.1f", static_cast<double>(stats.bytes_read) * 1e-6)) +
+         row("time of the searches",
+             format("kernels %.0f%%, waiting %.0f%%, tree %.0f%%", share(stats.busy_seconds),
+                    share(totals.waiting_seconds), share(totals.tree_seconds)));
+}
+
+std::string thread_row(const RunTotals& totals) {
+  const std::string late = totals.late_searches == 0
+                               ? ""
+                               : format("; in %llu searches some were late",
+                                        static_cast<unsigned long long>(totals.late_searches));
+  const double collisions = static_cast<double>(totals.collisions) /
+                            static_cast<double>(std::max<std::uint64_t>(1, totals.expansions));
+  return row("threads", format("%zu, %zu trials in flight, %.3f collisions an expansion", totals.threads,
+                               totals.in_flight, collisions) +
+                            late);
+}
+
+}  // namespace
+
+void RunTotals::add(const StepRecord& step) {
+  const Decision& decision = step.decision;
+  seconds.add(decision.search_seconds);
+  search_seconds += decision.search_seconds;
+  waiting_seconds += decision.waiting_seconds;
+  tree_seconds += decision.tree_seconds;
+  descent_seconds += decision.descent_seconds;
+  backup_seconds += decision.backup_seconds;
+  trials += decision.trials;
+  expansions += decision.expansions;
+  nodes += decision.nodes;
+  children += decision.children;
+  collisions += decision.collisions;
+  simulations += decision.simulations;
+  leaf_scenarios += decision.leaf_scenarios;
+  late_searches += decision.late_threads > 0;
+  ++plan_statuses[decision.status];
+  ++belief_statuses[step.belief_status];
+  if (decision.signature != 0) {
+    Signature hash(signature);
+    hash.add(decision.signature);
+    signature = hash.value();
+  }
+}
+
+void RunTotals::add(const EpisodeRecord& episode) {
+  returns.add(episode.discounted_return);
+  episode_steps.add(episode.steps);
+  successes += episode.success;
+  ++episode_statuses[episode.status];
+}
+
+std::string table(const RunTotals& totals, bool has_success, const std::vector<std::uint64_t>& leaf_sizes) {
+  const double episodes = static_cast<double>(totals.returns.size());
+  std::string text =
+      row("episodes", format("%zu (%s)", totals.returns.size(), counted(totals.episode_statuses).c_str()));
+  const std::string interval = totals.returns.size() < 2
+                                   ? "(no interval: one episode)"
+                                   : format("+- %.4f (95%%)", totals.returns.interval95());
+  text += row("discounted return", format("%.4f ", totals.returns.mean()) + interval);
+  if (has_success && episodes > 0) {
+    text += row("success rate", format("%.3f", static_cast<double>(totals.successes) / episodes));
+  }
+  text += row("steps an episode", format("%.1f", totals.episode_steps.mean()));
+  text += row("time a step [s]", format("mean %.4f, p99 %.4f, worst %.4f", totals.seconds.mean(),
+                                        totals.seconds.quantile(0.99), totals.seconds.largest()));
+  text += row("mode", totals.mode);
+  if (totals.belief_statuses.size() > 1) text += row("beliefs", counted(totals.belief_statuses));
+  if (totals.expansions > 0) {
+    text += row("searches", counted(totals.plan_statuses));
+    if (totals.threads > 1) text += thread_row(totals);
+    text += row("trials a step", format("%.1f", totals.a_step(totals.trials)));
+    text += row("expansions a second", format("%.0f", totals.a_second(totals.expansions)));
+    text += row("nodes a second", format("%.0f", totals.a_second(totals.nodes)));
+    text += row("simulations a second", format("%.3g", totals.a_second(totals.simulations)));
+    text += row("scenarios a leaf",
+                format("mean %.1f, median %.0f", totals.a_leaf(), histogram_median(leaf_sizes)));
+  }
+  if (totals.evaluator.batches > 0) text += device_rows(totals);
+  return text;
+}
+
+}  // namespace hypgen

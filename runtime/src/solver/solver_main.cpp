@@ -1,0 +1,163 @@
+#include "hypgen/solver/solver_main.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <new>
+#include <string>
+#include <utility>
+
+#include "hypgen/core/interrupt.hpp"
+#include "hypgen/core/progress.hpp"
+#include "hypgen/episode/episode.hpp"
+#include "hypgen/model/params.hpp"
+#include "hypgen/solver/device_choice.hpp"
+#include "hypgen/solver/json_lines.hpp"
+#include "hypgen/solver/options.hpp"
+#include "hypgen/solver/run_report.hpp"
+
+namespace hypgen {
+
+namespace {
+
+constexpr int kDone = 0, kFailed = 1, kWrongUse = 2, kInterrupted = 130;
+
+int complain(const ModelDescriptor& model, const std::string& message, int code) {
+  std::fprintf(stderr, "%s: %s\n", model.name.c_str(), message.c_str());
+  return code;
+}
+
+void tell_of_threads(const ModelDescriptor& model, std::size_t searching, std::size_t asked) {
+  if (searching >= asked) return;
+  complain(model,
+           "only " + std::to_string(searching) + " of " + std::to_string(asked) +
+               " threads search: the system, or --memory for their leaves, gives no more",
+           kDone);
+}
+
+// What plans once a GPU is lost. Null if there is no memory for it, or where a GPU is required: the run
+// `ends` then.
+std::unique_ptr<LeafEvaluator> cpu_fallback(const ModelDescriptor& model, const ModelInstance& instance,
+                                            const SolverOptions& options, const std::string& problem,
+                                            bool& ends) {
+  const std::string lost = "the GPU was lost" + (problem.empty() ? "" : " (" + problem + ")");
+  ends = options.require_gpu;
+  if (ends) {
+    complain(model, lost, kFailed);
+    return nullptr;
+  }
+  try {
+    auto made = instance.make_evaluator(evaluator_options(options.planner, model));
+    complain(model, lost + "; planning on the CPU", kDone);
+    tell_of_threads(model, made->threads(), options.planner.threads);
+    return made;
+  } catch (const std::bad_alloc&) {
+    complain(model, lost + ", and there is no memory to plan on the CPU; the default policy acts", kDone);
+    return nullptr;
+  }
+}
+
+// Runs the episodes and prints what they add up to.
+int run(const ModelDescriptor& model, const ModelInstance& instance, const SolverOptions& options) {
+  JsonLines lines(model);
+  if (!options.json_file.empty() && !lines.open(options.json_file)) {
+    return complain(model, options.json_file + ": cannot be written", kFailed);
+  }
+  const PlannerOptions& planning = options.planner;
+  const auto belief = instance.make_belief(planning.seed, options.particles, options.belief);
+  const auto world = instance.make_world(planning.seed);
+  ChosenEvaluator chosen = choose_evaluator(model, instance, options);
+  if (!chosen.problem.empty()) {
+    if (options.require_gpu) return complain(model, chosen.problem, kFailed);
+    complain(model, chosen.problem + "; planning on the CPU", kDone);
+  }
+  Planner planner(std::move(chosen.evaluator), model, planning);
+  bool ends = false;  // for want of the GPU that is required
+  planner.set_fallback(
+      [&](const std::string& problem) { return cpu_fallback(model, instance, options, problem, ends); });
+  planner.prepare(*belief);
+  tell_of_threads(model, planner.threads(), planning.threads);
+
+  catch_interrupts();
+  const int steps = model.horizon > 0 ? std::min(model.horizon, options.steps) : options.steps;
+  const EpisodeLimits limits{steps, model.discount, [&] { return ends || interrupted(); },
+                             options.stop_on_depletion};
+  RunTotals totals;
+  {
+    Progress progress(options.runs, steps, !options.quiet);
+    lines.write_run(options, chosen.device, planner.threads());
+    totals.mode = mode_name(planning.mode);
+    totals.threads = planner.threads();
+    totals.in_flight = planning.in_flight;
+    const auto report = [&](const StepRecord& step) {
+      totals.add(step);
+      lines.write(step);
+      progress.update(step.episode - options.first_run, step.step, totals.returns.mean());
+    };
+    for (std::uint64_t run = 0; run < options.runs && !ends && !interrupted(); ++run) {
+      const EpisodeRecord record =
+          run_episode(planner, *belief, *world, model.visible_count, options.first_run + run, limits, report);
+      lines.write(record);
+      if (record.status == Status::kInterrupted) break;  // half an episode has no return
+      totals.add(record);
+    }
+    totals.evaluator = planner.evaluator_stats();
+    lines.write_summary(totals, planner.leaf_sizes());
+  }
+  std::FILE* const out = options.json_file == "-" ? stderr : stdout;
+  if (!options.quiet) std::fputs(table(totals, model.has_success, planner.leaf_sizes()).c_str(), out);
+  if (planning.signature)
+    std::fprintf(out, "signature %016llx\n", static_cast<unsigned long long>(totals.signature));
+  if (!lines.complete())
+    return complain(model, options.json_file + ": some lines could not be written", kFailed);
+  if (ends) return kFailed;
+  return interrupted() ? kInterrupted : kDone;
+}
+
+int solve(const ModelDescriptor& model, int argc, char** argv) {
+  SolverOptions options;
+  std::string error;
+  if (!parse_options(argc, argv, this_machine(model.device), options, error))
+    return complain(model, error, kWrongUse);
+  if (options.help) {
+    std::fputs(help_text(model, argv[0]).c_str(), stdout);
+    return kDone;
+  }
+  if (options.version) {
+    std::printf("%s (model %s, descriptor %d)\n", model.name.c_str(), model.hash.c_str(), model.version);
+    return kDone;
+  }
+  if (options.belief == BeliefKind::kFactored && !model.factored) {
+    return complain(model, "--belief: this model's belief does not factor; hypgen explain says why",
+                    kWrongUse);
+  }
+  ParamValues values(model.params);
+  if (!options.param_file.empty() && !read_param_file(options.param_file, model.params, values, error)) {
+    return complain(model, error, kWrongUse);
+  }
+  if (!check_complete(model.params, values, error)) return complain(model, error, kWrongUse);
+  const auto instance = model.create(values, error);
+  if (!instance) return complain(model, error, kWrongUse);
+  if (!options.trace.file.empty()) {
+    return instance->write_trace(options.trace, error) ? kDone : complain(model, error, kFailed);
+  }
+  if (options.selftest.wanted) return selftest(model, *instance, options.selftest);
+  if (options.bounds.beliefs > 0) return check_bounds(model, *instance, options.bounds);
+  return run(model, *instance, options);
+}
+
+}  // namespace
+
+int solver_main(const ModelDescriptor& descriptor, int argc, char** argv) {
+  try {
+    return solve(descriptor, argc, argv);
+  } catch (const std::bad_alloc&) {
+    return complain(descriptor, "not enough memory; --memory, --particles and --scenarios lower the need",
+                    kFailed);
+  } catch (const std::exception& problem) {
+    return complain(descriptor, std::string("internal error: ") + problem.what(), kFailed);
+  }
+}
+
+}  // namespace hypgen

@@ -1,0 +1,79 @@
+#include "hypgen/verify/digest_walks.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+#include <thread>
+
+#include "hypgen/model/descriptor.hpp"
+
+namespace hypgen {
+
+namespace {
+
+constexpr std::uint32_t kChunk = 64;  // lanes that a thread takes at a time
+
+bool is_fault(const ScheduleFault& fault) { return fault.kind != ScheduleFault::Kind::kNone; }
+
+// Whether the digests of the lane's first `steps` steps are the same.
+bool agree(DigestRange lane, std::uint32_t steps, const Walker& reference, const Walker& walker, bool& same,
+           std::string& error) {
+  lane.steps = steps;
+  std::uint64_t expected = 0, found = 0;
+  if (!reference(lane, &expected, error) || !walker(lane, &found, error)) return false;
+  same = expected == found;
+  return true;
+}
+
+}  // namespace
+
+std::vector<std::uint64_t> walk_on_host(const ModelInstance& instance, const DigestRange& range, int warps,
+                                        int threads, const WalkProgress& progress, ScheduleFault& fault) {
+  std::vector<std::uint64_t> digests(range.lanes);
+  std::atomic<std::uint32_t> next{0}, done{0};
+  std::mutex faults;
+  const auto work = [&](bool reports) {
+    for (std::uint32_t first; (first = next.fetch_add(kChunk)) < range.lanes;) {
+      const std::uint32_t count = std::min(kChunk, range.lanes - first);
+      const DigestRange chunk{range.key, range.first_lane + first, count, range.steps};
+      const ScheduleFault found = instance.digests(chunk, warps, digests.data() + first);
+      if (is_fault(found)) {
+        const std::lock_guard<std::mutex> lock(faults);
+        if (!is_fault(fault) || found.lane < fault.lane) fault = found;
+      }
+      done += count;
+      if (reports) progress(done);
+    }
+  };
+  const auto cores = std::max(1U, std::thread::hardware_concurrency());
+  std::vector<std::thread> helpers(threads > 0 ? static_cast<unsigned>(threads) - 1 : cores - 1);
+  for (std::thread& helper : helpers) helper = std::thread(work, false);
+  work(true);
+  for (std::thread& helper : helpers) helper.join();
+  return digests;
+}
+
+bool compare_walks(const DigestRange& range, const std::vector<std::uint64_t>& expected,
+                   const std::vector<std::uint64_t>& found, const Walker& reference, const Walker& walker,
+                   WalkComparison& comparison, std::string& error) {
+  comparison = {};
+  for (std::uint32_t i = range.lanes; i-- > 0;) {
+    if (expected[i] == found[i]) continue;
+    ++comparison.differing;
+    comparison.lane = range.first_lane + i;
+  }
+  if (comparison.differing == 0) return true;
+  // Digests that differ after some step differ after all later ones: the first is found by bisection.
+  const DigestRange lane{range.key, comparison.lane, 1, 0};
+  std::uint32_t same_until = 0, differ_at = range.steps;
+  while (differ_at - same_until > 1) {
+    const std::uint32_t middle = same_until + (differ_at - same_until) / 2;
+    bool same = false;
+    if (!agree(lane, middle, reference, walker, same, error)) return false;
+    (same ? same_until : differ_at) = middle;
+  }
+  comparison.step = differ_at - 1;
+  return true;
+}
+
+}  // namespace hypgen

@@ -1,0 +1,216 @@
+"""What ``hypgen compare`` does with programs that play: runs them and puts their episodes together."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import signal
+import subprocess
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
+from pathlib import Path
+from typing import Any
+
+from hypgen.play.paired_statistics import differences, interval, with_interval
+
+COLUMNS = ("policy", "episodes", "return", "minus the best", "steps", "planning")
+LEFT_OUT = 1e-3  # of the sum of discounts, where nothing is said about it
+MOST_STEPS = 300  # of an episode, unless more are asked for
+
+
+@dataclass
+class Policy:
+    """The episodes of one policy so far; ``problem`` says why there are no more."""
+
+    name: str
+    returns: dict[int, float] = field(default_factory=dict)
+    steps: list[int] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)  # of planning, a step
+    problem: str = ""
+
+    @property
+    def mean(self) -> float:
+        """Return the mean return."""
+        return interval(self.returns.values())[0]
+
+    def take(self, line: dict[str, Any]) -> None:
+        """Take a line of a program's output."""
+        if line["type"] == "step":
+            self.seconds.append(line["search_seconds"])
+        elif line["type"] == "episode" and line["status"] != "interrupted":
+            self.returns[line["episode"]] = line["discounted_return"]
+            self.steps.append(line["steps"])
+
+
+@dataclass
+class Comparison:
+    """What is known so far; an interrupt leaves it as it is.
+
+    ``solved`` is what was proven of the best policy, ``sarsop`` what SARSOP says of it.
+    """
+
+    policies: list[Policy] = field(default_factory=list)
+    solved: dict[str, Any] | None = None
+    sarsop: dict[str, Any] | None = None
+
+    def add(self, name: str, problem: str = "") -> Policy:
+        """Return a new policy, which has not played yet."""
+        self.policies.append(Policy(name, problem=problem))
+        return self.policies[-1]
+
+
+def lines_of(command: Sequence[str]) -> Iterator[dict[str, Any]]:
+    """Yield a program's JSON lines; raise RuntimeError with what it said if it fails.
+
+    On Ctrl-C the program ends as it likes, and ``KeyboardInterrupt`` comes after its last line.
+    """
+    program = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, process_group=0
+    )
+    with program as process, _passing_interrupts_to(process) as interrupts:
+        assert process.stdout is not None and process.stderr is not None
+        for text in process.stdout:
+            yield json.loads(text)
+        complaint = process.stderr.read().strip()
+    if interrupts:
+        raise KeyboardInterrupt
+    if process.returncode != 0:
+        raise RuntimeError(complaint or f"exit code {process.returncode}")
+
+
+@contextlib.contextmanager
+def _passing_interrupts_to(process: subprocess.Popen[str]) -> Iterator[list[int]]:
+    """Send interrupts on to a program in a process group of its own; the list has those that came."""
+    interrupts: list[int] = []
+
+    def pass_on(number: int, _: object) -> None:
+        interrupts.append(number)
+        process.send_signal(number)
+
+    before = signal.signal(signal.SIGINT, pass_on)
+    try:
+        yield interrupts
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def play_mode(solver: Path, policy: Policy, options: Sequence[str], show: Callable[[Policy], None]) -> None:
+    """Play the episodes of a mode of a solver; ``show`` sees the policy after every episode."""
+    required = ["--require-gpu"] if policy.name in ("gpu", "hyp") else []
+    command = [str(solver), "--mode", policy.name, *required, *options, "--json", "-", "--quiet"]
+    try:
+        for line in lines_of(command):
+            policy.take(line)
+            if line["type"] == "episode":
+                show(policy)
+    except RuntimeError as error:
+        policy.problem = str(error)
+
+
+def play_exact(
+    program: Path,
+    kinds: Sequence[str],
+    options: Sequence[str],
+    show: Callable[[Policy], None],
+    comparison: Comparison,
+) -> None:
+    """Play the episodes of policies on the exact belief, and note what is proven of the value."""
+    policies = {kind: comparison.add(kind) for kind in kinds}
+    play = ["--policy-kind", ",".join(kinds)] if kinds else ["--runs", "0"]
+    try:
+        for line in lines_of([str(program), *options, *play, "--json", "-", "--quiet"]):
+            if line["type"] == "solve":
+                comparison.solved = line
+            elif line["type"] == "episode":
+                policies[line["policy"]].take(line)
+                show(policies[line["policy"]])
+    except RuntimeError as error:
+        for policy in policies.values():
+            policy.problem = str(error)
+
+
+def table(policies: Sequence[Policy]) -> str:
+    """Return the table for people: a line for each policy that has played, in order."""
+    played = [policy for policy in policies if policy.returns]
+    best = _best(played)
+    all_alike = len({len(policy.returns) for policy in played}) < 2
+    rows = [COLUMNS]
+    for policy in played:
+        gain = "" if policy is best or best is None else _minus(policy, best)
+        seconds = interval(policy.seconds)[0] if policy.seconds else None
+        rows.append(
+            (
+                policy.name,
+                "" if all_alike else str(len(policy.returns)),
+                with_interval(policy.returns.values()),
+                gain,
+                f"{interval(policy.steps)[0]:.1f}",
+                "" if seconds is None else f"{seconds * 1e3:.2f} ms",
+            )
+        )
+    shown = [i for i, name in enumerate(COLUMNS) if name != "episodes" or not all_alike]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(COLUMNS))]
+    return "\n".join("  ".join(row[i].ljust(widths[i]) for i in shown).rstrip() for row in rows)
+
+
+def _best(played: Sequence[Policy]) -> Policy | None:
+    """Return the policy with the largest mean among those with the most episodes."""
+    return max(played, key=lambda policy: (len(policy.returns), policy.mean), default=None)
+
+
+def _minus(policy: Policy, best: Policy) -> str:
+    return with_interval(differences(policy.returns, best.returns), "+")
+
+
+def numbers(comparison: Comparison) -> dict[str, Any]:
+    """Return all of the table as data, nan as None."""
+    policies = comparison.policies
+    best = _best([policy for policy in policies if policy.returns])
+
+    def estimate(values: Iterable[float]) -> dict[str, float | None]:
+        mean, half = interval(values)
+        return {"mean": _known(mean), "half": _known(half)}
+
+    return {
+        "best": best.name if best else None,
+        "policies": [
+            {
+                "name": policy.name,
+                "return": estimate(policy.returns.values()),
+                "minus_best": estimate(differences(policy.returns, best.returns)) if best else None,
+                "steps": _known(interval(policy.steps)[0]),
+                "planning_seconds": _known(interval(policy.seconds)[0]),
+                "returns": [policy.returns[episode] for episode in sorted(policy.returns)],
+                "problem": policy.problem or None,
+            }
+            for policy in policies
+        ],
+        "value": comparison.solved,
+        "sarsop": comparison.sarsop,
+    }
+
+
+def outwards(lower: float, upper: float) -> str:
+    """Return an interval in six digits, rounded outwards: what is printed holds the value as well."""
+    ends = ((lower, ROUND_FLOOR), (upper, ROUND_CEILING))
+    return " .. ".join(f"{float(Context(6, way).create_decimal(end)):.6g}" for end, way in ends)
+
+
+def _known(number: float) -> float | None:
+    return number if number == number else None
+
+
+def left_out(discount: float, horizon: int | None, steps: int) -> float:
+    """Return which part of the sum of discounts is left out by episodes of so many steps."""
+    if horizon is not None and steps >= horizon:
+        return 0.0
+    if discount == 1:
+        return 1.0 if horizon is None else 1 - steps / horizon
+    last = 0.0 if horizon is None else discount**horizon
+    return float((discount**steps - last) / (1 - last))
+
+
+def steps_needed(discount: float, horizon: int | None) -> int:
+    """Return the fewest steps that leave out no more than ``LEFT_OUT``, up to ``MOST_STEPS``."""
+    return next((n for n in range(1, MOST_STEPS) if left_out(discount, horizon, n) <= LEFT_OUT), MOST_STEPS)
