@@ -15,6 +15,7 @@ from hypgen.dsl.foreign.tables.foreign_model import ForeignModel
 from hypgen.dsl.foreign.tables.names import model_name
 from hypgen.dsl.foreign.tables.trouble import Trouble
 from hypgen.dsl.foreign.writer.write import write
+from hypgen.dsl.messages import e01_syntax
 from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
 
 MAX_TEXT = 4_000_000  # what a model file of this language may have
@@ -37,7 +38,7 @@ def import_text(path: str, content: bytes, name: str | None, horizon: int | None
     found = recognise(source)
     if found is None:  # the beginning alone was readable in another encoding
         raise refusal(path)
-    model = (read_cassandra if found.code == "E0130" else read_pomdpx).read(source)
+    model = (read_cassandra if found.code == e01_syntax.CASSANDRA else read_pomdpx).read(source)
     if model.discount == 1 and horizon is None:
         message = "the discount is 1, so that values are sums without end"
         limited = shlex.quote(f"{Path(path).stem}_100.pomdp")

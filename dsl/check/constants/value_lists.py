@@ -74,7 +74,7 @@ def _row(text: str, span: Span, element: Type, known: dict[str, Value]) -> list[
         else:
             result.append(value)
     if mistakes:
-        raise Mistake([d for m in mistakes[:3] for d in m.diagnostics])
+        raise Mistake(*(d for m in mistakes[:3] for d in m.diagnostics))
     return result
 
 

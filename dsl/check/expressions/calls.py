@@ -130,7 +130,7 @@ def _proven(item: ast.Function, arguments: list[ir.Expr], node: ast.Call, scope:
             if isinstance(a.type, Int)
         ]
         note = (node.span, f"in this call of '{item.name}', where {', '.join(given)}")
-        raise Mistake(replace(d, notes=(*d.notes, note)) for d in error.diagnostics) from None
+        raise Mistake(*(replace(d, notes=(*d.notes, note)) for d in error.diagnostics)) from None
 
 
 def _record(item: ast.RecordDecl, node: ast.Call, scope: Scope) -> ir.Expr:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.messages import e01_syntax
 from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
@@ -65,8 +66,7 @@ def fields_of_record(node: ast.Expr, name: str, fields: Sequence[str]) -> Mistak
     given = [value.name for value, _ in node.entries if isinstance(value, ast.Name)]
     if sorted(given) != sorted(fields) or len(given) < len(node.entries):
         return None
-    message = f"braces are a table of probabilities, and a value of '{name}' is built with parentheses"
-    return mistake("E0146", message, node.span, f"write `{name}({', '.join(fields)})`, its fields in order")
+    return Mistake(e01_syntax.record_in_braces(name, fields, node.span))
 
 
 def refuse_fields(node: ast.Expr, target: Type | None) -> None:
