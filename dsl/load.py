@@ -184,7 +184,7 @@ def _assignments(file: ast.InstanceFile) -> tuple[ast.Assignment, ...]:
     first: dict[str, ast.Assignment] = {}
     twice = [a for a in file.assignments if first.setdefault(a.name, a) is not a]
     if twice:
-        raise ModelError(e00_files.set_twice(a.name, first[a.name].span, a.span) for a in twice)
+        raise ModelError(e00_files.set_twice(a.name, a.span, first[a.name].span) for a in twice)
     return file.assignments
 
 

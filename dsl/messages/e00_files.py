@@ -76,7 +76,7 @@ def instance_of_other(model: str, given: str, expected: str, span: Span | None) 
     return Diagnostic("E0009", message, span, f"use the instance with '{expected}', or change what it names")
 
 
-def set_twice(name: str, first: Span, span: Span) -> Diagnostic:
+def set_twice(name: str, span: Span, first: Span) -> Diagnostic:
     """An instance that sets a name a second time."""
     return Diagnostic(
         "E0010", f"'{name}' is set twice", span, "keep one of the two", ((first, "set here before"),)

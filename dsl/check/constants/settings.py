@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants.constant_entries import scalar
 from hypgen.dsl.check.scope.scope import Scope
-from hypgen.dsl.check.scope.symbols import duplicate, kind_of
+from hypgen.dsl.check.scope.symbols import kind_of
+from hypgen.dsl.messages import e02_names
 from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import FLOAT, INT
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 def _single(kind: str, program: Program) -> ast.Setting | None:
     found = [i for i in program.file.items if isinstance(i, ast.Setting) and i.kind == kind]
     if len(found) > 1:
-        raise duplicate(kind, found[1].span, found[0].span)
+        raise Mistake(e02_names.duplicate(kind, found[1].span, found[0].span))
     return found[0] if found else None
 
 

@@ -17,7 +17,7 @@ from hypgen.dsl.check.scope.unit_checks import require_plain, require_root, requ
 from hypgen.dsl.check.terms import guarded_reads, range_calls, recursion
 from hypgen.dsl.check.terms.references import owner_of
 from hypgen.dsl.ir import operators, trigonometric_operators
-from hypgen.dsl.messages.diagnostic import did_you_mean
+from hypgen.dsl.messages import e02_names
 from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT, Enum, Int, Record, Type, builtin_names, size_of
@@ -72,17 +72,11 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
         return _variant(node, scope, expected)
     if item is not None or name in scope.locals:
         kind = "a local" if item is None else kind_of(item)
-        raise mistake("E0204", f"'{name}' is {kind}, not a function", node.span, f"index arrays: {name}[..]")
+        raise Mistake(e02_names.not_a_function(name, kind, node.span))
     functions = [n for n, i in scope.program.symbols.globals.items() if isinstance(i, ast.Function)]
     known = [*functions, *builtin_names.FUNCTIONS, *builtin_names.DRAWS, *scope.program.symbols.variants]
     own = builtin_names.FOREIGN_FUNCTIONS.get(name.lower())
-    remedy = f"write {own}" if own else did_you_mean(name, known)
-    raise mistake(
-        "E0204",
-        f"there is no function '{name}'",
-        node.span,
-        remedy or f"declare it: fn {name}(..): type = ..",
-    )
+    raise Mistake(e02_names.unknown_function(name, own, known, node.span))
 
 
 def _arguments(node: ast.Call, count: int, signature: str) -> None:

@@ -12,7 +12,7 @@ from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.terms.references import Reference, element_of, entry, record
-from hypgen.dsl.messages.diagnostic import did_you_mean
+from hypgen.dsl.messages import e02_names
 from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
@@ -85,19 +85,14 @@ def _observation(path: str, member: tuple[ir.Expr, ...], scope: Scope) -> _Subje
 
 def _not_seen(node: ast.Expr, scope: Scope) -> Mistake:
     symbols = scope.program.symbols
-    remedy = f"its form is {_FORM}; memory keeps other things"
     if not isinstance(node, ast.Name | ast.Member):
-        return mistake("E0207", "'last' is asked for something without a name", node.span, remedy)
+        return Mistake(e02_names.last_of_nameless(_FORM, node.span))
     name = node.name
     item: ast.Item | None = symbols.policy.get(name) or symbols.globals.get(name)
     if isinstance(node, ast.Member) and (owner := element_of(node.operand, scope)) is not None:
         item = symbols.members[owner[0]].get(name)
         name = f"{owner[0]}.{name}"
+    if item is not None:
+        return Mistake(e02_names.last_of_other(name, kind_of(item), _FORM, node.span))
     actions = [n for n, i in symbols.globals.items() if isinstance(i, ast.Action)]
-    what = (
-        f"{kind_of(item)}, not an observation"
-        if item is not None
-        else "neither an observation nor the action"
-    )
-    close = did_you_mean(name, [*symbols.observations, *actions]) if item is None else ""
-    return mistake("E0207", f"'{name}' is {what}", node.span, close or remedy)
+    return Mistake(e02_names.last_of_unknown(name, [*symbols.observations, *actions], _FORM, node.span))

@@ -12,10 +12,11 @@ from hypgen.dsl.check.parts.array_values import array_of
 from hypgen.dsl.check.parts.declarations import element_scope
 from hypgen.dsl.check.scope.fit_type import check_as, described
 from hypgen.dsl.check.scope.scope import Scope
-from hypgen.dsl.check.scope.symbols import duplicate, kind_of
+from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.scope.unit_checks import require_plain
 from hypgen.dsl.ir import operators
+from hypgen.dsl.messages import e02_names
 from hypgen.dsl.messages.diagnostic import did_you_mean
 from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.syntax import ast
@@ -170,7 +171,7 @@ def rewards(program: Program) -> list[ir.Reward]:
         assert isinstance(item, ast.Reward)
         name = item.name if owner is None else f"{owner.name}.{item.name}"
         if name in seen:
-            program.report.add(duplicate(name, item.span, seen[name].span))
+            program.report.add(Mistake(e02_names.duplicate(name, item.span, seen[name].span)))
             continue
         seen[name] = item
         found.append(program.report.attempt(partial(_reward, owner, item, name, program)))
@@ -248,7 +249,9 @@ def bounds(program: Program) -> dict[str, ir.Expr]:
                 )
             )
         elif item.name in seen:
-            program.report.add(duplicate(f"bound {item.name}", item.span, seen[item.name].span))
+            program.report.add(
+                Mistake(e02_names.duplicate(f"bound {item.name}", item.span, seen[item.name].span))
+            )
         else:
             seen[item.name] = item
             scope = Scope(program, owner=f"bound {item.name}", history=item.name == "lower")

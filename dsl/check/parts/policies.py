@@ -12,10 +12,10 @@ from hypgen.dsl.check.parts.declarations import let_of
 from hypgen.dsl.check.scope.draw_syntax import is_draw, refuse_fields
 from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
-from hypgen.dsl.check.scope.symbols import duplicate
 from hypgen.dsl.check.scope.type_expressions import length, require_finite
+from hypgen.dsl.messages import e02_names
 from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT32_MAX, Float, Type
 
@@ -48,7 +48,7 @@ def _item(program: Program) -> ast.Policy | None:
                 did_you_mean(item.name, ["default"]) or "the one policy is called default",
             )
     if len(items) > 1:
-        raise duplicate("policy default", items[1].span, items[0].span)
+        raise Mistake(e02_names.duplicate("policy default", items[1].span, items[0].span))
     return items[0] if items else None
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from hypgen.dsl.check.records.record_shapes import Names, Shape, Shapes
 from hypgen.dsl.check.scope.draw_syntax import fields_of_record
-from hypgen.dsl.messages.diagnostic import did_you_mean
+from hypgen.dsl.messages import e02_names
 from hypgen.dsl.messages.report import Mistake, Report, gather, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
@@ -319,8 +319,7 @@ class _Flattener:
             remedy = "say which entry: name[..]" + f".{e.name}"
             return mistake("E0303", f"this is an array of '{shape.record.name}'", e.span, remedy)
         known = [f.name for f in shape.record.fields]
-        remedy = did_you_mean(e.name, known) or f"its fields are {', '.join(known)}"
-        return mistake("E0205", f"record '{shape.record.name}' has no field '{e.name}'", e.span, remedy)
+        return Mistake(e02_names.unknown_field(shape.record.name, e.name, known, e.span))
 
     def _mismatch(self, e: ast.Expr, shape: Shape, found: Shape | None) -> Mistake:
         wanted = self._form(shape.record)

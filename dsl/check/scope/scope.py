@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from hypgen.dsl import ir
 from hypgen.dsl.ir.facts import Facts, learned, narrowed
 from hypgen.dsl.ir.walk import prime, substitute
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages import e02_names
+from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
@@ -86,9 +87,7 @@ class Scope:
     def bind(self, name: str, value: ir.Expr, span: Span) -> Scope:
         """Return this scope with a local more, which must not shadow anything."""
         if name in self.locals:
-            raise mistake(
-                "E0202", f"'{name}' shadows an outer local of that name", span, "choose another name"
-            )
+            raise Mistake(e02_names.shadows_local(name, span))
         self.program.symbols.refuse_shadow(name, self.element, span, in_policy=self.history)
         return replace(self, locals={**self.locals, name: value})
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from hypgen.dsl import ir
 from hypgen.dsl.check.scope.grid_literals import check_glyphs
 from hypgen.dsl.check.scope.scope import Scope
-from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import gather, mistake
+from hypgen.dsl.messages import e02_names
+from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import (
@@ -131,18 +131,13 @@ def _named(name: str, span: Span, program: Program) -> Type:
     if isinstance(item, ast.TypeAlias | ast.EnumDecl | ast.RecordDecl):
         return program.named_type(item)
     if item is not None:
-        raise mistake("E0207", f"'{name}' is not a type", span, "name a type, an enum or a record here")
+        raise Mistake(e02_names.not_a_type(name, span))
     types = [
         n
         for n, i in program.symbols.globals.items()
         if isinstance(i, ast.TypeAlias | ast.EnumDecl | ast.RecordDecl)
     ]
-    raise mistake(
-        "E0203",
-        f"there is no type '{name}'",
-        span,
-        did_you_mean(name, [*types, *_BASIC]) or f"declare it: type {name} = 0 .. 9",
-    )
+    raise Mistake(e02_names.unknown_type(name, [*types, *_BASIC], span))
 
 
 def declared(item: ast.TypeAlias | ast.EnumDecl | ast.RecordDecl, program: Program) -> Type:
@@ -159,12 +154,7 @@ def declared(item: ast.TypeAlias | ast.EnumDecl | ast.RecordDecl, program: Progr
             seen: set[str] = set()
             for field in fields:
                 if field.name in seen:
-                    raise mistake(
-                        "E0202",
-                        f"record '{name}' has two fields '{field.name}'",
-                        field.span,
-                        "rename or remove one of the two",
-                    )
+                    raise Mistake(e02_names.duplicate_field(name, field.name, field.span))
                 seen.add(field.name)
             if not fields:
                 raise mistake("E0605", f"record '{name}' has no fields", span, "give it at least one")

@@ -11,9 +11,10 @@ from hypgen.dsl import ir
 from hypgen.dsl.check.scope.fit_type import described, unify
 from hypgen.dsl.check.scope.let_bindings import let_in
 from hypgen.dsl.check.scope.scope import Scope
-from hypgen.dsl.check.terms.references import is_atomic, unknown_variant
+from hypgen.dsl.check.terms.references import is_atomic
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages.report import gather, mistake, unreachable
+from hypgen.dsl.messages import e02_names
+from hypgen.dsl.messages.report import Mistake, gather, mistake, unreachable
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Bool, Enum, Int, Type
 
@@ -201,7 +202,7 @@ def _check_pattern(pattern: ast.Pattern, t: Enum | Bool | Int, *, alone: bool, k
             raise mistake("E0307", f"this matches values of {t}", pattern.span, "name one of its variants")
         variant = t.variant(key)
         if variant is None:
-            raise unknown_variant(t, key, pattern.span)
+            raise Mistake(e02_names.unknown_variant(t, key, pattern.span))
         if pattern.argument is not None and variant.argument is None:
             raise mistake("E0307", f"variant '{key}' has no argument", pattern.span, f"write {key} alone")
         if pattern.argument is not None and not alone:

@@ -15,8 +15,8 @@ from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.scope.unit_checks import require_same
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import gather, mistake
+from hypgen.dsl.messages import e02_names
+from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, FLOAT, INT32_MAX, Bool, Int, Type, intervals, size_of
 from hypgen.dsl.types.builtin_names import QUANTIFIERS
@@ -74,8 +74,7 @@ def _check_form(node: ast.Quantified) -> None:
                 node.span,
                 "declare const d: float[T, T] = distance(a in T, b in T where ..) and read d[a, b]",
             )
-        remedy = did_you_mean(node.kind, QUANTIFIERS) or f"use one of {', '.join(sorted(QUANTIFIERS))}"
-        raise mistake("E0204", f"'{node.kind}' cannot run over values", node.span, remedy)
+        raise Mistake(e02_names.unknown_quantifier(node.kind, QUANTIFIERS, node.span))
     if node.kind == "count" and node.body is not None:
         raise mistake("E0302", "'count' has no body", node.body.span, "write count(i in T where condition)")
     if node.kind != "count" and node.body is None and not (node.kind == "any" and node.where is not None):
