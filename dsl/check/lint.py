@@ -14,8 +14,9 @@ from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.terms.references import walk
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.walk import walk as walk_ir
+from hypgen.dsl.messages import e03_types
 from hypgen.dsl.messages.diagnostic import Diagnostic
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 
@@ -139,12 +140,7 @@ def check_float_equalities(program: Program) -> None:
 
 
 def _refuse_equality(observation: str, span: Span) -> None:
-    raise mistake(
-        "E0314",
-        f"'{observation.removeprefix('observe ')}' tests floats for equality, which rounding decides",
-        span,
-        "compare with a tolerance, abs(a - b) < 0.001, or with < and >",
-    )
+    raise Mistake(e03_types.observation_compares_floats(observation.removeprefix("observe "), span))
 
 
 def _float_equalities(program: Program) -> Iterator[Diagnostic]:

@@ -9,7 +9,8 @@ from hypgen.dsl import ir
 from hypgen.dsl.check.constants import constant_entries
 from hypgen.dsl.check.constants.closures import Value, value_at
 from hypgen.dsl.check.terms.quantifiers import bind_types
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages import e03_units
+from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, FLOAT, INT, PROB, Bool, Enum, Float, Int, Record, Type, size_of
 from hypgen.dsl.types.intervals import float32
@@ -33,19 +34,9 @@ def table(
     binders = bind_types(node.binders, scope)
     types = tuple(b.type for b in binders)
     if types != indices or len(types) != 2 or types[0] != types[1] or not isinstance(element, Int | Float):
-        raise mistake(
-            "E0313",
-            f"'distance' runs over pairs of a type and gives a table of them, which '{name}' is not",
-            node.span,
-            "write const d: float[T, T] = distance(a in T, b in T where linked(a, b): cost)",
-        )
+        raise Mistake(e03_units.distance_of_other(name, node.span))
     if node.where is None:
-        raise mistake(
-            "E0313",
-            "'distance' does not say which values are linked",
-            node.span,
-            "write distance(a in T, b in T where linked(a, b): cost)",
-        )
+        raise Mistake(e03_units.distance_without_links(node.span))
     count = size_of(types[0])
     if count > _MAX_NODES:
         raise mistake(

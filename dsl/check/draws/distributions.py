@@ -12,14 +12,15 @@ from hypgen.dsl.check.draws.named_distributions import inlined
 from hypgen.dsl.check.draws.number_draws import refuse_unlimited
 from hypgen.dsl.check.expressions.expressions import enter_prime, require_state
 from hypgen.dsl.check.scope.draw_syntax import bind_value, is_draw, named_draw, refuse_fields
-from hypgen.dsl.check.scope.fit_type import check_as, mismatch
+from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.let_bindings import let_dist
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.terms import matching
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.nodes import placed
-from hypgen.dsl.messages.report import gather, mistake, unreachable
+from hypgen.dsl.messages import e03_calls, e03_types
+from hypgen.dsl.messages.report import Mistake, gather, mistake, unreachable
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, PROB, Int, Type, builtin_names
 
@@ -136,13 +137,7 @@ def _check_form(node: ast.Call) -> None:
     counts, form = _FORMS[node.name]
     given = len(node.arguments)
     if given not in counts:
-        raise mistake(
-            "E0302",
-            f"'{node.name}' takes {' or '.join(map(str, counts))} argument{'' if counts == (1,) else 's'}, "
-            f"but {given} {'is' if given == 1 else 'are'} given",
-            node.span,
-            f"its form is {form}",
-        )
+        raise Mistake(e03_calls.wrong_arguments_of_draw(node.name, counts, given, form, node.span))
 
 
 def probability(node: ast.Expr, scope: Scope) -> ir.Expr:
@@ -154,7 +149,7 @@ def _bernoulli(node: ast.Call, scope: Scope, target: Type | None, what: str) -> 
     p = probability(node.arguments[0], scope)
     if target not in (None, BOOL):
         assert target is not None
-        raise mismatch(target, BOOL, node.span, what)
+        raise Mistake(e03_types.mismatch(what, target, BOOL, node.span))
     return ir.Bernoulli(BOOL, p)
 
 
@@ -191,7 +186,7 @@ def _table(node: ast.TableLiteral, scope: Scope, target: Type | None, what: str)
         for e, n in zip(found, values, strict=True):
             joined = operators.join(target or e.type, e.type)
             if joined is None:
-                raise mismatch(target or e.type, e.type, n.span, what)
+                raise Mistake(e03_types.mismatch(what, target or e.type, e.type, n.span))
             target = joined
     assert target is not None
     checked = gather([partial(check_as, n, scope, target, what) for n in values])

@@ -12,6 +12,7 @@ from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.unit_checks import require_same
 from hypgen.dsl.ir import operators
+from hypgen.dsl.messages import e03_types
 from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
@@ -163,12 +164,7 @@ def _range_of(target: Type | None, found: Type, span: Span) -> tuple[float, floa
         return target.low, target.high
     if isinstance(target, Int) and isinstance(found, Float):
         continuous(ir.Certain(found, operators.real(0.0)), target, span, "the value")
-    raise mistake(
-        "E0310",
-        "clamp(..) takes its ends from the range that is asked for, and here none is",
-        span,
-        "give the ends: clamp(.., low, high)",
-    )
+    raise Mistake(e03_types.no_ends_of_draw(span))
 
 
 def _clamped_float(low: float, high: float, span: Span, dist: ir.Dist) -> ir.Dist:
@@ -219,12 +215,7 @@ def binned(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.D
             "give a type with one value for each bin: let name: 0 .. 9 ~ binned(..)",
         )
     if not isinstance(target, Int):
-        raise mistake(
-            "E0301",
-            f"{what} must be of type {target}, but binned(..) draws an int",
-            node.span,
-            "declare a range with one value for each bin, such as 0 .. 9",
-        )
+        raise Mistake(e03_types.draw_of_bins(what, target, node.span))
     drawn = node.arguments[0]
     dist = scope.draw(drawn, None, what)
     low, high = _float_ends(node, dist, scope)

@@ -9,15 +9,16 @@ from functools import partial
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.draws.fit_distribution import changed, fitted, refused, uniform_over
-from hypgen.dsl.check.scope.fit_type import check_as, described, fit
+from hypgen.dsl.check.scope.fit_type import check_as, fit
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.unit_checks import require_same
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.nodes import placed
-from hypgen.dsl.messages.report import gather, mistake
+from hypgen.dsl.messages import e03_types
+from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.types import FLOAT, INT, INT32_MAX, PROB, Bool, Enum, Float, Int, Type, units
+from hypgen.dsl.types import FLOAT, INT, INT32_MAX, PROB, Bool, Float, Int, Type, units
 
 MOST_COUNT = 1000
 _MOST_MEAN = 690.0
@@ -66,10 +67,7 @@ def numbers(node: ast.Call, names: Sequence[str], scope: Scope) -> list[ir.Expr]
 def _number(node: ast.Expr, scope: Scope, name: str) -> ir.Expr:
     e = scope.check(node)
     if not operators.is_numeric(e.type):
-        remedy = "use a number"
-        if name.endswith("end") and isinstance(e.type, Bool | Enum):
-            remedy += f"; all values of a type alike are uniform({e.type})"
-        raise mistake("E0308", f"{name} is a number, but this is {described(e.type)}", node.span, remedy)
+        raise Mistake(e03_types.parameter_not_a_number(name, e.type, node.span))
     return e
 
 

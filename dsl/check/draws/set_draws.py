@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.draws.fit_distribution import fitted, require_range, uniform_over
-from hypgen.dsl.check.scope.fit_type import check_as, fit, mismatch
+from hypgen.dsl.check.scope.fit_type import check_as, fit
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.terms.quantifiers import bind_all, bind_types
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.nodes import placed
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages import e03_types
+from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, FLOAT, Float, Int, Type
 
@@ -32,7 +33,7 @@ def uniform_type(node: ast.Call, scope: Scope, target: Type | None, what: str) -
     if isinstance(target, Int) and isinstance(found, Int):
         require_range(found, target, node.span, what)
     elif target != found:
-        raise mismatch(target, found, node.span, what)
+        raise Mistake(e03_types.mismatch(what, target, found, node.span))
     return uniform_over(found, target)
 
 

@@ -11,6 +11,7 @@ from hypgen.dsl.analysis.hidden_reads import Touches, leaves
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.ir.operators import is_numeric, to_float
 from hypgen.dsl.ir.walk import map_children
+from hypgen.dsl.messages import e03_calls, e03_types
 from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
@@ -33,8 +34,7 @@ class Asked:
 def belief(node: ast.Call, scope: Scope) -> ir.Expr:
     """Return the read of a posterior; whose it is follows when the whole model is known (``resolved``)."""
     if len(node.arguments) != 1:
-        message = f"'belief' takes 1 argument, here {len(node.arguments)}"
-        raise mistake("E0302", message, node.span, f"its form is {_FORM}")
+        raise Mistake(e03_calls.wrong_arguments_of_belief(len(node.arguments), _FORM, node.span))
     if not scope.history:
         raise mistake(
             "E0505",
@@ -56,8 +56,7 @@ def belief(node: ast.Call, scope: Scope) -> ir.Expr:
         assert isinstance(operand.type, Float)
         mean = operand.type
     else:
-        message = f"belief(..) is a mean, of a bool or a number, but this is {operand.type}"
-        raise mistake("E0301", message, node.arguments[0].span, "ask for a condition: belief(x == value)")
+        raise Mistake(e03_types.belief_of_other(operand.type, node.arguments[0].span))
     read = ir.BeliefRead(mean, number, "", None, operand)
     if math.isinf(mean.low) or math.isinf(mean.high):
         return read

@@ -12,7 +12,7 @@ from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.terms.references import Reference, element_of, entry, record
-from hypgen.dsl.messages import e02_names
+from hypgen.dsl.messages import e02_names, e03_calls
 from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
@@ -35,8 +35,7 @@ class _Subject:
 def last(node: ast.Call, scope: Scope) -> ir.Expr:
     """Return the read of an observation or the action of the step before."""
     if len(node.arguments) != 2:
-        remedy = f"its form is {_FORM}, with what stands in before the first step"
-        raise mistake("E0302", f"'last' takes 2 arguments, here {len(node.arguments)}", node.span, remedy)
+        raise Mistake(e03_calls.wrong_arguments_of_last(len(node.arguments), _FORM, node.span))
     if not scope.history:
         raise mistake(
             "E0505",

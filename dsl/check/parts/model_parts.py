@@ -10,13 +10,13 @@ from hypgen.dsl import ir
 from hypgen.dsl.check.constants.constants import shape
 from hypgen.dsl.check.parts.array_values import array_of
 from hypgen.dsl.check.parts.declarations import element_scope
-from hypgen.dsl.check.scope.fit_type import check_as, described
+from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.scope.unit_checks import require_plain
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages import e02_names
+from hypgen.dsl.messages import e02_names, e03_types
 from hypgen.dsl.messages.diagnostic import did_you_mean
 from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.syntax import ast
@@ -182,12 +182,7 @@ def _reward(owner: ast.Element | None, item: ast.Reward, name: str, program: Pro
     element = None if owner is None else owner.name
     value = element_scope(program, element, f"reward {name}").check(item.value)
     if not operators.is_numeric(value.type):
-        raise mistake(
-            "E0301",
-            f"a reward must be a number, but this is {described(value.type)}",
-            item.value.span,
-            "write: if .. then .. else 0",
-        )
+        raise Mistake(e03_types.reward_not_a_number(value.type, item.value.span))
     require_plain(value, item.value.span, "a reward")
     binder = None if element is None else program.element(element).binder
     return ir.Reward(name, element, binder, value, item.span)

@@ -13,7 +13,7 @@ from typing import Any
 
 from hypgen.dsl.check.records.record_shapes import Names, Shape, Shapes
 from hypgen.dsl.check.scope.draw_syntax import fields_of_record
-from hypgen.dsl.messages import e02_names
+from hypgen.dsl.messages import e02_names, e03_calls, e03_values
 from hypgen.dsl.messages.report import Mistake, Report, gather, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
@@ -211,13 +211,8 @@ class _Flattener:
             return replace(e, arguments=(array, *indices, self.leaf(e.arguments[-1], shape, path, names)))
         parts = shape.record.fields
         if len(e.arguments) != len(parts):
-            raise mistake(
-                "E0302",
-                f"'{e.name}' takes {len(parts)} values, but {len(e.arguments)} "
-                f"{'is' if len(e.arguments) == 1 else 'are'} given",
-                e.span,
-                f"its form is {self._form(shape.record)}",
-            )
+            form = self._form(shape.record)
+            raise Mistake(e03_calls.wrong_fields(e.name, len(parts), len(e.arguments), form, e.span))
         taken = None
         for part, argument in zip(parts, e.arguments, strict=True):
             inner = self.shapes.of_type(part.type)
@@ -237,14 +232,9 @@ class _Flattener:
         item = self.shapes.function(e.name)
         assert item is not None
         if len(e.arguments) != len(item.formals):
-            raise mistake(
-                "E0302",
-                f"'{e.name}' takes {len(item.formals)} argument{'' if len(item.formals) == 1 else 's'}, "
-                f"but {len(e.arguments)} "
-                f"{'is' if len(e.arguments) == 1 else 'are'} given",
-                e.span,
-                f"its form is {e.name}({', '.join(f.name for f in item.formals)})",
-            )
+            form = f"{e.name}({', '.join(f.name for f in item.formals)})"
+            has = len(e.arguments)
+            raise Mistake(e03_calls.wrong_arguments(e.name, len(item.formals), has, form, e.span))
         result: list[ast.Expr] = []
         for formal, argument in zip(item.formals, e.arguments, strict=True):
             shape = self.shapes.of_type(formal.type)
@@ -279,12 +269,7 @@ class _Flattener:
         shape = self.shapes.of(e, names)
         if shape is not None:
             leaves = [".".join(path) for path, _ in self.shapes.leaves(shape.record)]
-            raise mistake(
-                "E0311",
-                f"one value is needed here, but this is {_described(shape)}",
-                e.span,
-                f"take one of its parts: .{' or .'.join(leaves)}",
-            )
+            raise Mistake(e03_values.record_for_value(_described(shape), leaves, e.span))
         match e:
             case ast.Member(_, operand, name) if (outer := self.shapes.of(operand, names)) is not None:
                 part = None if outer.array else self.shapes.field(outer.record, name)
@@ -316,8 +301,7 @@ class _Flattener:
 
     def _no_field(self, e: ast.Member, shape: Shape) -> Mistake:
         if shape.array:
-            remedy = "say which entry: name[..]" + f".{e.name}"
-            return mistake("E0303", f"this is an array of '{shape.record.name}'", e.span, remedy)
+            return Mistake(e03_calls.field_of_record_array(shape.record.name, e.name, e.span))
         known = [f.name for f in shape.record.fields]
         return Mistake(e02_names.unknown_field(shape.record.name, e.name, known, e.span))
 
@@ -333,14 +317,9 @@ class _Flattener:
                 e.span,
                 f"write {wanted} of draws, or draw which one it is under a name of its own, and use that",
             )
-        given = "" if found is None else f", but this is {_described(found)}"
-        array = "write [i in ..: " + wanted + "]"
-        return mistake(
-            "E0311",
-            f"{_described(shape)} is needed here{given}",
-            e.span,
-            array if shape.array else f"write {wanted}",
-        )
+        given = "" if found is None else _described(found)
+        form = f"[i in ..: {wanted}]" if shape.array else wanted
+        return Mistake(e03_values.record_needed(_described(shape), given, form, e.span))
 
 
 def _described(shape: Shape) -> str:

@@ -8,10 +8,11 @@ from hypgen.dsl import ir
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.unit_checks import require_same, require_target
 from hypgen.dsl.ir.operators import ends, join, measured, to_float
+from hypgen.dsl.messages import e03_types
 from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.types import INT32_MAX, INT32_MIN, Bool, Float, Int, Type
+from hypgen.dsl.types import INT32_MAX, INT32_MIN, Float, Int, Type
 
 
 def check_as(
@@ -46,12 +47,7 @@ def fit(e: ir.Expr, target: Type, span: Span, what: str = "the value", code: str
                 _range_remedy(e, code, low, high),
             )
         case Int(), Float():
-            raise mistake(
-                "E0301",
-                f"{what} must be an int, but this is a float",
-                span,
-                "round it: floor(..), ceil(..) or round(..)",
-            )
+            raise Mistake(e03_types.float_for_int(what, span))
         case Float(_, _, prob, unit), (Int() | Float()):
             require_target(e, target, span, what)
             least_float, most_float = ends(found)
@@ -65,25 +61,7 @@ def fit(e: ir.Expr, target: Type, span: Span, what: str = "the value", code: str
             return measured(to_float(e), unit)
     if target == found:
         return e
-    raise mismatch(target, found, span, what)
-
-
-def mismatch(target: Type, found: Type, span: Span, what: str) -> Mistake:
-    """Return the mistake of giving a ``found`` where a ``target`` is needed."""
-    if isinstance(target, Bool) and isinstance(found, Int | Float):
-        remedy = "compare it, as in x > 0"
-    elif isinstance(found, Bool) and isinstance(target, Int | Float):
-        remedy = "write: if .. then 1 else 0"
-    else:
-        remedy = f"give a value of type {target}"
-    return mistake("E0301", f"{what} must be of type {target}, but this is {described(found)}", span, remedy)
-
-
-def described(t: Type) -> str:
-    """Return a type in words, an int's interval left out."""
-    if isinstance(t, Float):
-        return f"a {replace(t, prob=False)}"
-    return "an int" if isinstance(t, Int) else f"of type {t}"
+    raise Mistake(e03_types.mismatch(what, target, found, span))
 
 
 def unify(branches: list[tuple[ir.Expr, Span]], expected: Type | None) -> list[ir.Expr]:
@@ -95,13 +73,7 @@ def unify(branches: list[tuple[ir.Expr, Span]], expected: Type | None) -> list[i
     for e, span in branches:
         e = to_float(e) if wide and isinstance(e.type, Int) else e
         if result and join(result[0].type, e.type) is None:
-            raise mistake(
-                "E0301",
-                f"the branches differ: one is {described(result[0].type)}, this is {described(e.type)}",
-                span,
-                "give all branches the same type",
-                [(branches[0][1], f"this is {described(result[0].type)}")],
-            )
+            raise Mistake(e03_types.branches_differ(result[0].type, e.type, span, branches[0][1]))
         result.append(e)
     return result
 

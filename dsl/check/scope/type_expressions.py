@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from hypgen.dsl import ir
 from hypgen.dsl.check.scope.grid_literals import check_glyphs
 from hypgen.dsl.check.scope.scope import Scope
-from hypgen.dsl.messages import e02_names
+from hypgen.dsl.messages import e02_names, e03_types
 from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
@@ -57,12 +57,7 @@ def resolve(node: ast.TypeExpr, program: Program) -> Type:
         case ast.TypeArray(span, element_node, index_nodes):
             element, *indices = gather([partial(resolve, n, program) for n in (element_node, *index_nodes)])
             if isinstance(element, Array):
-                raise mistake(
-                    "E0304",
-                    "an array of arrays",
-                    element_node.span,
-                    "list all indexes in one pair of brackets: T[A, B]",
-                )
+                raise Mistake(e03_types.array_of_arrays(element_node.span))
             for index, index_node in zip(indices, index_nodes, strict=True):
                 require_finite(index, index_node.span, "an array's index")
             found = Array(element, tuple(indices))
@@ -94,24 +89,14 @@ def scalar_type(node: ast.TypeExpr, program: Program) -> Type:
     """Return a type that is not an array."""
     found = program.type_of(node)
     if isinstance(found, Array):
-        raise mistake(
-            "E0304",
-            "an array cannot stand here",
-            node.span,
-            "use one value; index it by a formal or a binder",
-        )
+        raise Mistake(e03_types.array_not_allowed(node.span))
     return found
 
 
 def require_finite(t: Type, span: Span, what: str, instead: str = "") -> None:
     """Raise unless ``t`` has finitely many values; ``instead`` is what else could stand there."""
     if not is_finite(t):
-        raise mistake(
-            "E0304",
-            f"{what} must have a finite type, not {t}",
-            span,
-            f"use {instead}" if instead else "use bool, a range a .. b, an enum or a record",
-        )
+        raise Mistake(e03_types.not_finite(what, t, instead, span))
 
 
 def _bound(node: ast.Expr, program: Program) -> int:

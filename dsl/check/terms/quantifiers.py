@@ -10,15 +10,15 @@ from math import prod
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.scope.draw_syntax import misplaced_draw
-from hypgen.dsl.check.scope.fit_type import check_as, described, fit
+from hypgen.dsl.check.scope.fit_type import check_as, fit
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.scope.unit_checks import require_same
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages import e02_names
+from hypgen.dsl.messages import e02_names, e03_calls, e03_types, e03_units
 from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.types import BOOL, FLOAT, INT32_MAX, Bool, Int, Type, intervals, size_of
+from hypgen.dsl.types import BOOL, FLOAT, INT32_MAX, Int, Type, intervals, size_of
 from hypgen.dsl.types.builtin_names import QUANTIFIERS
 
 _EXTREMES = ("min", "max", "argmin", "argmax")
@@ -68,36 +68,21 @@ def _check_form(node: ast.Quantified) -> None:
         raise misplaced_draw(f"{node.kind}(..)", node.span)
     if node.kind not in QUANTIFIERS:
         if node.kind == "distance":
-            raise mistake(
-                "E0313",
-                "'distance' gives a whole table, and one value is asked for here",
-                node.span,
-                "declare const d: float[T, T] = distance(a in T, b in T where ..) and read d[a, b]",
-            )
+            raise Mistake(e03_units.distance_as_value(node.span))
         raise Mistake(e02_names.unknown_quantifier(node.kind, QUANTIFIERS, node.span))
     if node.kind == "count" and node.body is not None:
-        raise mistake("E0302", "'count' has no body", node.body.span, "write count(i in T where condition)")
+        raise Mistake(e03_calls.count_with_body(node.body.span))
     if node.kind != "count" and node.body is None and not (node.kind == "any" and node.where is not None):
-        raise mistake("E0302", f"'{node.kind}' needs a body", node.span, f"write {node.kind}(i in T: ..)")
+        raise Mistake(e03_calls.without_body(node.kind, node.span))
     if node.otherwise is not None and node.kind not in _EXTREMES:
-        raise mistake(
-            "E0302",
-            f"'{node.kind}' of nothing is known: it takes no 'else'",
-            node.otherwise.span,
-            "remove it",
-        )
+        raise Mistake(e03_calls.needless_else(node.kind, node.otherwise.span))
     if node.kind in ("argmin", "argmax") and len(node.binders) != 1:
-        raise mistake("E0302", f"'{node.kind}' runs over one type", node.span, "bind one name")
+        raise Mistake(e03_calls.several_binders(node.kind, node.span))
 
 
 def _require_summand(e: ir.Expr, node: ast.Expr) -> None:
     if not operators.is_numeric(e.type):
-        raise mistake(
-            "E0308",
-            f"'sum' adds numbers, but this is {described(e.type)}",
-            node.span,
-            "count with count(i in T where ..)" if isinstance(e.type, Bool) else "use ints or floats",
-        )
+        raise Mistake(e03_types.summand_not_a_number(e.type, node.span))
 
 
 def bind_types(nodes: tuple[ast.Binder, ...], scope: Scope) -> tuple[ir.Binder, ...]:
@@ -139,12 +124,7 @@ def _extreme(
         )
     body = inner.check(node.body)
     if not operators.is_numeric(body.type):
-        raise mistake(
-            "E0308",
-            f"'{node.kind}' compares numbers, but this is {described(body.type)}",
-            node.body.span,
-            "use ints or floats",
-        )
+        raise Mistake(e03_types.extreme_of_other(node.kind, body.type, node.body.span))
     picks = node.kind in ("argmin", "argmax")
     result: Type = binders[0].type if picks else body.type
     otherwise = None

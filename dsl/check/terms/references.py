@@ -8,12 +8,12 @@ from functools import partial
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.uses import Use
-from hypgen.dsl.check.scope.fit_type import check_as, described
+from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.symbols import StateMember, kind_of
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.operators import to_index
-from hypgen.dsl.messages import e02_names
+from hypgen.dsl.messages import e02_names, e03_calls
 from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
@@ -55,11 +55,8 @@ def entry(reference: Reference, nodes: tuple[ast.Expr, ...], span: Span, scope: 
         remedy = f"it is indexed by [{wanted}]" if wanted else _alone(reference.label, scope)
         if not nodes and scope.primed:
             remedy += f"; the prime stands behind the index: {reference.label}[..]'"
-        raise mistake(
-            "E0303",
-            f"'{reference.label}' takes {_indexes(len(reference.indices))}, here given {len(nodes)}",
-            span,
-            remedy,
+        raise Mistake(
+            e03_calls.wrong_indexes(reference.label, len(reference.indices), len(nodes), remedy, span)
         )
     indices = [
         partial(check_as, n, scope, t, f"the index of '{reference.label}'", "E0602")
@@ -78,10 +75,6 @@ def _alone(label: str, scope: Scope) -> str:
     return (
         f"write {name} for this member, {other} for another" if element == scope.element else f"write {other}"
     )
-
-
-def _indexes(number: int) -> str:
-    return "no index" if number == 0 else "one index" if number == 1 else f"{number} indexes"
 
 
 def find(node: ast.Expr, scope: Scope) -> Reference | None:
@@ -193,12 +186,9 @@ def element_of(node: ast.Expr, scope: Scope) -> tuple[str, tuple[ir.Expr, ...]] 
     binder = scope.program.element(name.name).binder
     given = node.indices if isinstance(node, ast.Index) else ()
     if len(given) != (0 if binder is None else 1):
-        raise mistake(
-            "E0303",
-            f"'{name.name}' is {'one element' if binder is None else 'a family: say which member'}",
-            node.span,
-            f"write {name.name}.name" if binder is None else f"write {name.name}[{binder.name}].name",
-        )
+        if binder is None:
+            raise Mistake(e03_calls.element_with_index(name.name, node.span))
+        raise Mistake(e03_calls.family_without_index(name.name, binder.name, node.span))
     if binder is None:
         return name.name, ()
     index = check_as(given[0], scope, binder.type, f"the index of '{name.name}'", "E0602")
@@ -271,12 +261,7 @@ def _plain_name(node: ast.Name, scope: Scope, expected: Type | None) -> ir.Expr:
         variant = enum.variant(name)
         assert variant is not None
         if variant.argument is not None:
-            raise mistake(
-                "E0302",
-                f"variant '{name}' takes an argument of type {variant.argument}",
-                node.span,
-                f"write {name}(..)",
-            )
+            raise Mistake(e03_calls.variant_takes_argument(name, variant.argument, node.span))
         return ir.Const(enum, enum.offsets[name])
     if name == "gamma":
         return operators.real(program.discount(node.span), PLAIN)
@@ -348,12 +333,7 @@ def _not_indexable(node: ast.Index, scope: Scope) -> Mistake:
         if isinstance(item, ast.Function):
             return Mistake(e02_names.function_as_array(node.operand.name, node.span))
     operand = scope.check(node.operand)
-    return mistake(
-        "E0303",
-        f"this cannot be indexed: it is {described(operand.type)}",
-        node.span,
-        "index arrays, and families of elements, only",
-    )
+    return Mistake(e03_calls.not_indexable(operand.type, node.span))
 
 
 def is_bare_variant(node: ast.Expr, scope: Scope) -> bool:
