@@ -8,6 +8,7 @@ from dataclasses import replace
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.uses import Reach, Uses
 from hypgen.dsl.ir import key_digits
+from hypgen.dsl.messages import e04_variables, e05_reads
 from hypgen.dsl.messages.report import Mistake, Report, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import Float
@@ -78,13 +79,9 @@ def dependencies_first(edges: Edges) -> list[str]:
 
 
 def _cyclic_updates(cycle: list[str], edges: Edges) -> Mistake:
-    path = " -> ".join(f"{n}'" for n in [*cycle, cycle[0]])
     reads = [edges[a][b] for a, b in zip(cycle, [*cycle[1:], cycle[0]], strict=True)]
-    notes = [
-        (r.path[-1].span, f"'{name}'' needs '{r.name}'' here") for name, r in zip(cycle, reads, strict=True)
-    ]
-    remedy = "read the value before the step, without the prime, at one of these places"
-    return mistake("E0405", f"the updates need each other: {path}", reads[0].span, remedy, notes)
+    places = [r.path[-1].span for r in reads]
+    return Mistake(e04_variables.circular_updates(cycle, reads[0].span, places))
 
 
 def mark_variables(
@@ -138,15 +135,8 @@ def check_visible_floats(variables: list[ir.Variable], uses: Uses, others: list[
             why = "shares a draw with what the agent does not see"
         if cause is None:
             continue  # it has no update, which is reported where that is missing
-        report.add(
-            mistake(
-                "E0504",
-                f"the visible float '{variable.name}' {why}: {cause.route(owner)}",
-                cause.span,
-                "make it hidden and observe a finite value of it, or give it a range type",
-                [(variable.span, f"'{variable.name}' is declared visible here")],
-            )
-        )
+        route = cause.route(owner)
+        report.add(Mistake(e05_reads.weighed_float(variable.name, why, route, cause.span, variable.span)))
 
 
 def _known(reach: Reach, visible: set[str], determined: set[str]) -> bool:

@@ -16,7 +16,7 @@ from hypgen.dsl.check.scope.unit_checks import require_exponent, require_same
 from hypgen.dsl.check.terms import matching, quantifiers, references
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.nodes import placed
-from hypgen.dsl.messages import e03_types, e03_values
+from hypgen.dsl.messages import e03_types, e03_values, e04_variables
 from hypgen.dsl.messages.report import Mistake, gather, mistake, unreachable
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
@@ -219,21 +219,14 @@ def _prime(node: ast.Prime, scope: Scope, expected: Type | None) -> ir.Expr:
 def enter_prime(node: ast.Prime, scope: Scope) -> Scope:
     """Return the scope of what is primed."""
     if scope.primed:
-        raise mistake(
-            "E0408", "this is primed twice", node.span, "one prime already reads the next state: remove one"
-        )
+        raise Mistake(e04_variables.primed_twice(node.span))
     return scope.prime()
 
 
 def require_state(node: ast.Prime, scope: Scope) -> None:
     """Raise unless something under the prime changes in a step."""
     if not references.mentions_state(node.operand, scope):
-        raise mistake(
-            "E0409",
-            "the prime has no effect: nothing here is state",
-            node.span,
-            "remove the prime; only variables, and what reads them, change in a step",
-        )
+        raise Mistake(e04_variables.idle_prime(node.span))
 
 
 def _conditional(node: ast.If, scope: Scope, expected: Type | None) -> ir.Expr:

@@ -12,8 +12,8 @@ from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.terms.references import Reference, element_of, entry, record
-from hypgen.dsl.messages import e02_names, e03_calls
-from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.messages import e02_names, e03_calls, e04_variables, e05_reads
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
 
@@ -37,14 +37,9 @@ def last(node: ast.Call, scope: Scope) -> ir.Expr:
     if len(node.arguments) != 2:
         raise Mistake(e03_calls.wrong_arguments_of_last(len(node.arguments), _FORM, node.span))
     if not scope.history:
-        raise mistake(
-            "E0505",
-            "'last' is known to the policy only",
-            node.span,
-            "use it in the policy or in 'bound lower'; a fn can be given its value",
-        )
+        raise Mistake(e05_reads.history_outside_policy("last", node.span))
     if scope.primed:
-        raise mistake("E0407", "the past has no next value", node.span, "remove the prime")
+        raise Mistake(e04_variables.next_last(node.span))
     what, first = node.arguments
     name, nodes = (what.operand, what.indices) if isinstance(what, ast.Index) else (what, ())
     subject = _subject(name, scope)

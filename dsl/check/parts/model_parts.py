@@ -16,7 +16,7 @@ from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.scope.unit_checks import require_plain
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages import e02_names, e03_types
+from hypgen.dsl.messages import e02_names, e03_types, e04_variables
 from hypgen.dsl.messages.diagnostic import did_you_mean
 from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.syntax import ast
@@ -60,14 +60,8 @@ def assignments(program: Program) -> tuple[list[ir.Assign], list[ir.Assign]]:
 
 
 def _second(owner: ast.Element, member: ast.Init | ast.Update, first: ast.Item) -> Mistake:
-    kind = "init" if isinstance(member, ast.Init) else "update"
-    return mistake(
-        "E0403",
-        f"'{owner.name}.{member.name}' has a second {kind}",
-        member.span,
-        "a variable has one: join the two with if .. then .. else",
-        [(first.span, f"the first {kind} is here")],
-    )
+    path, kind = f"{owner.name}.{member.name}", "init" if isinstance(member, ast.Init) else "update"
+    return Mistake(e04_variables.second_assignment(path, kind, member.span, first.span))
 
 
 def _require_assignments(
@@ -75,29 +69,12 @@ def _require_assignments(
 ) -> None:
     path = f"{owner.name}.{item.name}"
     if (ast.Init, item.name) not in seen:
-        program.report.add(
-            mistake("E0404", f"'{path}' has no init", item.span, f"add: init {item.name} = .., or ~ a draw")
-        )
+        program.report.add(Mistake(e04_variables.no_init(path, item.name, item.span)))
     update = seen.get((ast.Update, item.name))
     if update is None and not item.fixed:
-        program.report.add(
-            mistake(
-                "E0401",
-                f"'{path}' has no update",
-                item.span,
-                f"add: {item.name}' = .., or declare it fixed if it never changes",
-            )
-        )
+        program.report.add(Mistake(e04_variables.no_update(path, item.name, item.span)))
     if update is not None and item.fixed:
-        program.report.add(
-            mistake(
-                "E0402",
-                f"'{path}' is fixed but has an update",
-                update.span,
-                "remove 'fixed' or the update",
-                [(item.span, "it is declared fixed here")],
-            )
-        )
+        program.report.add(Mistake(e04_variables.update_of_fixed(path, update.span, item.span)))
 
 
 def _not_own(name: str, program: Program) -> str:
@@ -113,12 +90,8 @@ def _assign(owner: ast.Element, member: ast.Init | ast.Update, program: Program)
     is_init = isinstance(member, ast.Init)
     if not isinstance(item, ast.Variable):
         known = [n for n, i in own.items() if isinstance(i, ast.Variable)]
-        raise mistake(
-            "E0410",
-            f"element '{owner.name}' has no variable '{member.name}'",
-            member.span,
-            did_you_mean(member.name, known) or _not_own(member.name, program),
-        )
+        other = _not_own(member.name, program)
+        raise Mistake(e04_variables.assigned_in_element(owner.name, member.name, known, other, member.span))
     variable = program.variable(owner.name, item)
     path = variable.name
     scope = element_scope(program, owner.name, f"{'init' if is_init else 'update'} {path}")

@@ -13,7 +13,7 @@ from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.symbols import StateMember, kind_of
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.operators import to_index
-from hypgen.dsl.messages import e02_names, e03_calls
+from hypgen.dsl.messages import e02_names, e03_calls, e04_variables, e05_reads
 from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
@@ -119,12 +119,7 @@ def _named(name: str, span: Span, scope: Scope) -> Reference | None:
 def _policy_member(name: str, span: Span, scope: Scope) -> Reference:
     """Return a register or let of the policy."""
     if scope.primed:
-        raise mistake(
-            "E0407",
-            f"'{name}' has no next value here",
-            span,
-            "remove the prime; to use what memory will hold, name it with a let",
-        )
+        raise Mistake(e04_variables.next_of_policy(name, span))
     program = scope.program
     item = program.symbols.policy[name]
     if isinstance(item, ast.Memory):
@@ -278,12 +273,8 @@ def _plain_name(node: ast.Name, scope: Scope, expected: Type | None) -> ir.Expr:
     if name in program.symbols.observations or own in program.symbols.observations:
         raise observation_read(name, node.span, scope)
     if name in program.symbols.policy:
-        raise mistake(
-            "E0505",
-            f"'{name}' is {kind_of(program.symbols.policy[name])} of the policy, which is not known here",
-            node.span,
-            "read it in the policy or in 'bound lower'; a fn can be given its value",
-        )
+        kind = kind_of(program.symbols.policy[name])
+        raise Mistake(e05_reads.policy_outside_policy(name, kind, node.span))
     if not any(isinstance(declared, ast.Action) for declared in program.symbols.globals.values()):
         raise Mistake  # that the model has no action is reported: this may be its name
     remedy = program.symbols.suggestion(name, scope.element, _local_names(scope), expected)
