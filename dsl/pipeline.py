@@ -22,8 +22,9 @@ from hypgen.dsl.check.records.flatten_records import flatten
 from hypgen.dsl.check.scope.symbols import collect
 from hypgen.dsl.check.visibility import check_reads
 from hypgen.dsl.ir import operators
+from hypgen.dsl.messages import e08_parts
 from hypgen.dsl.messages.diagnostic import Diagnostic
-from hypgen.dsl.messages.report import Report, mistake
+from hypgen.dsl.messages.report import Mistake, Report
 from hypgen.dsl.messages.source import Source, Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Enum, Record, is_finite
@@ -211,15 +212,9 @@ class _Declared:
 def _action(program: Program) -> ir.Action:
     items = [i for i in program.file.items if isinstance(i, ast.Action)]
     if not items:
-        raise mistake("E0801", "the model has no action", program.file.span, "add a line: action act: Act")
+        raise Mistake(e08_parts.no_action(program.file.span))
     if len(items) > 1:
-        raise mistake(
-            "E0802",
-            "the model has a second action",
-            items[1].span,
-            "there is one: join the two in a record, or in an array if they are alike",
-            [(items[0].span, "the first action is here")],
-        )
+        raise Mistake(e08_parts.second_action(items[1].span, items[0].span))
     return program.action(items[0])
 
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.uses import Reach, Uses
 from hypgen.dsl.ir import key_digits
-from hypgen.dsl.messages import e04_variables, e05_reads
-from hypgen.dsl.messages.report import Mistake, Report, mistake
+from hypgen.dsl.messages import e04_variables, e05_reads, e08_parts
+from hypgen.dsl.messages.report import Mistake, Report
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import Float
 
@@ -167,14 +167,7 @@ def check_key(key: tuple[ir.KeyField, ...], model_span: Span, report: Report) ->
     if key_digits.word_count(key, most=MOST_KEY_WORDS) <= MOST_KEY_WORDS:
         return
     largest = max(key, key=lambda f: f.size.bit_length() * f.length).name
-    report.add(
-        mistake(
-            "E0806",
-            f"what the agent sees in a step takes more than {MOST_KEY_WORDS * 64} bits",
-            model_span,
-            f"make observations smaller, '{largest}' first: coarser types, or fewer of them",
-        )
-    )
+    report.add(Mistake(e08_parts.large_observation(MOST_KEY_WORDS * 64, largest, model_span)))
 
 
 def check_sites(sites: Iterable[tuple[ir.Site, Span]], report: Report) -> None:
@@ -183,11 +176,4 @@ def check_sites(sites: Iterable[tuple[ir.Site, Span]], report: Report) -> None:
     for site, span in sites:
         other = seen.setdefault(site.id, site)
         if other.path != site.path:
-            report.add(
-                mistake(
-                    "E0807",
-                    f"the draws '{other.path}' and '{site.path}' happen to have the same id",
-                    span,
-                    "rename one of the two",
-                )
-            )
+            report.add(Mistake(e08_parts.same_draw_id(site.path, other.path, span)))

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.uses import Reach
-from hypgen.dsl.messages import e04_variables, e05_reads
-from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.messages import e04_variables, e05_reads, e07_draws
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 
 if TYPE_CHECKING:
@@ -122,11 +122,4 @@ def _check_primed_draws(program: Program) -> None:
     for owner in program.uses.owners():
         for reach in program.uses.closure(owner):
             if reach.kind == "draw" and reach.primed and reach.path[0].primed:
-                program.report.add(
-                    mistake(
-                        "E0704",
-                        f"a draw cannot be primed: {reach.route(owner)}",
-                        reach.span,
-                        "remove the prime, or prime the variables alone",
-                    )
-                )
+                program.report.add(Mistake(e07_draws.primed_read_of_draw(reach.route(owner), reach.span)))

@@ -13,8 +13,8 @@ from hypgen.dsl.check.constants.closures import Value
 from hypgen.dsl.check.scope import grid_literals
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.terms.quantifiers import bind_all, bind_types, values_of
-from hypgen.dsl.messages import e03_values
-from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.messages import e03_values, e06_ranges
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Array, Type, flat_indices, size_of
 
@@ -93,12 +93,7 @@ def _comprehension(
     require_indices(node, binders, indices[: len(binders)], name)
     count = prod(map(size_of, indices))
     if count > _MAX_ENTRIES:
-        raise mistake(
-            "E0605",
-            f"'{name}' has {count} entries, more than the {_MAX_ENTRIES} that a comprehension may give",
-            node.span,
-            "use smaller index types",
-        )
+        raise Mistake(e06_ranges.many_entries_of_comprehension(name, count, _MAX_ENTRIES, node.span))
     if len(binders) == len(indices):
         bound = tuple(zip(node.binders, binders, strict=True))
         return tuple(constant_entries.values(node.body, bound, scope, element, f"'{name}'"))

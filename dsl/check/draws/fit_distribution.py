@@ -6,11 +6,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from hypgen.dsl import ir
-from hypgen.dsl.check.scope.fit_type import lies
 from hypgen.dsl.check.scope.let_bindings import let_dist
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages import e03_types
-from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.messages import e03_types, e06_ranges
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import Float, Int, Type
 
@@ -31,12 +30,7 @@ def fitted(dist: ir.Dist, target: Type | None, span: Span, what: str) -> ir.Dist
 def require_range(found: Int, target: Int, span: Span, what: str) -> None:
     """Raise unless all ints that a draw can give lie in the range asked for."""
     if found.low < target.low or target.high < found.high:
-        raise mistake(
-            "E0601",
-            f"{what} {lies(found.low, found.high)}, which does not fit {target.low} .. {target.high}",
-            span,
-            "write clamp(..) around the draw, or give it other ends",
-        )
+        raise Mistake(e06_ranges.draw_outside_range(what, found, target, span))
 
 
 def refused(target: Type, found: Type, span: Span, what: str) -> Mistake:

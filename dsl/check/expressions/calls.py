@@ -9,16 +9,17 @@ from functools import partial
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.uses import Use
 from hypgen.dsl.check.expressions import belief_reads, last_step
-from hypgen.dsl.check.scope.draw_syntax import misplaced_draw, refuse_operand
-from hypgen.dsl.check.scope.fit_type import check_as, lies
+from hypgen.dsl.check.scope.draw_syntax import refuse_operand
+from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.scope.unit_checks import require_plain, require_root, require_same
 from hypgen.dsl.check.terms import guarded_reads, range_calls, recursion
 from hypgen.dsl.check.terms.references import owner_of
 from hypgen.dsl.ir import operators, trigonometric_operators
-from hypgen.dsl.messages import e02_names, e03_calls, e03_types
+from hypgen.dsl.messages import e02_names, e03_calls, e03_types, e07_draws
 from hypgen.dsl.messages.report import Mistake, gather
+from hypgen.dsl.messages.words import lies
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT, Enum, Int, Record, Type, builtin_names, size_of
 from hypgen.dsl.types.units import PLAIN
@@ -41,7 +42,7 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     """Return the value of a call."""
     name = node.name
     if name in builtin_names.DRAWS:
-        raise misplaced_draw(f"{name}(..)", node.span)
+        raise Mistake(e07_draws.misplaced_draw(f"{name}(..)", node.span))
     if name in builtin_names.RESERVED_CALLS and name in scope.program.symbols.globals:
         raise Mistake  # declaring it has been reported
     if name == "last":
@@ -59,7 +60,7 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     item = scope.program.symbols.globals.get(name)
     if isinstance(item, ast.Function):
         if item.rhs.draw:
-            raise misplaced_draw(f"{name}(..)", node.span)
+            raise Mistake(e07_draws.misplaced_draw(f"{name}(..)", node.span))
         return _function(item, node, scope)
     if isinstance(item, ast.RecordDecl):
         return _record(item, node, scope)

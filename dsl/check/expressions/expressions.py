@@ -8,7 +8,7 @@ from functools import partial
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.expressions import calls
-from hypgen.dsl.check.scope.draw_syntax import bind_value, is_draw, misplaced_draw, refuse_operand
+from hypgen.dsl.check.scope.draw_syntax import bind_value, is_draw, refuse_operand
 from hypgen.dsl.check.scope.fit_type import assumed, check_as, require_int32, unify
 from hypgen.dsl.check.scope.let_bindings import let_in
 from hypgen.dsl.check.scope.scope import Scope
@@ -16,8 +16,8 @@ from hypgen.dsl.check.scope.unit_checks import require_exponent, require_same
 from hypgen.dsl.check.terms import matching, quantifiers, references
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.nodes import placed
-from hypgen.dsl.messages import e03_types, e03_values, e04_variables
-from hypgen.dsl.messages.report import Mistake, gather, mistake, unreachable
+from hypgen.dsl.messages import e03_types, e03_values, e04_variables, e06_ranges, e07_draws
+from hypgen.dsl.messages.report import Mistake, gather, unreachable
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, INT, Float, Int, Type, intervals
@@ -44,7 +44,7 @@ def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:
             if isinstance(value, str):
                 raise Mistake(e03_values.string_in_expression(span))
             if math.isinf(intervals.float32(value)):
-                raise mistake("E0604", f"{value:g} is beyond 32-bit floats", span, "use a larger unit")
+                raise Mistake(e06_ranges.beyond_float32(value, span))
             return operators.literal(value)
         case ast.Name() | ast.Member() | ast.Index():
             return references.check(node, scope, expected)
@@ -73,7 +73,7 @@ def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:
         case ast.ArrayLiteral(span) | ast.Comprehension(span):
             raise Mistake(e03_values.array_in_expression(span))
         case ast.TableLiteral(span):
-            raise misplaced_draw("a table of weights", span)
+            raise Mistake(e07_draws.misplaced_draw("a table of weights", span))
     raise AssertionError(node)
 
 
@@ -165,7 +165,7 @@ def _arithmetic(node: ast.Binary, scope: Scope) -> ir.Expr:
             if isinstance(e.type, Float):
                 raise Mistake(e03_types.integer_division_of_float(node.op, n.span))
     if op in ("div", "floordiv", "mod") and operators.ends(right.type) == (0, 0):
-        raise mistake("E0603", "this divides by zero", node.right.span, "divide by something else than 0")
+        raise Mistake(e06_ranges.division_by_zero(node.right.span))
     return operators.arithmetic(op, left, right)
 
 
@@ -182,12 +182,7 @@ def _power(node: ast.Binary, scope: Scope) -> ir.Expr:
         require_exponent(base, exponent, node.right.span)
         return operators.power(base, exponent)
     if exponent.value > _MAX_EXPONENT:
-        raise mistake(
-            "E0604",
-            f"the exponent {exponent.value} is too large for ints",
-            node.right.span,
-            "raise a float instead, as in 2.0 ** k",
-        )
+        raise Mistake(e06_ranges.large_exponent(exponent.value, node.right.span))
     return require_int32(_int_power(base, int(exponent.value), scope), node.span)
 
 
@@ -207,9 +202,7 @@ def _int_power(base: ir.Expr, exponent: int, scope: Scope) -> ir.Expr:
 
 def _prime(node: ast.Prime, scope: Scope, expected: Type | None) -> ir.Expr:
     if is_draw(node.operand, scope):
-        raise mistake(
-            "E0704", "a draw cannot be primed", node.span, "prime the values that the draw reads instead"
-        )
+        raise Mistake(e07_draws.primed_draw(node.span))
     inner = enter_prime(node, scope)
     e = check(node.operand, inner, expected)
     require_state(node, scope)

@@ -16,9 +16,8 @@ from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.scope.unit_checks import require_plain
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages import e02_names, e03_types, e04_variables
-from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.messages import e02_names, e03_types, e04_variables, e08_parts
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, FLOAT, Float
 
@@ -176,12 +175,7 @@ def _invariant(owner: ast.Element | None, item: ast.Invariant, name: str, progra
     scope = element_scope(program, element, f"invariant {name}")
     value = check_as(item.condition, scope, BOOL, "an invariant")
     if operators.is_false(value):
-        raise mistake(
-            "E0811",
-            "this invariant never holds",
-            item.condition.span,
-            "state what is true of every state, such as total == n",
-        )
+        raise Mistake(e08_parts.false_invariant(item.condition.span))
     binder = None if element is None else program.element(element).binder
     return ir.Invariant(name, element, binder, value, item.span)
 
@@ -208,14 +202,7 @@ def bounds(program: Program) -> dict[str, ir.Expr]:
         if not isinstance(item, ast.Bound):
             continue
         if item.name not in BOUNDS:
-            program.report.add(
-                mistake(
-                    "E0805",
-                    f"there is no bound '{item.name}'",
-                    item.span,
-                    did_you_mean(item.name, BOUNDS) or "bounds are upper, lower and tail",
-                )
-            )
+            program.report.add(Mistake(e08_parts.unknown_bound(item.name, BOUNDS, item.span)))
         elif item.name in seen:
             program.report.add(
                 Mistake(e02_names.duplicate(f"bound {item.name}", item.span, seen[item.name].span))

@@ -13,9 +13,8 @@ from hypgen.dsl.check.scope.draw_syntax import is_draw, refuse_fields
 from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.type_expressions import length, require_finite
-from hypgen.dsl.messages import e02_names, e04_variables, e05_reads
-from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.messages import e02_names, e04_variables, e05_reads, e06_ranges, e08_parts
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT32_MAX, Float, Type
 
@@ -41,12 +40,7 @@ def _item(program: Program) -> ast.Policy | None:
     items = [i for i in program.file.items if isinstance(i, ast.Policy)]
     for item in items:
         if item.name != "default":
-            raise mistake(
-                "E0805",
-                f"there is no policy '{item.name}'",
-                item.span,
-                did_you_mean(item.name, ["default"]) or "the one policy is called default",
-            )
+            raise Mistake(e08_parts.unknown_policy(item.name, item.span))
     if len(items) > 1:
         raise Mistake(e02_names.duplicate("policy default", items[1].span, items[0].span))
     return items[0] if items else None
@@ -80,7 +74,7 @@ def memory(item: ast.Memory, program: Program) -> tuple[Type, tuple[Type, ...]]:
     if not isinstance(t, Float):
         require_finite(t, item.type.span, "memory", "a float, or a range such as 0 .. 100")
     if length(indices) > INT32_MAX:
-        raise mistake("E0605", "the array is too long", item.type.span, "use smaller index types")
+        raise Mistake(e06_ranges.long_memory(item.type.span))
     return t, indices
 
 

@@ -13,8 +13,8 @@ from typing import Any
 
 from hypgen.dsl.check.records.record_shapes import Names, Shape, Shapes
 from hypgen.dsl.check.scope.draw_syntax import fields_of_record
-from hypgen.dsl.messages import e02_names, e03_calls, e03_values
-from hypgen.dsl.messages.report import Mistake, Report, gather, mistake
+from hypgen.dsl.messages import e02_names, e03_calls, e03_values, e07_draws
+from hypgen.dsl.messages.report import Mistake, Report, gather
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types.builtin_names import DRAWS
@@ -311,12 +311,7 @@ class _Flattener:
         if literal is not None:
             return literal
         if _draws(e):
-            return mistake(
-                "E0706",
-                f"this draws '{shape.record.name}' as a whole, and each of its fields is a draw",
-                e.span,
-                f"write {wanted} of draws, or draw which one it is under a name of its own, and use that",
-            )
+            return Mistake(e07_draws.draw_for_record(shape.record.name, wanted, e.span))
         given = "" if found is None else _described(found)
         form = f"[i in ..: {wanted}]" if shape.array else wanted
         return Mistake(e03_values.record_needed(_described(shape), given, form, e.span))

@@ -8,21 +8,21 @@ from hypgen.dsl import ir
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.unit_checks import require_same, require_target
 from hypgen.dsl.ir.operators import ends, join, measured, to_float
-from hypgen.dsl.messages import e03_types
-from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.messages import e03_types, e06_ranges
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT32_MAX, INT32_MIN, Float, Int, Type
 
 
 def check_as(
-    node: ast.Expr, scope: Scope, target: Type, what: str = "the value", code: str = "E0601"
+    node: ast.Expr, scope: Scope, target: Type, what: str = "the value", *, is_index: bool = False
 ) -> ir.Expr:
-    """Return ``node`` as a value of ``target``; ``code`` is that of a value that may lie outside."""
+    """Return ``node`` as a value of ``target``; ``is_index`` tells whether it is an array's index."""
     found = scope.check(node, target)
     if scope.open_ints:
         found = assumed(found, target)
-    return fit(found, target, node.span, what, code)
+    return fit(found, target, node.span, what, is_index=is_index)
 
 
 def assumed(e: ir.Expr, target: Type) -> ir.Expr:
@@ -33,31 +33,22 @@ def assumed(e: ir.Expr, target: Type) -> ir.Expr:
     return e if low > high or isinstance(e, ir.Const) else replace(e, type=Int(low, high))
 
 
-def fit(e: ir.Expr, target: Type, span: Span, what: str = "the value", code: str = "E0601") -> ir.Expr:
+def fit(e: ir.Expr, target: Type, span: Span, what: str = "the value", *, is_index: bool = False) -> ir.Expr:
     """Return ``e`` as a value of ``target``: widened to a float, or proven to lie in the range."""
     found = e.type
     match target, found:
         case Int(low, high), Int(least, most):
             if low <= least and most <= high:
                 return e
-            raise mistake(
-                code,
-                f"{what} {lies(least, most)}, which does not fit {low} .. {high}",
-                span,
-                _range_remedy(e, code, low, high),
-            )
+            outside = e06_ranges.index_outside_range if is_index else e06_ranges.outside_range
+            raise Mistake(outside(what, found, target, isinstance(e, ir.Const), span))
         case Int(), Float():
             raise Mistake(e03_types.float_for_int(what, span))
         case Float(_, _, prob, unit), (Int() | Float()):
             require_target(e, target, span, what)
             least_float, most_float = ends(found)
             if prob and (most_float < 0 or least_float > 1):
-                raise mistake(
-                    "E0606",
-                    f"{what} {lies(least_float, most_float)}, which is no probability",
-                    span,
-                    "a probability lies in 0 .. 1",
-                )
+                raise Mistake(e06_ranges.no_probability(what, least_float, most_float, span))
             return measured(to_float(e), unit)
     if target == found:
         return e
@@ -81,26 +72,5 @@ def unify(branches: list[tuple[ir.Expr, Span]], expected: Type | None) -> list[i
 def require_int32(e: ir.Expr, span: Span) -> ir.Expr:
     """Return ``e``, or raise if its interval leaves int32."""
     if isinstance(e.type, Int) and (e.type.low < INT32_MIN or e.type.high > INT32_MAX):
-        raise mistake(
-            "E0604",
-            f"this {lies(e.type.low, e.type.high)}, beyond 32-bit integers",
-            span,
-            "give the operands smaller types, clamp them, or compute with floats",
-        )
+        raise Mistake(e06_ranges.beyond_int32(e.type, span))
     return e
-
-
-def lies(low: float, high: float) -> str:
-    """Return where a value lies, in words."""
-    ends = [f"{x:g}" if isinstance(x, float) else str(x) for x in (low, high)]
-    return f"is {ends[0]}" if low == high else f"ranges over {' .. '.join(ends)}"
-
-
-def _range_remedy(e: ir.Expr, code: str, low: int, high: int) -> str:
-    if isinstance(e, ir.Const):
-        return f"use a value from {low} to {high}"
-    if code == "E0602":
-        return (
-            f"clamp it, clamp(.., {low}, {high}), guard it with a condition, or read at(array, .., default)"
-        )
-    return f"write clamp(..), wrap(..), checked(..) or clamp(.., {low}, {high}), or guard it with a condition"

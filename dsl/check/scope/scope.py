@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from hypgen.dsl import ir
 from hypgen.dsl.ir.facts import Facts, learned, narrowed
 from hypgen.dsl.ir.walk import prime, substitute
-from hypgen.dsl.messages import e02_names
-from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.messages import e02_names, e06_ranges
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
@@ -34,12 +34,7 @@ class Budget:
         self._start = self._start or span
         self._left -= 1
         if self._left < 0:
-            raise mistake(
-                "E0609",
-                "this takes too many steps to compute",
-                self._start,
-                "compute less of it, with smaller types or fewer calls",
-            )
+            raise Mistake(e06_ranges.many_steps(self._start))
 
 
 @dataclass(frozen=True)

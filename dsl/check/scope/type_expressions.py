@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from hypgen.dsl import ir
 from hypgen.dsl.check.scope.grid_literals import check_glyphs
 from hypgen.dsl.check.scope.scope import Scope
-from hypgen.dsl.messages import e02_names, e03_types
-from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.messages import e02_names, e03_types, e06_ranges, e08_parts
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import (
@@ -47,12 +47,7 @@ def resolve(node: ast.TypeExpr, program: Program) -> Type:
         case ast.TypeRange(span, low_node, high_node):
             low, high = gather([partial(_bound, n, program) for n in (low_node, high_node)])
             if low > high:
-                raise mistake(
-                    "E0605",
-                    f"the range {low} .. {high} has no values",
-                    span,
-                    "write the smaller end first; both ends belong to the range",
-                )
+                raise Mistake(e06_ranges.empty_range(low, high, span))
             return Int(low, high)
         case ast.TypeArray(span, element_node, index_nodes):
             element, *indices = gather([partial(resolve, n, program) for n in (element_node, *index_nodes)])
@@ -77,12 +72,7 @@ def length(indices: tuple[Type, ...]) -> int:
 def require_length(indices: tuple[Type, ...], span: Span) -> None:
     """Raise if an array with these index types has more entries than memory is for."""
     if length(indices) > _MAX_ENTRIES:
-        raise mistake(
-            "E0605",
-            f"the array has {length(indices)} entries, more than {_MAX_ENTRIES}",
-            span,
-            "use smaller index types",
-        )
+        raise Mistake(e06_ranges.many_entries(length(indices), _MAX_ENTRIES, span))
 
 
 def scalar_type(node: ast.TypeExpr, program: Program) -> Type:
@@ -102,12 +92,7 @@ def require_finite(t: Type, span: Span, what: str, instead: str = "") -> None:
 def _bound(node: ast.Expr, program: Program) -> int:
     e = Scope(program, evaluate=True, constant=True).check(node)
     if not isinstance(e, ir.Const) or not isinstance(e.type, Int):
-        raise mistake(
-            "E0810",
-            "the end of a range must be a constant int",
-            node.span,
-            "use literals and consts of type int only",
-        )
+        raise Mistake(e08_parts.end_of_range_not_constant(node.span))
     return int(e.value)
 
 
@@ -132,7 +117,7 @@ def declared(item: ast.TypeAlias | ast.EnumDecl | ast.RecordDecl, program: Progr
             found = resolve(node, program)
         case ast.EnumDecl(span, name, variants):
             if not variants:
-                raise mistake("E0605", f"enum '{name}' has no variants", span, "name at least one")
+                raise Mistake(e06_ranges.empty_enum(name, span))
             check_glyphs(variants)
             found = Enum(name, tuple(gather([partial(_variant, v, program) for v in variants])))
         case ast.RecordDecl(span, name, fields):
@@ -142,15 +127,10 @@ def declared(item: ast.TypeAlias | ast.EnumDecl | ast.RecordDecl, program: Progr
                     raise Mistake(e02_names.duplicate_field(name, field.name, field.span))
                 seen.add(field.name)
             if not fields:
-                raise mistake("E0605", f"record '{name}' has no fields", span, "give it at least one")
+                raise Mistake(e06_ranges.empty_record(name, span))
             found = Record(name, tuple(gather([partial(_field, f, program) for f in fields])))
     if not isinstance(found, Array) and is_finite(found) and size_of(found) > INT32_MAX:
-        raise mistake(
-            "E0605",
-            f"'{item.name}' has {size_of(found)} values, more than fit 31 bits",
-            item.span,
-            "use smaller types",
-        )
+        raise Mistake(e06_ranges.many_values(item.name, size_of(found), item.span))
     return found
 
 

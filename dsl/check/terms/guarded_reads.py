@@ -32,7 +32,7 @@ def at(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     named: list[tuple[str, ir.Expr]] = []
     for index_node, t in zip(nodes, reference.indices, strict=True):
         if not isinstance(t, Int):
-            indices.append(check_as(index_node, scope, t, f"the index of '{reference.label}'", "E0602"))
+            indices.append(check_as(index_node, scope, t, f"the index of '{reference.label}'", is_index=True))
             continue
         e = number(index_node, scope, "at")
         if isinstance(e.type, Float):

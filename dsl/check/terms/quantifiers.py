@@ -9,14 +9,13 @@ from itertools import product
 from math import prod
 
 from hypgen.dsl import ir
-from hypgen.dsl.check.scope.draw_syntax import misplaced_draw
 from hypgen.dsl.check.scope.fit_type import check_as, fit
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.scope.unit_checks import require_same
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages import e02_names, e03_calls, e03_types, e03_units
-from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.messages import e02_names, e03_calls, e03_types, e03_units, e06_ranges, e07_draws
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, FLOAT, INT32_MAX, Int, Type, intervals, size_of
 from hypgen.dsl.types.builtin_names import QUANTIFIERS
@@ -65,7 +64,7 @@ def check(node: ast.Quantified, scope: Scope, expected: Type | None) -> ir.Expr:
 
 def _check_form(node: ast.Quantified) -> None:
     if node.kind in ("uniform", "weighted"):
-        raise misplaced_draw(f"{node.kind}(..)", node.span)
+        raise Mistake(e07_draws.misplaced_draw(f"{node.kind}(..)", node.span))
     if node.kind not in QUANTIFIERS:
         if node.kind == "distance":
             raise Mistake(e03_units.distance_as_value(node.span))
@@ -119,9 +118,7 @@ def _extreme(
 ) -> ir.Expr:
     assert node.body is not None
     if condition is not None and operators.is_false(condition) and node.otherwise is None:
-        raise mistake(
-            "E0608", f"'{node.kind}' of nothing: the condition never holds", node.span, "add 'else value'"
-        )
+        raise Mistake(e06_ranges.extreme_of_nothing(node.kind, node.span))
     body = inner.check(node.body)
     if not operators.is_numeric(body.type):
         raise Mistake(e03_types.extreme_of_other(node.kind, body.type, node.body.span))
@@ -146,9 +143,7 @@ def _unfold(
 ) -> ir.Expr:
     """Return the value of a quantifier in a constant expression, by going through all values."""
     if prod(size_of(b.type) for b in binders) > min(_MAX_UNFOLDED, INT32_MAX):
-        raise mistake(
-            "E0605", "this runs over too many values for a constant", node.span, "use a smaller type"
-        )
+        raise Mistake(e06_ranges.many_values_to_unfold(node.span))
     bind_all(node.binders, binders, scope)  # for its checks
     result: ir.Expr | None = {
         "sum": operators.integer(0),
@@ -183,7 +178,5 @@ def _unfold(
     if result is None and node.otherwise is not None:
         result = scope.check(node.otherwise, expected)
     if result is None:
-        raise mistake(
-            "E0608", f"'{node.kind}' of nothing: the condition never holds", node.span, "add 'else value'"
-        )
+        raise Mistake(e06_ranges.extreme_of_nothing(node.kind, node.span))
     return result

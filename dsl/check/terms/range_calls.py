@@ -5,14 +5,14 @@ from __future__ import annotations
 from functools import partial
 
 from hypgen.dsl import ir
-from hypgen.dsl.check.scope.fit_type import lies, require_int32
+from hypgen.dsl.check.scope.fit_type import require_int32
 from hypgen.dsl.check.scope.let_bindings import let_in
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.unit_checks import require_plain, require_same
 from hypgen.dsl.check.terms.references import is_atomic
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages import e03_calls, e03_types
-from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.messages import e03_calls, e03_types, e06_ranges, e08_parts
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT, PROB, Float, Int, Type
@@ -41,17 +41,11 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     operand, low, high = values
     if isinstance(low, ir.Const) and isinstance(high, ir.Const):
         if low.value > high.value:
-            message = f"the lower end of {name} lies above the upper"
-            raise mistake("E0605", message, node.span, "swap the ends")
+            raise Mistake(e06_ranges.swapped_ends(name, node.span))
         return _forced(node, operand, low, high, scope)
     if name == "clamp":
         return operators.arithmetic("min", operators.arithmetic("max", operand, low), high)
-    raise mistake(
-        "E0810",
-        f"the ends of {name} must be constants",
-        node.span,
-        "use literals and consts; clamp takes ends that vary",
-    )
+    raise Mistake(e08_parts.ends_not_constant(name, node.span))
 
 
 def _into_target(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
@@ -79,12 +73,7 @@ def _forced(node: ast.Call, e: ir.Expr, low: ir.Const, high: ir.Const, scope: Sc
         return e
     if node.name == "checked":
         if most < low.value or high.value < least:
-            raise mistake(
-                "E0601",
-                f"this {lies(least, most)}, which never fits {low.value} .. {high.value}",
-                node.span,
-                "correct the value or the range",
-            )
+            raise Mistake(e06_ranges.never_in_range(least, most, low.value, high.value, node.span))
         return operators.clamp(e, low.value, high.value, ir.Checked)
     return _wrapped(e, low, high, node.span, scope)
 
@@ -97,7 +86,7 @@ def _wrapped(e: ir.Expr, low: ir.Const, high: ir.Const, span: Span, scope: Scope
         return operators.arithmetic("add", operators.arithmetic("mod", offset, length), low)
     span_of = operators.arithmetic("sub", high, low)
     if isinstance(span_of, ir.Const) and not span_of.value > 0:
-        raise mistake("E0605", "the range to wrap into is empty", span, "the ends must differ")
+        raise Mistake(e06_ranges.empty_wrap(span))
     name = scope.fresh("wrapped")
     x = e if is_atomic(e) else ir.Local(e.type, name)
     turns = operators.arithmetic("div", operators.arithmetic("sub", x, low), span_of)

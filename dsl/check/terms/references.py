@@ -13,8 +13,8 @@ from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.symbols import StateMember, kind_of
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.operators import to_index
-from hypgen.dsl.messages import e02_names, e03_calls, e04_variables, e05_reads
-from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.messages import e02_names, e03_calls, e04_variables, e05_reads, e08_parts
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import PROB, Enum, Float, Record, Type, size_of
@@ -59,7 +59,7 @@ def entry(reference: Reference, nodes: tuple[ast.Expr, ...], span: Span, scope: 
             e03_calls.wrong_indexes(reference.label, len(reference.indices), len(nodes), remedy, span)
         )
     indices = [
-        partial(check_as, n, scope, t, f"the index of '{reference.label}'", "E0602")
+        partial(check_as, n, scope, t, f"the index of '{reference.label}'", is_index=True)
         for n, t in zip(nodes, reference.indices, strict=True)
     ]
     return scope.narrow(reference.entry(tuple(gather(indices))))
@@ -163,12 +163,7 @@ def _action_entry(action: ir.Action, span: Span, scope: Scope, indices: tuple[ir
 
 def _refuse_constant(what: str, span: Span, scope: Scope) -> None:
     if scope.constant:
-        raise mistake(
-            "E0810",
-            f"{what} is not known when the model is compiled",
-            span,
-            "use literals, consts and functions of them only",
-        )
+        raise Mistake(e08_parts.not_constant(what, span))
 
 
 def element_of(node: ast.Expr, scope: Scope) -> tuple[str, tuple[ir.Expr, ...]] | None:
@@ -186,7 +181,7 @@ def element_of(node: ast.Expr, scope: Scope) -> tuple[str, tuple[ir.Expr, ...]] 
         raise Mistake(e03_calls.family_without_index(name.name, binder.name, node.span))
     if binder is None:
         return name.name, ()
-    index = check_as(given[0], scope, binder.type, f"the index of '{name.name}'", "E0602")
+    index = check_as(given[0], scope, binder.type, f"the index of '{name.name}'", is_index=True)
     return name.name, (index,)
 
 
