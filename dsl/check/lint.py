@@ -14,7 +14,7 @@ from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.terms.references import walk
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.walk import walk as walk_ir
-from hypgen.dsl.messages import e03_types
+from hypgen.dsl.messages import e03_types, w_warnings
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
@@ -80,9 +80,8 @@ def _unused(file: ast.ModelFile) -> Iterator[Diagnostic]:
 
 
 def _never_used(name: str, item: ast.Item, span: Span) -> Diagnostic:
-    verb = "reads" if isinstance(item, ast.Param | ast.Variable | ast.Let | ast.Memory) else "uses"
-    message = f"'{name}' is {kind_of(item)} that nothing {verb}"
-    return Diagnostic("W01", message, span, "remove it, or use it where it was meant to matter")
+    is_value = isinstance(item, ast.Param | ast.Variable | ast.Let | ast.Memory)
+    return w_warnings.never_used(name, kind_of(item), is_value, span)
 
 
 def _mentions(
@@ -119,12 +118,7 @@ def _idle(model: ir.Model) -> Iterator[Diagnostic]:
 
     for reward in model.rewards:
         if not varies(reward.value):
-            yield Diagnostic(
-                "W05",
-                f"'{reward.name}' is the same whatever is done, and nothing ends an episode early",
-                reward.span,
-                "let it depend on the state or the action, or end episodes with `terminal when`",
-            )
+            yield w_warnings.idle_reward(reward.name, reward.span)
 
 
 # Floats ------------------------------------------------------------------------------------------
@@ -146,8 +140,7 @@ def _refuse_equality(observation: str, span: Span) -> None:
 def _float_equalities(program: Program) -> Iterator[Diagnostic]:
     for spans in program.float_equalities.values():
         for span in spans:
-            message = "floats are tested for equality, which rounding decides"
-            yield Diagnostic("W02", message, span, "compare with a tolerance, abs(a - b) < 0.001")
+            yield w_warnings.float_equality(span)
 
 
 # Observations ------------------------------------------------------------------------------------
@@ -161,14 +154,7 @@ def _reversible(model: ir.Model) -> Iterator[Diagnostic]:
         for value in _certain(observation.dist):
             draw = next(iter(_draws([value], lets, functions, set())), None)
             if draw is not None:
-                yield Diagnostic(
-                    "W03",
-                    f"'{observation.name}' shows the draw '{draw.name}' as it is, so that the particle "
-                    "filter must drop all that drew something else",
-                    observation.span,
-                    "draw in the observation itself, or observe the draw with noisy(.., p)",
-                    ((draw.span, f"'{draw.name}' is drawn here"),),
-                )
+                yield w_warnings.shown_draw(observation.name, draw.name, observation.span, draw.span)
                 break
 
 

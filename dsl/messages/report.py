@@ -7,7 +7,7 @@ that something used here is known to be wrong and has been reported at its own p
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
@@ -24,13 +24,6 @@ class Mistake(Exception):
     def __init__(self, *diagnostics: Diagnostic) -> None:
         self.diagnostics = diagnostics
         super().__init__("; ".join(d.message for d in self.diagnostics))
-
-
-def mistake(
-    code: str, message: str, span: Span | None, remedy: str, notes: Iterable[tuple[Span, str]] = ()
-) -> Mistake:
-    """Return a ``Mistake`` with one diagnostic, for the caller to raise."""
-    return Mistake(Diagnostic(code, message, span, remedy, tuple(notes)))
 
 
 def gather(thunks: Sequence[Callable[[], T]]) -> list[T]:
