@@ -13,10 +13,7 @@ from hypgen.dsl.messages.source import Span
 
 def not_enumerable(model: ir.Model) -> tuple[Diagnostic, ...]:
     """Return, for each draw with too many outcomes to try them all, what to do about it."""
-    return tuple(
-        e08_parts.not_enumerable(name, span)
-        for name, span in continuous_draws(model)
-    )
+    return tuple(e08_parts.not_enumerable(name, span) for name, span in continuous_draws(model))
 
 
 def continuous_draws(model: ir.Model) -> Iterator[tuple[str, Span]]:

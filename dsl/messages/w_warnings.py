@@ -1,4 +1,4 @@
-"""Texts of W..: what is allowed and yet doubtful. Sampling holds the text of W04, as of all that it finds."""
+"""Texts of W..: what is allowed and yet doubtful."""
 
 from __future__ import annotations
 
@@ -28,6 +28,13 @@ def shown_draw(observation: str, draw: str, span: Span, drawn: Span) -> Diagnost
         "draw in the observation itself, or observe the draw with noisy(.., p)",
         ((drawn, f"'{draw}' is drawn here"),),
     )
+
+
+def illegal_choice(action: str, span: Span | None) -> Diagnostic:
+    """A default policy that chooses an action that is not legal; sampling finds it."""
+    message = f"the default policy chooses an illegal action, {action}"
+    remedy = "choose a legal one; the solver takes the first legal action instead"
+    return Diagnostic("W04", message, span, remedy)
 
 
 def idle_reward(reward: str, span: Span) -> Diagnostic:
