@@ -1,4 +1,4 @@
-"""Measure the return of each planning mode on the same episodes and write the table to docs/results.
+"""Measure the return of each planning mode on the same episodes and write the tables to docs/results.
 
     python benchmarks/quality.py                 # all tasks, the settings of the published figures
     python benchmarks/quality.py tag --runs 20   # a quick look
@@ -130,7 +130,7 @@ def machine() -> str:
 
 
 def main() -> None:
-    """Run the chosen tasks and write docs/results/quality.md and .json."""
+    """Run the chosen tasks; write a page for each, and its returns to the folder data beside the pages."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("tasks", nargs="*", help=f"of {', '.join(t.name for t in TASKS)}; all by default")
     parser.add_argument("--runs", type=int, help="episodes of each task instead of the table's")
@@ -171,9 +171,10 @@ def write(task: Task, results: dict[str, dict], options: argparse.Namespace) -> 
         "",
         *(f"Episode statuses, {m}: {results[m]['statuses']}" + "  " for m in task.modes),
     ]
-    options.output.mkdir(parents=True, exist_ok=True)
+    data = options.output / "data"
+    data.mkdir(parents=True, exist_ok=True)
     (options.output / f"quality_{task.name}.md").write_text("\n".join(lines) + "\n")
-    (options.output / f"quality_{task.name}.json").write_text(
+    (data / f"quality_{task.name}.json").write_text(
         json.dumps({m: [round(v, 4) for v in results[m]["returns"]] for m in task.modes}) + "\n"
     )
 
