@@ -101,13 +101,13 @@ def run_stanc(stanc: str) -> None:
 HEADING = """\
 # What a newcomer's mistakes are answered
 
-This page shows the message that `hypgen check` prints for {count} mistakes in a small model. A message
-is good if its reader can mend the mistake with it. Each mistake is one edit of
+This page shows the message that `hypgen check` prints for {count} mistakes in a small model. A
+message is good if its reader can mend the mistake with it. Each mistake is one edit of
 `benchmarks/mistakes/base.pomdp`.
 
-{shared} mistakes can be made in Stan as well. What {version} says of the same mistake in `base.stan`
-stands beside them. Its messages are good, so they are the ones to beat. The page cuts them after
-{most} lines.
+{shared} mistakes can be made in Stan as well. Beside them stands what {version} says of
+the same mistake in `base.stan`. Its messages are good, so they are the ones to beat. The page cuts
+them after {most} lines.
 
 - **Command**: `python benchmarks/mistakes.py` makes this page. A test runs every mistake.
 - **Judgement**: each pair was judged by three questions. Is the place exact, is the cause named, is

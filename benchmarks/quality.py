@@ -1,4 +1,4 @@
-"""Measure the return of each planning mode on the same episodes: docs/results/quality_modes.md has the tables.
+"""Measure the return of each planning mode on the same episodes, for docs/results/quality_modes.md.
 
     python benchmarks/quality.py                 # all tasks, the settings of the published figures
     python benchmarks/quality.py tag --runs 20   # a quick look

@@ -1,4 +1,4 @@
-"""Every diagnostic code has an example that shows it and one that is right; docs/reference/errors is made of them.
+"""Every diagnostic code has an example that shows it and a right one; docs/reference/errors is made of them.
 
 ``HYPGEN_UPDATE=1 pytest tests/unit/test_error_index.py`` writes its pages anew; review the difference.
 """
