@@ -111,8 +111,8 @@ them after {most} lines.
 
 - **Command**: `python benchmarks/mistakes.py` makes this page. A test runs every mistake.
 - **Judgement**: each pair was judged by three questions. Is the place exact, is the cause named, is
-  there a remedy that works? The judges are the authors of one of the two. Both messages are there to
-  be read.
+  there a remedy that works? The judges are the authors of one of the two. Both messages are there
+  to be read.
 - A kind of mistake is only as comparable as two languages are. A few of stanc3's messages answer a
   near relative.
 
