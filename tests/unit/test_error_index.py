@@ -48,17 +48,17 @@ CLASSES = {
 HEADING = """\
 # Messages
 
-Every message of hypgen has a code. A page for each group of codes says what each code means. It shows a
-model that has the mistake, what hypgen prints, and the model put right. `hypgen error CODE` prints the
-same in the terminal. Tests make these pages from `cli/show/errors/`, which is the place to change:
-`HYPGEN_UPDATE=1 pytest tests/unit/test_error_index.py`.
+Every message of hypgen has a code. A page for each group of codes says what each code means. It
+shows a model that has the mistake, what hypgen prints, and the model put right. `hypgen error CODE`
+prints the same in the terminal. Tests make these pages from `cli/show/errors/`, which is the place
+to change: `HYPGEN_UPDATE=1 pytest tests/unit/test_error_index.py`.
 """
 GOES_ON = """\
 ## The examples
 
-An example is the file `example.pomdp`. Unless it begins with `model`, `instance` or `library`, the page
-leaves out its first line, `model Example`. The example goes on with the following declarations, except
-those that it makes itself:
+An example is the file `example.pomdp`. Unless it begins with `model`, `instance` or `library`, the
+page leaves out its first line, `model Example`. The example goes on with the following
+declarations, except those that it makes itself:
 """
 GROUP = """\
 # {title}
