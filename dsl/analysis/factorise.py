@@ -1,4 +1,4 @@
-"""Which hidden variables are independent of all others given what the agent has seen.
+"""Hidden variables that are independent of all others given what the agent has seen.
 
 The hidden variables of an element (of a family: of each member) are a factor if no init or update, and
 nothing that the agent learns from, brings them together with other hidden state; docs/internals/beliefs.md has the

@@ -1,4 +1,4 @@
-"""What a run of a model looks like, step by step: the table that a solver's ``--trace`` writes too.
+"""A run of a model, step by step: the table that a solver's ``--trace`` writes too.
 
 docs/internals/contracts.md says how lanes act; ``columns`` names the columns.
 """
