@@ -22,13 +22,9 @@ PACKAGES = sorted(
     for p in (ROOT / folder).rglob("__init__.py")
 )
 ROOMS = [*PACKAGES, Path("benchmarks")]
-LINKED = ("dsl", "codegen", "runtime", "cli")  # from src/hypgen
-PLAIN = ["ARCHITECTURE.md", *(f"docs/internals/{p.name}" for p in (ROOT / "docs/internals").glob("*.md"))]
-NAMING = [
-    "CONTRIBUTING.md",
-    *PLAIN,
-    *(f"docs/decisions/{p.name}" for p in (ROOT / "docs/decisions").iterdir()),
-]
+INTERNALS = sorted((ROOT / "docs" / "internals").glob("*.md"))
+DECISIONS = sorted((ROOT / "docs" / "decisions").glob("*.md"))
+PLAIN = [ROOT / "ARCHITECTURE.md", *INTERNALS]
 
 
 def pages() -> list[Path]:
@@ -58,42 +54,43 @@ def parts_of(room: Path) -> dict[str, set[str]]:
     folder = ROOT / room
     names = {f"{p.name}/" for p in folder.iterdir() if (p / "__init__.py").is_file()}
     names |= {p.name for p in folder.glob("*.py") if p.name != "__init__.py"}
-    owner = {"tests/support": "support", "benchmarks": ""}.get(str(room), "")
-    if str(room).startswith("tests/support/"):
-        owner = ".".join(room.parts[1:])
-    elif room.parts[0] in (*import_graph.LAYERS, "src"):
-        owner = ".".join(["hypgen", *(room.parts[2:] if room.parts[0] == "src" else room.parts)])
-    prefix = f"{owner}." if owner else ""
+    prefix = dotted(room)
     graph: dict[str, set[str]] = {}
     for name in names:
-        part = folder / name
-        files = [part] if part.is_file() else import_graph.python_files(part.resolve())
-        found = {
-            n.removeprefix(prefix).partition(".")[0]
-            for p in files
-            for n in imports(p)
-            if n.startswith(prefix)
-        }
-        graph[name] = {t for t in names if t.rstrip("/").removesuffix(".py") in found} - {name}
+        part = (folder / name).resolve()
+        files = [part] if part.is_file() else import_graph.python_files(part)
+        imported = [n for path in files for n in imports(path) if n.startswith(prefix)]
+        first = {n.removeprefix(prefix).partition(".")[0] for n in imported}
+        graph[name] = {t for t in names if t.rstrip("/").removesuffix(".py") in first} - {name}
     return graph
 
 
+def dotted(room: Path) -> str:
+    """Return how full names of a room's modules begin."""
+    if room == Path("benchmarks"):
+        return ""  # scripts, which import each other by name
+    kept = room.parts[1:] if room.parts[0] in ("src", "tests") else ("hypgen", *room.parts)
+    return ".".join(kept) + "."
+
+
 def imports(path: Path) -> list[str]:
-    """Return what a module imports by its full name."""
-    absolute = [n for n in ast.walk(ast.parse(path.read_text())) if not getattr(n, "level", 0)]
-    names = [a.name for n in absolute if isinstance(n, ast.Import) for a in n.names]
-    return names + [
-        f"{n.module}.{a.name}" for n in absolute if isinstance(n, ast.ImportFrom) for a in n.names
-    ]
+    """Return the full names of what a module imports."""
+    nodes = [n for n in ast.walk(ast.parse(path.read_text())) if not getattr(n, "level", 0)]
+    names = [a.name for n in nodes if isinstance(n, ast.Import) for a in n.names]
+    return names + [f"{n.module}.{a.name}" for n in nodes if isinstance(n, ast.ImportFrom) for a in n.names]
+
+
+def listed_in(readme: Path) -> list[str]:
+    """Return the files that a README lists: those in backticks before the colon of an item."""
+    items = [line.partition(":")[0] for line in readme.read_text().splitlines() if line.startswith("- ")]
+    return [name for item in items for name in re.findall(r"`([^`]+)`", item)]
 
 
 @pytest.mark.parametrize("room", ROOMS, ids=str)
 def test_a_room_lists_its_files_each_after_what_it_imports(room: Path) -> None:
-    lines = (ROOT / room / "README.md").read_text().splitlines()
-    assert len(lines) <= MAX_README_LINES
-    listed = [
-        n for line in lines if line.startswith("- ") for n in re.findall(r"`([^`]+)`", line.partition(":")[0])
-    ]
+    readme = ROOT / room / "README.md"
+    assert len(readme.read_text().splitlines()) <= MAX_README_LINES
+    listed = listed_in(readme)
     assert len(listed) == len(set(listed)), "a file is listed twice"
     parts = parts_of(room)
     assert set(parts) <= set(listed), f"not listed: {set(parts) - set(listed)}"
@@ -112,16 +109,16 @@ def test_lines_of_prose_have_at_most_100_columns() -> None:
         assert not [n for n in long if len(n.split()) > 2], f"{page}: {long}"
 
 
-@pytest.mark.parametrize("page", PLAIN)
-def test_sentences_are_short(page: str) -> None:
-    counts = sentences((ROOT / page).read_text())
+@pytest.mark.parametrize("page", PLAIN, ids=lambda page: page.stem)
+def test_sentences_are_short(page: Path) -> None:
+    counts = sentences(page.read_text())
     assert sum(counts) / len(counts) <= MEAN_WORDS
     assert max(counts) <= MOST_WORDS
 
 
-@pytest.mark.parametrize("page", NAMING)
-def test_files_that_are_named_are_there(page: str) -> None:
-    text = re.sub(r"^```.*?^```", "", (ROOT / page).read_text(), flags=re.DOTALL | re.MULTILINE)
+@pytest.mark.parametrize("page", [ROOT / "CONTRIBUTING.md", *PLAIN, *DECISIONS], ids=lambda page: page.stem)
+def test_files_that_are_named_are_there(page: Path) -> None:
+    text = re.sub(r"^```.*?^```", "", page.read_text(), flags=re.DOTALL | re.MULTILINE)
     named = {n for n in re.findall(r"`([\w/.]+)`", text) if n.partition("/")[0] in FOLDERS and "/" in n}
     assert not [name for name in named if not (ROOT / name).exists()]
 

@@ -1,8 +1,9 @@
 """Hidden variables that are independent of all others given what the agent has seen.
 
 The hidden variables of an element (of a family: of each member) are a factor if no init or update, and
-nothing that the agent learns from, brings them together with other hidden state; docs/internals/beliefs.md has the
-rules. What forbids it is kept for ``hypgen explain``, and for the message of a ``belief`` that needs it.
+nothing that the agent learns from, brings them together with other hidden state; docs/internals/beliefs.md
+has the rules. What forbids it is kept for ``hypgen explain``, and for the message of a ``belief`` that needs
+it.
 """
 
 from __future__ import annotations
