@@ -128,3 +128,10 @@ def test_links_between_pages_lead_somewhere() -> None:
         text = re.sub(r"^```.*?^```|`[^`\n]*`", "", page.read_text(), flags=re.DOTALL | re.MULTILINE)
         for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", text):
             assert "://" in target or (page.parent / target).exists(), f"{page}: {target}"
+
+
+def test_pages_that_sources_name_are_there() -> None:
+    for path in (p for folder in FOLDERS for p in (ROOT / folder).rglob("*.*")):
+        if path.suffix in (".py", ".hpp", ".cpp", ".cuh", ".cu", ".j2", ".toml") and path.is_file():
+            named = set(re.findall(r"\bdocs/[\w/-]+\.md\b", path.read_text()))
+            assert not [name for name in named if not (ROOT / name).exists()], path
