@@ -17,8 +17,9 @@ from hypgen.dsl.check import lint
 from hypgen.dsl.check.constants import settings
 from hypgen.dsl.check.expressions import belief_reads
 from hypgen.dsl.check.parts import derived_bounds, model_parts, policies
-from hypgen.dsl.check.program import Program
+from hypgen.dsl.check.program import CheckedProgram
 from hypgen.dsl.check.records.flatten_records import flatten
+from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.check.scope.symbols import collect
 from hypgen.dsl.check.visibility import check_reads
 from hypgen.dsl.ir import operators
@@ -49,7 +50,7 @@ def lower(
         report = Report()
         file, overrides = flatten(file, overrides, report)
         report.raise_if_any()
-        program = Program(file, overrides, collect(file, report), report)
+        program = CheckedProgram(file, overrides, collect(file, report), report)
         settings.refuse_unknown(program)
         model = _model(program, (source, *imported))
         report.raise_if_any()
@@ -65,7 +66,7 @@ def check_library(file: ast.LibraryFile) -> None:
         report = Report()
         alone, _ = flatten(ast.ModelFile(file.span, file.name, file.items), {}, report)
         report.raise_if_any()
-        _Declared(Program(alone, {}, collect(alone, report), report))
+        _Declared(CheckedProgram(alone, {}, collect(alone, report), report))
         report.raise_if_any()
 
 

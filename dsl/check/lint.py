@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
+from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.terms.references import walk
 from hypgen.dsl.ir import operators
@@ -18,9 +18,6 @@ from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.report import mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 _JUDGED = ast.Const | ast.Param | ast.TypeAlias | ast.EnumDecl | ast.RecordDecl | ast.Function
 _Name = tuple[str | None, str]

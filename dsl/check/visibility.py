@@ -6,15 +6,12 @@ The rules follow reads through functions and lets, and a mistake names the path.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.uses import Reach
+from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.messages.source import Span
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 
 @dataclass(frozen=True)

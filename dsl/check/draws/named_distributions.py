@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.uses import Use
 from hypgen.dsl.check.draws.fit_distribution import fitted
 from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.let_bindings import let_dist
-from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.check.scope.type_expressions import scalar_type
 from hypgen.dsl.ir.walk import rename_bound
 from hypgen.dsl.messages.report import gather, mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 
 def declared(item: ast.Function, program: Program) -> ir.Dist:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import Any
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.hidden_reads import Touches, leaves
-from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.scope import Asked, Program, Scope
 from hypgen.dsl.ir.operators import is_numeric, to_float
 from hypgen.dsl.ir.walk import map_children
 from hypgen.dsl.messages.report import Mistake, mistake
@@ -16,18 +16,7 @@ from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Bool, Float
 
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
-
 _FORM = "belief(e), where e reads hidden variables of one element, or of one member of a family"
-
-
-@dataclass(frozen=True)
-class Asked:
-    """A ``belief(..)`` of the text: its place, and what its expression's reads are recorded under."""
-
-    span: Span
-    owner: str
 
 
 def belief(node: ast.Call, scope: Scope) -> ir.Expr:

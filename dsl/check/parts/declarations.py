@@ -5,21 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants.constants import shape
 from hypgen.dsl.check.draws.distributions import right_side
 from hypgen.dsl.check.scope.fit_type import check_as, fit
-from hypgen.dsl.check.scope.scope import Falling, Scope
+from hypgen.dsl.check.scope.scope import Falling, Program, Scope
 from hypgen.dsl.check.scope.type_expressions import length, require_finite, require_length, scalar_type
 from hypgen.dsl.ir.operators import integer, retyped
 from hypgen.dsl.messages.report import gather, mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT, INT32_MAX, PROB, Float, Int, Type, size_of
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 
 def action(item: ast.Action, program: Program) -> ir.Action:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants.constants import shape
 from hypgen.dsl.check.parts.array_values import array_of
 from hypgen.dsl.check.parts.declarations import element_scope
 from hypgen.dsl.check.scope.fit_type import check_as, described
-from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.check.scope.symbols import duplicate, kind_of
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.scope.unit_checks import require_plain
@@ -20,9 +19,6 @@ from hypgen.dsl.messages.diagnostic import did_you_mean
 from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, FLOAT, Float
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 BOUNDS = ("upper", "lower", "tail")
 

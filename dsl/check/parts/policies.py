@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants.constants import shape
@@ -11,16 +10,13 @@ from hypgen.dsl.check.parts.array_values import array_of
 from hypgen.dsl.check.parts.declarations import let_of
 from hypgen.dsl.check.scope.draw_syntax import is_draw, refuse_fields
 from hypgen.dsl.check.scope.fit_type import check_as
-from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.check.scope.symbols import duplicate
 from hypgen.dsl.check.scope.type_expressions import length, require_finite
 from hypgen.dsl.messages.diagnostic import did_you_mean
 from hypgen.dsl.messages.report import mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT32_MAX, Float, Type
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 OWNER = "policy default"
 
