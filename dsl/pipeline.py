@@ -13,6 +13,7 @@ from pathlib import PurePath
 from hypgen.dsl import ir
 from hypgen.dsl.analysis import init_order, stages
 from hypgen.dsl.analysis.factorise import factorise
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.check import lint
 from hypgen.dsl.check.constants import settings
 from hypgen.dsl.check.expressions import belief_reads
@@ -90,8 +91,7 @@ def _model(program: Program, sources: Sequence[Source]) -> ir.Model | None:
     observations = model_parts.observations(program)
     rewards = model_parts.rewards(program)
     conditions = {
-        kind: report.attempt(partial(model_parts.condition, program, kind))
-        for kind in ("terminal", "legal", "success")
+        kind: report.attempt(partial(model_parts.condition, program, kind)) for kind in model_parts.CONDITIONS
     }
     policy = None if action is None else report.attempt(partial(policies.policy, program, action))
     found_bounds = model_parts.bounds(program)
@@ -108,7 +108,7 @@ def _model(program: Program, sources: Sequence[Source]) -> ir.Model | None:
     policy_lets = () if policy is None else policy.lets
     sites += [(x.site, x.span) for x in (*declared.lets, *policy_lets) if x.draws]
     stages.check_sites(sites + [(ir.Site("policy:default"), program.file.span)], report)
-    watched = [f"observe {o.name}" for o in observations] + ["terminal when"]
+    watched = [*(Owner("observe", o.name) for o in observations), Owner("terminal")]
     marked = stages.mark_variables(declared.variables, updates, program.uses, watched)
     updated = {u.variable for u in updates}  # an update with a mistake of its own is not among them
     floats = [v for v in marked if v.name in updated]
@@ -229,14 +229,14 @@ def _readers(
     inits: list[ir.Assign],
     found_bounds: Mapping[str, ir.Expr],
     invariants: list[ir.Invariant],
-) -> list[str]:
+) -> list[Owner]:
     """Return the declarations that may not read everything."""
     return [
-        *(f"init {i.variable}" for i in inits),
-        "legal when",
+        *(Owner("init", i.variable) for i in inits),
+        Owner("legal"),
         *policies.readers(program),
-        *(f"bound {name}" for name in found_bounds),
-        *(f"invariant {i.name}" for i in invariants),
+        *(Owner("bound", name) for name in found_bounds),
+        *(Owner("invariant", i.name) for i in invariants),
     ]
 
 

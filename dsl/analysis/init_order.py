@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.stages import Edges, dependencies_first, find_cycle
 from hypgen.dsl.analysis.uses import Uses
 from hypgen.dsl.ir.walk import children, rename_bound, substitute
@@ -43,7 +44,7 @@ def order_inits(
     edges: Edges = {
         i.variable: {
             r.name: r
-            for r in reversed(uses.closure(f"init {i.variable}"))
+            for r in reversed(uses.closure(Owner("init", i.variable)))
             if r.kind == "variable" and r.name in of
         }
         for i in inits

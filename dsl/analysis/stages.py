@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.uses import Reach, Uses
 from hypgen.dsl.ir import key_digits
 from hypgen.dsl.messages.report import Mistake, Report, mistake
@@ -24,7 +25,7 @@ def stage_updates(updates: list[ir.Assign], uses: Uses, report: Report) -> list[
     edges: Edges = {
         u.variable: {
             r.name: r
-            for r in reversed(uses.closure(f"update {u.variable}"))
+            for r in reversed(uses.closure(Owner("update", u.variable)))
             if r.kind == "variable" and r.primed and r.name in names
         }
         for u in updates
@@ -91,14 +92,14 @@ def mark_variables(
     variables: list[ir.Variable],
     updates: list[ir.Assign],
     uses: Uses,
-    others: list[str],
+    others: list[Owner],
 ) -> list[ir.Variable]:
     """Return the variables with ``determined`` and ``copied``; ``updates`` are staged.
 
     ``others`` are the declarations besides updates whose draws the agent learns something of.
     """
     visible = {v.name for v in variables if v.visible}
-    reach = {u.variable: uses.closure(f"update {u.variable}") for u in updates}
+    reach = {u.variable: uses.closure(Owner("update", u.variable)) for u in updates}
     determined = {v.name for v in variables if v.visible and v.fixed}
     for update in sorted(updates, key=lambda u: u.stage):
         certain = update.variable in visible and isinstance(update.dist, ir.Certain)
@@ -120,7 +121,9 @@ def mark_variables(
     return [replace(v, determined=v.name in determined, copied=v.name in copied) for v in variables]
 
 
-def check_visible_floats(variables: list[ir.Variable], uses: Uses, others: list[str], report: Report) -> None:
+def check_visible_floats(
+    variables: list[ir.Variable], uses: Uses, others: list[Owner], report: Report
+) -> None:
     """Report visible floats that the filter would have to weigh: a float's value has no probability."""
     hidden = {v.name for v in variables if not v.visible}
     shared = set().union(*(_draws(uses.closure(o)) for o in others)) if others else set()
@@ -128,7 +131,7 @@ def check_visible_floats(variables: list[ir.Variable], uses: Uses, others: list[
         weighed = variable.visible and not (variable.determined or variable.copied)
         if not weighed or not isinstance(variable.type, Float):
             continue
-        owner = f"update {variable.name}"
+        owner = Owner("update", variable.name)
         reads = uses.closure(owner)
         cause = next((r for r in reads if r.kind == "variable" and r.name in hidden), None)
         why = "reads hidden state"
@@ -141,7 +144,7 @@ def check_visible_floats(variables: list[ir.Variable], uses: Uses, others: list[
         report.add(
             mistake(
                 "E0504",
-                f"the visible float '{variable.name}' {why}: {cause.route(owner)}",
+                f"the visible float '{variable.name}' {why}: {cause.route(str(owner))}",
                 cause.span,
                 "make it hidden and observe a finite value of it, or give it a range type",
                 [(variable.span, f"'{variable.name}' is declared visible here")],

@@ -130,15 +130,15 @@ def check_float_equalities(program: Program) -> None:
     """Report observations that compare floats for equality: sampler and density would disagree."""
     for owner in program.float_equalities:
         for start in program.uses.owners():
-            if start.startswith("observe ") and owner in program.uses.nodes(start):
+            if start.kind == "observe" and owner in program.uses.nodes(start):
                 for span in program.float_equalities[owner]:
-                    program.report.attempt(partial(_refuse_equality, start, span))
+                    program.report.attempt(partial(_refuse_equality, start.name, span))
 
 
 def _refuse_equality(observation: str, span: Span) -> None:
     raise mistake(
         "E0314",
-        f"'{observation.removeprefix('observe ')}' tests floats for equality, which rounding decides",
+        f"'{observation}' tests floats for equality, which rounding decides",
         span,
         "compare with a tolerance, abs(a - b) < 0.001, or with < and >",
     )

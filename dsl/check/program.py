@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import TypeVar
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.uses import Uses
 from hypgen.dsl.check.constants import constants, settings
 from hypgen.dsl.check.draws import distributions, named_distributions
@@ -41,7 +42,7 @@ class CheckedProgram:
         self.symbols = symbols
         self.report = report
         self.uses = Uses()
-        self.float_equalities: dict[str, dict[Span, None]] = {}  # where each declaration has them
+        self.float_equalities: dict[Owner, dict[Span, None]] = {}  # where each declaration has them
         self.unrolled: dict[str, ir.Function] = {}  # copies of recursive functions
         self.literals: list[ir.ConstantArray] = []  # of definitions whose entries are listed
         self.beliefs: list[Asked] = []

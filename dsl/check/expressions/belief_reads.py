@@ -8,6 +8,7 @@ from typing import Any
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.hidden_reads import Touches, leaves
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.check.scope.scope import Asked, Program, Scope
 from hypgen.dsl.ir.operators import is_numeric, to_float
 from hypgen.dsl.ir.walk import map_children
@@ -33,8 +34,8 @@ def belief(node: ast.Call, scope: Scope) -> ir.Expr:
         )
     if scope.primed:
         raise mistake("E0407", "a belief has no next value", node.span, "remove the prime")
-    asked = Asked(node.span, f"belief {len(scope.program.beliefs)} of {scope.owner}")
     number = len(scope.program.beliefs)
+    asked = Asked(node.span, Owner("belief", str(number), scope.owner))
     scope.program.beliefs.append(asked)
     operand = replace(scope, owner=asked.owner).check(node.arguments[0])
     if isinstance(operand.type, Bool):

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.uses import Uses
 from hypgen.dsl.check.scope.symbols import Symbols
 from hypgen.dsl.ir.facts import Facts, learned, narrowed
@@ -56,7 +57,7 @@ class Asked:
     """A ``belief(..)`` of the text: its place, and what its expression's reads are recorded under."""
 
     span: Span
-    owner: str
+    owner: Owner
 
 
 class Program(Protocol):
@@ -73,7 +74,7 @@ class Program(Protocol):
     report: Report
     uses: Uses
     """Who reads what, as far as expressions have been checked."""
-    float_equalities: dict[str, dict[Span, None]]
+    float_equalities: dict[Owner, dict[Span, None]]
     """Where each declaration compares floats with ``==`` or ``!=``."""
     unrolled: dict[str, ir.Function]
     """The copies of recursive functions, by their names."""
@@ -151,7 +152,7 @@ class Program(Protocol):
 class Scope:
     """The surroundings of an expression; immutable, so that every branch has its own.
 
-    ``owner`` is the declaration whose reads are recorded (``update rover.x``), None where reads do not count:
+    ``owner`` is the declaration whose reads are recorded, None where reads do not count:
     in constant expressions and where ``evaluate`` follows calls and lets and unfolds quantifiers to find
     values. ``action`` is then the action's value, if it is known. ``constant`` refuses what is not known when
     the model is compiled. ``history``: the policy's memory, lets and ``last(..)`` can be read. ``open_ints``:
@@ -160,7 +161,7 @@ class Scope:
     """
 
     program: Program
-    owner: str | None = None
+    owner: Owner | None = None
     element: str | None = None
     locals: Mapping[str, ir.Expr] = field(default_factory=dict)
     primed: bool = False

@@ -56,7 +56,7 @@ def call(item: ast.Function, arguments: list[ir.Expr], node: ast.Call, scope: Sc
     name = copy_name(item, constants, program)
     copy = program.copy(name, item, frames)
     if scope.owner is not None:
-        program.uses.add(scope.owner, Use("fn", name, scope.primed, node.span))
+        program.uses.add(scope.owner, Use("function", name, scope.primed, node.span))
     result = copy.type
     if not scope.unrolling and any(f.type == INT for f in copy.formals):  # whose ranges each call proves
         proving = replace(scope, owner=None, evaluate=True, unrolling=frames)
