@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from hypgen.dsl import ir
@@ -19,7 +19,7 @@ Edges = dict[str, dict[str, Reach]]
 MOST_KEY_WORDS = 4096
 
 
-def stage_updates(updates: list[ir.Assign], uses: Uses, report: Report) -> list[ir.Assign]:
+def stage_updates(updates: Sequence[ir.Assign], uses: Uses, report: Report) -> tuple[ir.Assign, ...]:
     """Return the updates with ``reads`` and ``stage``: the longest path of primed reads that leads there."""
     names = {u.variable for u in updates}
     edges: Edges = {
@@ -33,11 +33,11 @@ def stage_updates(updates: list[ir.Assign], uses: Uses, report: Report) -> list[
     cycle = find_cycle(edges)
     if cycle:
         report.add(_cyclic_updates(cycle, edges))
-        return updates
+        return tuple(updates)
     stages: dict[str, int] = {}
     for name in dependencies_first(edges):
         stages[name] = 1 + max((stages[other] for other in edges[name]), default=-1)
-    return [replace(u, stage=stages[u.variable], reads=frozenset(edges[u.variable])) for u in updates]
+    return tuple(replace(u, stage=stages[u.variable], reads=frozenset(edges[u.variable])) for u in updates)
 
 
 def find_cycle(edges: Mapping[str, Iterable[str]]) -> list[str]:
@@ -89,11 +89,11 @@ def _cyclic_updates(cycle: list[str], edges: Edges) -> Mistake:
 
 
 def mark_variables(
-    variables: list[ir.Variable],
-    updates: list[ir.Assign],
+    variables: Sequence[ir.Variable],
+    updates: Sequence[ir.Assign],
     uses: Uses,
-    others: list[Owner],
-) -> list[ir.Variable]:
+    others: Sequence[Owner],
+) -> tuple[ir.Variable, ...]:
     """Return the variables with ``determined`` and ``copied``; ``updates`` are staged.
 
     ``others`` are the declarations besides updates whose draws the agent learns something of.
@@ -118,11 +118,11 @@ def mark_variables(
         if kept == copied:
             break
         copied = kept
-    return [replace(v, determined=v.name in determined, copied=v.name in copied) for v in variables]
+    return tuple(replace(v, determined=v.name in determined, copied=v.name in copied) for v in variables)
 
 
 def check_visible_floats(
-    variables: list[ir.Variable], uses: Uses, others: list[Owner], report: Report
+    variables: Sequence[ir.Variable], uses: Uses, others: Sequence[Owner], report: Report
 ) -> None:
     """Report visible floats that the filter would have to weigh: a float's value has no probability."""
     hidden = {v.name for v in variables if not v.visible}
@@ -166,7 +166,9 @@ def _draws(reads: list[Reach]) -> set[str]:
     return {r.name for r in reads if r.kind == "draw"}
 
 
-def key_fields(observations: list[ir.Observation], variables: list[ir.Variable]) -> tuple[ir.KeyField, ...]:
+def key_fields(
+    observations: Sequence[ir.Observation], variables: Sequence[ir.Variable]
+) -> tuple[ir.KeyField, ...]:
     """Return the digits of the observation key."""
     observed = [ir.KeyField(o.name, True, o.type, tuple(b.type for b in o.binders)) for o in observations]
     seen = [
