@@ -1,7 +1,7 @@
-"""Which hidden variables are independent of all others given what the agent has seen.
+"""Hidden variables that are independent of all others given what the agent has seen.
 
 The hidden variables of an element (of a family: of each member) are a factor if no init or update, and
-nothing that the agent learns from, brings them together with other hidden state; docs/design/0002 has the
+nothing that the agent learns from, brings them together with other hidden state; docs/internals/beliefs.md has the
 rules. What forbids it is kept for ``hypgen explain``, and for the message of a ``belief`` that needs it.
 """
 

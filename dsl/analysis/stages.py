@@ -1,4 +1,4 @@
-"""What follows from who reads what: stages, the observation key, the filter's rules."""
+"""Conclusions from who reads what: stages, the observation key, the filter's rules."""
 
 from __future__ import annotations
 

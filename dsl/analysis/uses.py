@@ -1,4 +1,4 @@
-"""Who reads what: every read of a declaration, with its place in the text.
+"""The graph of reads: every read of a declaration, with its place in the text.
 
 Owners and what they read are nodes of one graph. Functions and lets are both: ``closure`` follows them and
 gives, for each variable, draw and the action, the first path by which an owner comes to read it.

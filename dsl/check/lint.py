@@ -1,4 +1,4 @@
-"""What is allowed and yet doubtful: names that nothing uses, ``==`` on floats, sensors that hide no noise.
+"""Warnings of doubtful text: names that nothing uses, ``==`` on floats, sensors that hide no noise.
 
 Names are judged by the text as it was written; a library's are not, for others may use them.
 """

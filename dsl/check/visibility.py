@@ -1,4 +1,4 @@
-"""Which declaration may read what: hidden state, the next state, the action and draws.
+"""Rules of who may read what: hidden state, the next state, the action and draws.
 
 The rules follow reads through functions and lets, and a mistake names the path.
 """

@@ -1,4 +1,4 @@
-"""What a definition says of each entry of an array: a comprehension, a list, a grid, or an array's name."""
+"""Values of an array's entries: a comprehension, a list, a grid, or an array's name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What elements and the model do: inits, updates, observations, rewards, conditions and bounds."""
+"""Parts of elements and the model: inits, updates, observations, rewards, conditions and bounds."""
 
 from __future__ import annotations
 

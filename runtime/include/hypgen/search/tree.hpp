@@ -4,7 +4,7 @@
 // gamma^depth times its mean, so that children add up. Equation and algorithm numbers are those of Ye,
 // Somani, Hsu and Lee, "DESPOT: Online POMDP Planning with Regularization", JAIR 58 (2017).
 //
-// Several threads search one tree without a lock (docs/design/0004-many-threads.md):
+// Several threads search one tree without a lock (docs/internals/many-threads.md):
 // - Every change is owned. Upper bounds only fall and lower bounds only rise (but where the model's cross),
 // each by a
 //   compare-exchange whose winner adds the difference to the sum above. Nobody reads siblings for a sum.
