@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from hypgen.dsl.load import Loaded
     from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
     from hypgen.dsl.messages.source import Source
+    from hypgen.dsl.messages.watch import Watch
     from hypgen.runtime.builder.cuda_tools import CudaBuild
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -99,20 +100,21 @@ def choose_cuda(target: str, arch: str, nvcc: str) -> CudaBuild | None:
     return choice.build
 
 
-def load(model: Path, instance: Path | None, settings: tuple[str, ...]) -> Loaded:
+def load(model: Path, instance: Path | None, settings: tuple[str, ...], watch: Watch | None = None) -> Loaded:
     """Return the checked model that the options of ``model_options`` describe.
 
-    A file in another format is imported on the way, and the user told so.
+    A file in another format is imported on the way, and the user told so. ``watch`` sees each pass.
     """
     from hypgen.dsl import load as driver
     from hypgen.dsl.messages.source import Source
+    from hypgen.dsl.messages.watch import nobody
 
     given = None
     imported = import_foreign(model, None, None)
     if imported is not None:
         say(f"note: {model}: {describe_import(imported)}; imported (`hypgen import` writes the model)")
         given = Source(f"{model} (imported)", imported.text)
-    return driver.load(model, instance=instance, settings=settings, given=given)
+    return driver.load(model, instance=instance, settings=settings, given=given, watch=watch or nobody)
 
 
 def import_foreign(path: Path, name: str | None, horizon: int | None) -> Imported | None:
