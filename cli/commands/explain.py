@@ -7,7 +7,8 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.shared import EXIT_CODES, Exit, load, model_options
+from hypgen.cli.exit_codes import EXIT_CODES, Exit
+from hypgen.cli.model_arguments import load, model_options
 
 
 @click.command(epilog=EXIT_CODES)

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.cli import main, shared
+from hypgen.cli import main
+from hypgen.cli.exit_codes import Exit
 from hypgen.runtime.builder.errors import BuildError
 
 ROOT = Path(__file__).parent.parent.parent
@@ -154,7 +155,7 @@ def test_cpp_errors_are_a_bug_and_stay_in_the_log(
 
 
 def test_an_interrupt_ends_with_130(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert fail(monkeypatch, KeyboardInterrupt()) == shared.Exit.INTERRUPTED == 130
+    assert fail(monkeypatch, KeyboardInterrupt()) == Exit.INTERRUPTED == 130
 
 
 def test_a_reader_that_goes_away_is_no_bug() -> None:
