@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from hypgen import __version__
 from hypgen.cli import main
 from hypgen.cli.exit_codes import Exit
 from hypgen.runtime.builder.errors import BuildError
@@ -26,7 +27,7 @@ def hypgen(*arguments: str, **environment: str) -> subprocess.CompletedProcess[s
 
 
 def test_version() -> None:
-    assert hypgen("--version").stdout == "hypgen, version 0.1.0\n"
+    assert hypgen("--version").stdout == f"hypgen, version {__version__}\n"
 
 
 @pytest.mark.parametrize("name", main.COMMANDS)
