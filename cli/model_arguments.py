@@ -13,6 +13,7 @@ from hypgen.cli.output import say
 
 if TYPE_CHECKING:  # at run time only where a command needs them: `check` answers in a fraction of a second
     from hypgen.dsl.load import Loaded
+    from hypgen.dsl.messages.watch import Watch
     from hypgen.runtime.builder.cuda_tools import CudaBuild
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -81,20 +82,21 @@ def choose_cuda(target: str, arch: str, nvcc: str) -> CudaBuild | None:
     return choice.build
 
 
-def load(model: Path, instance: Path | None, settings: tuple[str, ...]) -> Loaded:
+def load(model: Path, instance: Path | None, settings: tuple[str, ...], watch: Watch | None = None) -> Loaded:
     """Return the checked model that the options of ``model_options`` describe.
 
-    A file in another format is imported on the way, and the user told so.
+    A file in another format is imported on the way, and the user told so. ``watch`` sees each pass.
     """
     from hypgen.dsl import load as driver
     from hypgen.dsl.messages.source import Source
+    from hypgen.dsl.messages.watch import nobody
 
     given = None
     imported = import_foreign(model, None, None)
     if imported is not None:
         say(f"note: {model}: {describe_import(imported)}; imported (`hypgen import` writes the model)")
         given = Source(f"{model} (imported)", imported.text)
-    return driver.load(model, instance=instance, settings=settings, given=given)
+    return driver.load(model, instance=instance, settings=settings, given=given, watch=watch or nobody)
 
 
 def require_params(loaded: Loaded, more: str = "") -> None:

@@ -21,7 +21,7 @@ from hypgen.codegen.cpp.text import literal, scalar, stored
 from hypgen.codegen.cpp.value_types import enum_view, history_view, joint_view, record_view, words_view
 from hypgen.codegen.layout.history_layout import belief_reads, with_field_reads
 from hypgen.codegen.layout.naming import Names, base_name, file_stem, sites_of
-from hypgen.codegen.layout.state_layout import pack
+from hypgen.codegen.layout.state_layout import Layout, pack
 from hypgen.codegen.model import descriptor
 from hypgen.codegen.model.interface import Interface
 from hypgen.codegen.model.model_functions import (
@@ -39,9 +39,10 @@ from hypgen.codegen.model.model_functions import (
 from hypgen.codegen.model.partitioned_step import PartitionedStep
 from hypgen.codegen.model.policy_functions import PolicyFunctions, uncalled_lets
 from hypgen.codegen.passes.arguments import NeedsAnalysis
-from hypgen.codegen.passes.partition import partition
+from hypgen.codegen.passes.partition import ElementUpdate, partition
 from hypgen.codegen.passes.tabulate import DerivedTable, tabulate
 from hypgen.dsl import ir
+from hypgen.dsl.messages.watch import Watch, nobody
 from hypgen.dsl.types import Type, length_of, size_of
 
 # No version: a release that generates the same code leaves files, caches and golden files as they are.
@@ -49,16 +50,22 @@ LICENCE = "This file belongs to the owner of the model. hypgen's library is unde
 
 
 def lower(
-    model: ir.Model, exact: bool = False
+    model: ir.Model, exact: bool = False, watch: Watch = nobody
 ) -> tuple[template_data.Header, template_data.Main, template_data.Project]:
     """Return the views of the three kinds of files; ``exact``: for the exact solver's program."""
     names = Names(model)
     tabulated, derived = tabulate(with_field_reads(model), names)
+    watch("tabulate", (tabulated, derived))
     context = context_of(tabulated, derived, names, belief_reads(model))
     project = _project(model)
     relaxation = Relaxation() if exact else relax(model)  # a solver's bounds, which nothing exact reads
+    watch("relax", relaxation)
+    packed = pack(tabulated)
+    watch("pack", packed)
+    stages = partition(tabulated)
+    watch("partition", stages)
     return (
-        _header(context, derived, relaxation, project.banner),
+        _header(context, derived, relaxation, packed, stages, project.banner),
         (descriptor.exact_view if exact else descriptor.main_view)(context, project),
         project,
     )
@@ -85,11 +92,15 @@ def _project(model: ir.Model) -> template_data.Project:
 
 
 def _header(
-    context: Context, derived: tuple[DerivedTable, ...], relaxation: Relaxation, banner: str
+    context: Context,
+    derived: tuple[DerivedTable, ...],
+    relaxation: Relaxation,
+    packed: Layout,
+    stages: tuple[tuple[ElementUpdate, ...], ...],
+    banner: str,
 ) -> template_data.Header:
     model, names = context.model, context.names
-    packed = pack(model)
-    interface = Interface(context, PartNames(context, stages := partition(model)), stages)
+    interface = Interface(context, PartNames(context, stages), stages)
     partitioned = PartitionedStep(interface, packed.state)
     factors = FactorFunctions(interface) if model.factors else None
     kind = TeamFunctions if relaxation.team else GroupFunctions

@@ -12,6 +12,7 @@ from hypgen.dsl import ir
 from hypgen.dsl.foreign.recognise import recognise
 from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError, did_you_mean
 from hypgen.dsl.messages.source import Source, Span
+from hypgen.dsl.messages.watch import Watch, nobody
 from hypgen.dsl.syntax import ast, imports
 from hypgen.dsl.syntax.parse import parse, parse_expression
 
@@ -47,13 +48,15 @@ def load(
     instance: FilePath | None = None,
     settings: Iterable[str] = (),
     given: Source | None = None,
+    watch: Watch = nobody,
 ) -> Loaded:
     """Return the checked model of ``path``, which may be an instance file itself; raises ``ModelError``.
 
     ``settings`` are ``name=value`` texts. They win over the instance, and the last of a name wins. ``given``
-    stands for the content of ``path``, such as a text made from it.
+    stands for the content of ``path``, such as a text made from it. ``watch`` sees what
+    each pass makes of the text.
     """
-    loaded = load_any(path, instance=instance, settings=settings, given=given)
+    loaded = load_any(path, instance=instance, settings=settings, given=given, watch=watch)
     if isinstance(loaded, Loaded):
         return loaded
     raise _not_a_model(loaded.ast)
@@ -65,6 +68,7 @@ def load_any(
     instance: FilePath | None = None,
     settings: Iterable[str] = (),
     given: Source | None = None,
+    watch: Watch = nobody,
 ) -> Loaded | LoadedLibrary:
     """Return what ``load`` returns, or a library that has been checked by itself; raises ``ModelError``."""
     sources: dict[str, Source] = {}
@@ -74,15 +78,17 @@ def load_any(
 
     try:
         file, assigned = _read_files(os.fspath(path), instance, sources, given)
+        watch("parse", file)
         texts = len(sources)
         complete = imports.resolve(file, read)
+        watch("resolve-imports", complete)
         imported = list(sources.values())[texts:]
         overrides = {a.name: a.value for a in assigned} | _parse_settings(settings, sources)
-        from hypgen.dsl import pipeline
+        from hypgen.dsl import pipeline  # large, and nothing that only reads texts needs it
 
         if isinstance(complete, ast.ModelFile):
             warned: list[Diagnostic] = []
-            model = pipeline.lower(complete, overrides, sources[file.span.file], imported, warned)
+            model = pipeline.lower(complete, overrides, sources[file.span.file], imported, warned, watch)
             return Loaded(model, complete, sources, tuple(warned))
         if overrides or instance is not None:
             raise _not_a_model(complete)

@@ -1,4 +1,4 @@
-"""What ``hypgen check --samples`` does: walks, watches, and says what it found."""
+"""The work of ``hypgen check --samples``: walks, watches, and says what it found."""
 
 from __future__ import annotations
 

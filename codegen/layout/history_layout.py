@@ -1,4 +1,4 @@
-"""What the history keeps, as fields of a packed struct, and reads of it as reads of those fields.
+"""The history as fields of a packed struct, and reads of it as reads of those fields.
 
 ``last(..)`` becomes a choice between a field and its first value, so that printing, tables and costs need to
 know one kind of read only.

@@ -1,4 +1,4 @@
-"""What a generated function must be given: the parts of its argument list that its body reads."""
+"""Arguments of generated functions: the parts of the argument list that a body reads."""
 
 from __future__ import annotations
 

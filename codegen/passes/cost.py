@@ -1,4 +1,4 @@
-"""What an expression costs to evaluate, in simple operations: enough to tell a walk from a table's load."""
+"""The cost of an expression, in simple operations: enough to tell a walk from a table's load."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether all outcomes of a model's draws can be tried one by one: docs/design/0005-exact-models.md."""
+"""Whether all outcomes of a model's draws can be tried one by one: docs/internals/exact-models.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which expressions may be evaluated outside of the conditions that stand around them.
+"""Expressions that may be evaluated outside of the conditions that stand around them.
 
 Conditions narrow the intervals of what is read where they hold: ``if x > 6 then log(x - 5) else 0`` needs a
 table of two entries, whose index is out of range wherever the condition fails. Inlining puts expressions in

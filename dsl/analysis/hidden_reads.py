@@ -1,4 +1,4 @@
-"""Whose hidden state an expression reads, given the action and what is visible.
+"""Hidden state that an expression reads, given the action and what is visible.
 
 The answer is a tree: a leaf holds the members (of elements) and the draws that are read together; a choice
 is a condition on known things between two trees. Calls and lets are followed, so that what they read counts.

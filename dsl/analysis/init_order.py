@@ -6,11 +6,12 @@ the index ``j`` under a condition ``j < i``, or ``i - 1``, with ``i`` the member
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.stages import Edges, dependencies_first, find_cycle
 from hypgen.dsl.analysis.uses import Uses
 from hypgen.dsl.ir.walk import children, rename_bound, substitute
@@ -32,18 +33,18 @@ class Definitions:
 
 
 def order_inits(
-    inits: list[ir.Assign],
+    inits: Sequence[ir.Assign],
     variables: Mapping[str, ir.Variable],
     definitions: Definitions,
     uses: Uses,
     report: Report,
-) -> list[ir.Assign]:
+) -> tuple[ir.Assign, ...]:
     """Return the inits, visible variables first, each after those that it reads, with their ``group``."""
     of = {i.variable: i for i in inits}
     edges: Edges = {
         i.variable: {
             r.name: r
-            for r in reversed(uses.closure(f"init {i.variable}"))
+            for r in reversed(uses.closure(Owner("init", i.variable)))
             if r.kind == "variable" and r.name in of
         }
         for i in inits
@@ -59,17 +60,15 @@ def order_inits(
         unproven = [(n, m) for n in names for m in inside[n] if "any" in where[n].get(m, {"any"})]
         if unproven and family:
             report.add(_unproven(*unproven[0], inside))
-            return inits
+            return tuple(inits)
         same = {n: {m: r for m, r in inside[n].items() if "own" in where[n].get(m, {"own"})} for n in names}
         cycle = find_cycle(same)
         if cycle:
             report.add(_cyclic(cycle, same))
-            return inits
+            return tuple(inits)
         group = names[0] if len(names) > 1 else None
         order += [replace(of[n], group=group) for n in dependencies_first(same)]
-    return [i for i in order if variables[i.variable].visible] + [
-        i for i in order if not variables[i.variable].visible
-    ]
+    return tuple(sorted(order, key=lambda i: not variables[i.variable].visible))
 
 
 def _components(edges: Edges) -> list[list[str]]:

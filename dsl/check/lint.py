@@ -1,4 +1,4 @@
-"""What is allowed and yet doubtful: names that nothing uses, ``==`` on floats, sensors that hide no noise.
+"""Warnings of doubtful text: names that nothing uses, ``==`` on floats, sensors that hide no noise.
 
 Names are judged by the text as it was written; a library's are not, for others may use them.
 """
@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
+from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.terms.references import walk
 from hypgen.dsl.ir import operators
@@ -18,9 +18,6 @@ from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.report import mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 _JUDGED = ast.Const | ast.Param | ast.TypeAlias | ast.EnumDecl | ast.RecordDecl | ast.Function
 _Name = tuple[str | None, str]
@@ -133,15 +130,15 @@ def check_float_equalities(program: Program) -> None:
     """Report observations that compare floats for equality: sampler and density would disagree."""
     for owner in program.float_equalities:
         for start in program.uses.owners():
-            if start.startswith("observe ") and owner in program.uses.nodes(start):
+            if start.kind == "observe" and owner in program.uses.nodes(start):
                 for span in program.float_equalities[owner]:
-                    program.report.attempt(partial(_refuse_equality, start, span))
+                    program.report.attempt(partial(_refuse_equality, start.name, span))
 
 
 def _refuse_equality(observation: str, span: Span) -> None:
     raise mistake(
         "E0314",
-        f"'{observation.removeprefix('observe ')}' tests floats for equality, which rounding decides",
+        f"'{observation}' tests floats for equality, which rounding decides",
         span,
         "compare with a tolerance, abs(a - b) < 0.001, or with < and >",
     )

@@ -1,4 +1,4 @@
-"""What conditions show of numbers: intervals of reads, of expressions and of differences."""
+"""Facts that conditions show of numbers: intervals of reads, of expressions and of differences."""
 
 from __future__ import annotations
 

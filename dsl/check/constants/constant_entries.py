@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import prod
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants.closures import Closures, Code, Irregular, Value, combinations
 from hypgen.dsl.check.scope.fit_type import check_as, fit
+from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.terms.quantifiers import bind_all
 from hypgen.dsl.check.terms.references import walk
 from hypgen.dsl.ir import operators
@@ -17,9 +17,6 @@ from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, Bool, Float, Int, Type, size_of
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.scope.scope import Scope
 
 _MAX_STEPS = 1 << 26  # of closures: some ten seconds
 _MAX_CHECKED = 1 << 13  # entries that may be checked one by one: a second

@@ -5,21 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from math import prod
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants import constant_entries, distances, value_lists
 from hypgen.dsl.check.constants.closures import Value
 from hypgen.dsl.check.scope import grid_literals
-from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.check.terms.quantifiers import bind_all, bind_types, values_of
 from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Array, Type, flat_indices, size_of
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 _MAX_ENTRIES = 1 << 20  # a second or more
 

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import heapq
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants import constant_entries
 from hypgen.dsl.check.constants.closures import Value, value_at
+from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.terms.quantifiers import bind_types
 from hypgen.dsl.messages.report import mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, FLOAT, INT, PROB, Bool, Enum, Float, Int, Record, Type, size_of
 from hypgen.dsl.types.intervals import float32
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.scope.scope import Scope
 
 _MAX_NODES = 1 << 10
 _MAX_WORK = 1 << 24  # links followed from all sources: some ten seconds

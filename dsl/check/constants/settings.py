@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants.constant_entries import scalar
-from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.check.scope.symbols import duplicate, kind_of
 from hypgen.dsl.messages.diagnostic import did_you_mean
 from hypgen.dsl.messages.report import mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import FLOAT, INT
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 
 def _single(kind: str, program: Program) -> ast.Setting | None:

@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.uses import Use
 from hypgen.dsl.check.draws.fit_distribution import fitted
 from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.let_bindings import let_dist
-from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.check.scope.type_expressions import scalar_type
 from hypgen.dsl.ir.walk import rename_bound
 from hypgen.dsl.messages.report import gather, mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
 
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
-
 
 def declared(item: ast.Function, program: Program) -> ir.Dist:
     """Return the distribution that a function names, over its formals as locals; notes what it reads."""
-    scope = Scope(program, owner=f"fn {item.name}")
+    scope = Scope(program, owner=Owner("function", item.name))
     for field, binder in zip(item.formals, program.formals(item), strict=True):
         scope = scope.bind(field.name, ir.Local(binder.type, binder.name), field.span)
     return _body(item, scope)
@@ -53,7 +50,7 @@ def inlined(node: ast.Call, item: ast.Function, scope: Scope, target: Type | Non
         ]
     )
     if scope.owner is not None:
-        program.uses.add(scope.owner, Use("fn", item.name, scope.primed, node.span))
+        program.uses.add(scope.owner, Use("function", item.name, scope.primed, node.span))
     # No local of the model has such a name, so that none of the caller's is captured.
     suffix = f"%{program.number_call()}"
     bound: dict[str, ir.Expr] = {

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import Any
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.hidden_reads import Touches, leaves
-from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.analysis.owners import Owner
+from hypgen.dsl.check.scope.scope import Asked, Program, Scope
 from hypgen.dsl.ir.operators import is_numeric, to_float
 from hypgen.dsl.ir.walk import map_children
 from hypgen.dsl.messages.report import Mistake, mistake
@@ -16,18 +17,7 @@ from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Bool, Float
 
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
-
 _FORM = "belief(e), where e reads hidden variables of one element, or of one member of a family"
-
-
-@dataclass(frozen=True)
-class Asked:
-    """A ``belief(..)`` of the text: its place, and what its expression's reads are recorded under."""
-
-    span: Span
-    owner: str
 
 
 def belief(node: ast.Call, scope: Scope) -> ir.Expr:
@@ -44,8 +34,8 @@ def belief(node: ast.Call, scope: Scope) -> ir.Expr:
         )
     if scope.primed:
         raise mistake("E0407", "a belief has no next value", node.span, "remove the prime")
-    asked = Asked(node.span, f"belief {len(scope.program.beliefs)} of {scope.owner}")
     number = len(scope.program.beliefs)
+    asked = Asked(node.span, Owner("belief", str(number), scope.owner))
     scope.program.beliefs.append(asked)
     operand = replace(scope, owner=asked.owner).check(node.arguments[0])
     if isinstance(operand.type, Bool):

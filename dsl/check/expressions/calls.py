@@ -109,7 +109,7 @@ def _function(item: ast.Function, node: ast.Call, scope: Scope) -> ir.Expr:
     if item.name in program.recursive:
         return recursion.call(item, arguments, node, scope)
     if scope.owner is not None:
-        program.uses.add(scope.owner, Use("fn", item.name, scope.primed, node.span))
+        program.uses.add(scope.owner, Use("function", item.name, scope.primed, node.span))
     if scope.evaluate:
         return program.follow_call(item, arguments, scope)
     result = program.function(item).type

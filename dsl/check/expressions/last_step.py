@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hypgen.dsl import ir
-from hypgen.dsl.analysis.uses import Use
+from hypgen.dsl.analysis.uses import ReadKind, Use
 from hypgen.dsl.check.constants.constants import shape
 from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
@@ -28,7 +28,7 @@ class _Subject:
     name: str
     type: Type
     indices: tuple[Type, ...]
-    use: str
+    use: ReadKind
     make: Make
 
 

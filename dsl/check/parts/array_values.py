@@ -1,4 +1,4 @@
-"""What a definition says of each entry of an array: a comprehension, a list, a grid, or an array's name."""
+"""Values of an array's entries: a comprehension, a list, a grid, or an array's name."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def _literal(
             raise
         found = gather([partial(check_as, leaf, scope, target, f"'{name}'") for leaf in leaves])
         return binders, ir.Certain(target, _chosen(found, places))
-    table = ir.ConstantArray((scope.owner or name).replace(" ", ":"), target, indices, values, node.span)
+    table = ir.ConstantArray(str(scope.owner or name).replace(" ", ":"), target, indices, values, node.span)
     scope.program.literals.append(table)
     return binders, ir.Certain(target, ir.TableRead(target, table.name, places))
 

@@ -5,17 +5,14 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.parts.declarations import element_scope
+from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.ir import operators
 from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import intervals, size_of
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 _SLACK = 2.0**-20
 

@@ -1,17 +1,18 @@
-"""What elements and the model do: inits, updates, observations, rewards, conditions and bounds."""
+"""Parts of elements and the model: inits, updates, observations, rewards, conditions and bounds."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import Literal
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.check.constants.constants import shape
 from hypgen.dsl.check.parts.array_values import array_of
 from hypgen.dsl.check.parts.declarations import element_scope
 from hypgen.dsl.check.scope.fit_type import check_as, described
-from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.check.scope.symbols import duplicate, kind_of
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.scope.unit_checks import require_plain
@@ -21,9 +22,8 @@ from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, FLOAT, Float
 
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
-
+ConditionKind = Literal["terminal", "legal", "success"]
+CONDITIONS: tuple[ConditionKind, ...] = ("terminal", "legal", "success")
 BOUNDS = ("upper", "lower", "tail")
 
 
@@ -120,7 +120,7 @@ def _assign(owner: ast.Element, member: ast.Init | ast.Update, program: Program)
         )
     variable = program.variable(owner.name, item)
     path = variable.name
-    scope = element_scope(program, owner.name, f"{'init' if is_init else 'update'} {path}")
+    scope = element_scope(program, owner.name, Owner("init" if is_init else "update", path))
     binder = program.element(owner.name).binder
     family = () if binder is None else (binder,)
     indices = variable.indices[len(family) :]
@@ -152,7 +152,7 @@ def observations(program: Program) -> list[ir.Observation]:
 
 def _observation(owner: ast.Element | None, item: ast.Observe, name: str, program: Program) -> ir.Observation:
     element = None if owner is None else owner.name
-    scope = element_scope(program, element, f"observe {name}")
+    scope = element_scope(program, element, Owner("observe", name))
     t, indices = shape(program.type_of(item.type))
     instead = "a finite type; of a continuous draw see the bin it falls into: observe y: 0 .. 9 ~ binned(..)"
     require_finite(t, item.type.span, "an observation", instead if isinstance(t, Float) else "")
@@ -179,7 +179,7 @@ def rewards(program: Program) -> list[ir.Reward]:
 
 def _reward(owner: ast.Element | None, item: ast.Reward, name: str, program: Program) -> ir.Reward:
     element = None if owner is None else owner.name
-    value = element_scope(program, element, f"reward {name}").check(item.value)
+    value = element_scope(program, element, Owner("reward", name)).check(item.value)
     if not operators.is_numeric(value.type):
         raise mistake(
             "E0301",
@@ -204,7 +204,7 @@ def invariants(program: Program) -> list[ir.Invariant]:
 
 def _invariant(owner: ast.Element | None, item: ast.Invariant, name: str, program: Program) -> ir.Invariant:
     element = None if owner is None else owner.name
-    scope = element_scope(program, element, f"invariant {name}")
+    scope = element_scope(program, element, Owner("invariant", name))
     value = check_as(item.condition, scope, BOOL, "an invariant")
     if operators.is_false(value):
         raise mistake(
@@ -217,10 +217,10 @@ def _invariant(owner: ast.Element | None, item: ast.Invariant, name: str, progra
     return ir.Invariant(name, element, binder, value, item.span)
 
 
-def condition(program: Program, kind: str) -> ir.Expr | None:
+def condition(program: Program, kind: ConditionKind) -> ir.Expr | None:
     """Return what the ``kind when`` lines say together: for ``legal`` all, for others any; None without."""
     items = [i for i in program.file.items if isinstance(i, ast.Condition) and i.kind == kind]
-    scope = Scope(program, owner=f"{kind} when")
+    scope = Scope(program, owner=Owner(kind))
     what = f"the condition of '{kind} when'"
     parts = gather([partial(check_as, i.condition, scope, BOOL, what) for i in items])
     if not parts:
@@ -251,7 +251,7 @@ def bounds(program: Program) -> dict[str, ir.Expr]:
             program.report.add(duplicate(f"bound {item.name}", item.span, seen[item.name].span))
         else:
             seen[item.name] = item
-            scope = Scope(program, owner=f"bound {item.name}", history=item.name == "lower")
+            scope = Scope(program, owner=Owner("bound", item.name), history=item.name == "lower")
             value = program.report.attempt(partial(check_as, item.value, scope, FLOAT, f"bound {item.name}"))
             if value is not None:
                 found[item.name] = value

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.check.constants.constants import shape
 from hypgen.dsl.check.parts.array_values import array_of
 from hypgen.dsl.check.parts.declarations import let_of
 from hypgen.dsl.check.scope.draw_syntax import is_draw, refuse_fields
 from hypgen.dsl.check.scope.fit_type import check_as
-from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.check.scope.symbols import duplicate
 from hypgen.dsl.check.scope.type_expressions import length, require_finite
 from hypgen.dsl.messages.diagnostic import did_you_mean
@@ -19,10 +19,7 @@ from hypgen.dsl.messages.report import mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT32_MAX, Float, Type
 
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
-
-OWNER = "policy default"
+OWNER = Owner("policy")
 
 
 def policy(program: Program, action: ir.Action) -> ir.Policy | None:
@@ -60,17 +57,19 @@ def _memory(program: Program) -> list[ast.Memory]:
     return [m for m in program.symbols.policy.values() if isinstance(m, ast.Memory)]
 
 
-def readers(program: Program) -> list[str]:
+def readers(program: Program) -> list[Owner]:
     """Return the policy's declarations, none of which may read everything."""
-    lets = [f"let policy.{x.name}" for x in _lets(program)]
-    memory = [f"memory {m.name}{prime}" for m in _memory(program) for prime in ("", "'")]
+    lets = [Owner("policy let", f"policy.{x.name}") for x in _lets(program)]
+    memory = [
+        o for m in _memory(program) for o in (Owner("first memory", m.name), Owner("next memory", m.name))
+    ]
     return [OWNER, *lets, *memory, *(b.owner for b in program.beliefs)]
 
 
 def let(item: ast.Let, program: Program) -> ir.Let:
     """Return a let of the policy."""
     path = f"policy.{item.name}"
-    scope = Scope(program, owner=f"let {path}", history=True)
+    scope = Scope(program, owner=Owner("policy let", path), history=True)
     return let_of(item, path, scope, ir.Site(f"policy:{item.name}"))
 
 
@@ -88,7 +87,7 @@ def history(program: Program, observations: list[ir.Observation]) -> ir.History:
     """Return what is kept of the past: the registers, and what is read with ``last``."""
     updates = _updates(program)
     found = [program.report.attempt(partial(_register, m, updates, program)) for m in _memory(program)]
-    uses = [u for owner in [*readers(program), "bound lower"] for u in program.uses.of(owner)]
+    uses = [u for owner in [*readers(program), Owner("bound", "lower")] for u in program.uses.of(owner)]
     seen = {u.name for u in uses if u.kind == "last"}
     return ir.History(
         tuple(r for r in found if r is not None),
@@ -128,8 +127,8 @@ def _register(item: ast.Memory, updates: dict[str, ast.Update], program: Program
             item.span,
             f"add: {item.name}' = ..; to keep what it holds, {_kept(item.name, indices)}",
         )
-    first_scope = Scope(program, owner=f"memory {item.name}")
-    scope = Scope(program, owner=f"memory {item.name}'", history=True)
+    first_scope = Scope(program, owner=Owner("first memory", item.name))
+    scope = Scope(program, owner=Owner("next memory", item.name), history=True)
     first = ast.Rhs(item.first.span, False, item.first)
     return ir.Register(
         item.name,

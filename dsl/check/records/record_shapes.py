@@ -1,4 +1,4 @@
-"""Which names and expressions of a file stand for records of floats, told from the syntax alone.
+"""Names and expressions of a file that stand for records of floats, told from the syntax alone.
 
 A record with a float among its fields is not finite: it is no binder, index, action or observation.
 ``leaves`` takes everything of such a type apart; what it must know for that stands here.

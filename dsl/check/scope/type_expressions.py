@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.scope.grid_literals import check_glyphs
-from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.messages.diagnostic import did_you_mean
 from hypgen.dsl.messages.report import gather, mistake
 from hypgen.dsl.messages.source import Span
@@ -29,9 +28,6 @@ from hypgen.dsl.types import (
     size_of,
     units,
 )
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 _MAX_ENTRIES = 1 << 24
 _BASIC: dict[str, Type] = {"bool": BOOL, "int": INT, "float": FLOAT, "prob": PROB}

@@ -7,19 +7,15 @@ recursion. Each call must give a lower constant than the call that it stands in,
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.uses import Use
-from hypgen.dsl.check.scope.scope import Falling, Scope
+from hypgen.dsl.check.scope.scope import Falling, Program, Scope
 from hypgen.dsl.check.terms.references import walk
 from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT, Int
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 _MAX_DEPTH = 100
 _MAX_COPIES = 1 << 12
@@ -60,7 +56,7 @@ def call(item: ast.Function, arguments: list[ir.Expr], node: ast.Call, scope: Sc
     name = copy_name(item, constants, program)
     copy = program.copy(name, item, frames)
     if scope.owner is not None:
-        program.uses.add(scope.owner, Use("fn", name, scope.primed, node.span))
+        program.uses.add(scope.owner, Use("function", name, scope.primed, node.span))
     result = copy.type
     if not scope.unrolling and any(f.type == INT for f in copy.formals):  # whose ranges each call proves
         proving = replace(scope, owner=None, evaluate=True, unrolling=frames)

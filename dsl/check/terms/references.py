@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from functools import partial
 
 from hypgen.dsl import ir
-from hypgen.dsl.analysis.uses import Use
+from hypgen.dsl.analysis.uses import ReadKind, Use
 from hypgen.dsl.check.scope.fit_type import check_as, described
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.symbols import StateMember, kind_of
@@ -142,7 +142,7 @@ def _policy_member(name: str, span: Span, scope: Scope) -> Reference:
             lambda i: record(ir.MemoryRead(t, name, i), Use("memory", name, False, span), scope),
         )
     let = program.policy_let(item)
-    use = Use("draw" if let.draws else "let", let.name, False, span)
+    use = Use("policy draw" if let.draws else "policy let", let.name, False, span)
     return Reference(name, (), lambda _: record(ir.LetRead(let.dist.type, let.name), use, scope))
 
 
@@ -256,7 +256,7 @@ def _state(element: str, name: str, member: tuple[ir.Expr, ...], span: Span, sco
         )
     let = program.let(element, item)
     draws, primed = item.rhs.draw and let.draws, scope.primed
-    kind = "draw" if draws else "let"
+    kind: ReadKind = "draw" if draws else "let"
     if scope.evaluate and not draws:
         return Reference(path, (), lambda _: program.follow_let(element, item, member, scope))
     return Reference(

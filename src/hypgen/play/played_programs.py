@@ -1,4 +1,4 @@
-"""What ``hypgen compare`` does with programs that play: runs them and puts their episodes together."""
+"""Plays programs for ``hypgen compare``: runs them and puts their episodes together."""
 
 from __future__ import annotations
 
