@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.scope.symbols import kind_of
-from hypgen.dsl.check.terms.references import walk
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.reads import reached
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.report import mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.walk import walk
 
 if TYPE_CHECKING:
     from hypgen.dsl.check.program import Program

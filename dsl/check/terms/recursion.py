@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.uses import Use
 from hypgen.dsl.check.scope.scope import Falling, Scope
-from hypgen.dsl.check.terms.references import walk
 from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.walk import walk
 from hypgen.dsl.types import INT, Int
 
 if TYPE_CHECKING:
