@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from hypgen.codegen.layout.history_layout import BeliefCall, HistoryRead
 from hypgen.codegen.layout.naming import takes_word
-from hypgen.codegen.passes.state_tables import ArrayBits
+from hypgen.codegen.layout.nodes import ArrayBits, BeliefCall, HistoryRead
 from hypgen.dsl import ir
 from hypgen.dsl.ir.reads import reached
 from hypgen.dsl.ir.walk import Node

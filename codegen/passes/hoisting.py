@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
-from hypgen.codegen.layout.history_layout import HistoryRead
 from hypgen.codegen.layout.history_layout import fields as fields_of
+from hypgen.codegen.layout.nodes import HistoryRead
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import Node, children
 from hypgen.dsl.messages.source import Span

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from typing import Any, overload
 
 from hypgen.codegen.layout import limits
-from hypgen.codegen.layout.history_layout import BeliefCall, HistoryRead
 from hypgen.codegen.layout.naming import Names, Scope
+from hypgen.codegen.layout.nodes import POSITION, BeliefCall, HistoryRead
 from hypgen.codegen.layout.state_layout import pack
 from hypgen.codegen.passes import table_draws
 from hypgen.codegen.passes.cost import Costs
@@ -340,7 +340,7 @@ class _Tabulator:
 
 
 def _is_position(value: _Input) -> bool:
-    return isinstance(value.read, ir.Local) and value.read.name == table_draws.POSITION
+    return isinstance(value.read, ir.Local) and value.read.name == POSITION
 
 
 def _join(a: Type, b: Type) -> Type:
