@@ -7,7 +7,8 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.shared import EXIT_CODES, Exit, load, model_options
+from hypgen.cli.exit_codes import EXIT_CODES, Exit
+from hypgen.cli.model_arguments import load, model_options
 from hypgen.dsl.messages.diagnostic import did_you_mean
 
 # The passes of the compiler in order, each with what is printed of it, and three names for larger pieces.

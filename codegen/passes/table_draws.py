@@ -5,39 +5,10 @@ They stand for ``ir.Table`` and ``ir.UniformSet`` where ``tabulate`` has found t
 
 from __future__ import annotations
 
-import struct
-from dataclasses import dataclass
-
+from hypgen.codegen.layout.nodes import POSITION, UniformPick, WeightedPick
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import rename_bound, substitute
 from hypgen.dsl.types import BOOL, Bool, Int, size_of
-
-POSITION = "entry%"  # no local of the model is called so
-WORDS = 1 << 32
-
-
-@dataclass(frozen=True)
-class WeightedPick(ir.Dist):
-    """``value`` at a ``POSITION`` drawn by constant probabilities; the last position takes the rest."""
-
-    probabilities: tuple[ir.Const, ...]
-    value: ir.Expr
-
-    def bounds(self) -> tuple[int, ...]:
-        """Return for each position but the last how many words lie before its end."""
-        result, total = [], 0
-        for probability in self.probabilities:
-            total += _threshold(float(probability.value))
-            result.append(min(total, WORDS))
-        return tuple(result)
-
-
-@dataclass(frozen=True)
-class UniformPick(ir.Dist):
-    """``value`` at any ``POSITION`` below ``count``, which is at least 1, equally likely."""
-
-    count: ir.Expr
-    value: ir.Expr
 
 
 def weighted(dist: ir.Table) -> WeightedPick | None:
@@ -90,20 +61,14 @@ def uniform(dist: ir.UniformSet) -> UniformPick | None:
     if otherwise is not None:
         if not isinstance(otherwise, ir.Certain):
             return None
-        nothing = _equal(_renamed(count), ir.Const(Int(0, size), 0))
+        nothing = _equal(rename_bound(count, "_counted"), ir.Const(Int(0, size), 0))
         value = ir.If(dist.type, nothing, otherwise.value, value)
     least = ir.Binary(Int(1, size), "max", count, ir.Const(Int(1, 1), 1))
     return UniformPick(dist.type, least, value)
 
 
 def _for(condition: ir.Expr, binder: ir.Binder, local: ir.Local) -> ir.Expr:
-    result: ir.Expr = substitute(rename_bound(condition, local.name), {binder.name: local})
-    return result
-
-
-def _renamed(count: ir.Expr) -> ir.Expr:
-    result: ir.Expr = rename_bound(count, "_counted")
-    return result
+    return substitute(rename_bound(condition, local.name), {binder.name: local})
 
 
 def _and(left: ir.Expr, right: ir.Expr) -> ir.Expr:
@@ -112,9 +77,3 @@ def _and(left: ir.Expr, right: ir.Expr) -> ir.Expr:
 
 def _equal(left: ir.Expr, right: ir.Expr) -> ir.Expr:
     return ir.Binary(BOOL, "eq", left, right)
-
-
-def _threshold(probability: float) -> int:
-    """Return ``math::threshold`` of a float32: how many words lie below a probability."""
-    scaled = struct.unpack("<f", struct.pack("<f", probability))[0] * WORDS
-    return 0 if not scaled > 0 else min(int(min(scaled, WORDS)), WORDS)

@@ -2,25 +2,18 @@
 
 The answer is a tree: a leaf holds the members (of elements) and the draws that are read together; a choice
 is a condition on known things between two trees. Calls and lets are followed, so that what they read counts.
+``ir.reads`` would say what is read, and not what is read together.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from hypgen.dsl import ir
-from hypgen.dsl.ir.walk import (
-    Node,
-    bound_names,
-    children,
-    free_locals,
-    prime,
-    rename_bound,
-    shape,
-    substitute,
-)
+from hypgen.dsl.ir.inline import Inliner, unnamed
+from hypgen.dsl.ir.walk import Node, bound_names, children, free_locals, shape
 
 # A tree with more leaves than this is joined into one: then everything counts as read together.
 _MAX_LEAVES = 64
@@ -80,42 +73,30 @@ class Touches:
         self._families = {e.name for e in model.elements if e.binder is not None}
         self._functions = {f.name: f for f in model.functions}
         self._lets = {x.name: x for x in model.lets}
-        self._inlined = 0
+        self._inliner = Inliner(self._functions, self._lets, mark="_t")
         self._trees: dict[ir.LetRead | ir.Call, Tree] = {}
         self._known: dict[int, tuple[Node, bool]] = {}  # by id, which the node itself keeps from being reused
-        self._secret = self._secretive()
-
-    def _secretive(self) -> set[str]:
-        """Return the functions and lets that reach hidden state or a draw."""
-        bodies: dict[str, Node] = {f.name: f.body for f in self._functions.values()}
-        bodies |= {x.name: x.dist for x in self._lets.values()}
-        found = {x.name for x in self._lets.values() if x.draws}
-        while True:
-            more = {
-                n
-                for n, b in bodies.items()
-                if n not in found and any(self._reveals(i, found) for i in _walk(b))
-            }
-            if not more:
-                return found
-            found |= more
-
-    def _reveals(self, node: Node, secret: Collection[str]) -> bool:
-        match node:
-            case ir.StateRead(variable=name):
-                return not self._variables[name].visible
-            case ir.Call(function=name) | ir.LetRead(let=name):
-                return name in secret
-        return False
 
     def secret(self, node: Node) -> bool:
         """Return whether ``node`` reads, on any path, hidden state or a draw."""
         known = self._known.get(id(node))
         if known is None:
+            # What a belief averages over is no secret: it is known to the agent.
             inside = () if isinstance(node, ir.BeliefRead) else children(node)
-            found = self._reveals(node, self._secret) or any(map(self.secret, inside))
+            found = self._reveals(node) or any(map(self.secret, inside))
             self._known[id(node)] = known = (node, found)
         return known[1]
+
+    def _reveals(self, node: Node) -> bool:
+        match node:
+            case ir.StateRead(variable=name):
+                return not self._variables[name].visible
+            case ir.Call(function=name):
+                return self.secret(self._functions[name].body)
+            case ir.LetRead(let=name):
+                let = self._lets.get(name)  # the policy's lets read what is known
+                return let is not None and (let.draws or self.secret(let.dist))
+        return False
 
     def tree(self, node: Node) -> Tree:
         """Return what ``node`` reads."""
@@ -150,20 +131,11 @@ class Touches:
     def body(self, node: ir.LetRead | ir.Call | ir.LetIn | ir.LetDist) -> Node:
         """Return what a call, a let or a local let stands for."""
         match node:
-            case ir.LetIn(name=name, value=value, body=body) | ir.LetDist(name=name, value=value, body=body):
-                return substitute(body, {name: value})  # type: ignore[no-any-return]  # keeps the node's kind
-            case ir.Call(function=name, arguments=arguments):
-                function = self._functions[name]
-                inner: Node = function.body
-                names = [f.name for f in function.formals]
-            case ir.LetRead(let=name, indices=arguments):
-                let = self._lets[name]
-                inner = let.dist.value if isinstance(let.dist, ir.Certain) else let.dist
-                names = [] if let.binder is None else [let.binder.name]
-        self._inlined += 1
-        inner = rename_bound(inner, f"_t{self._inlined}")
-        inner = prime(inner) if node.primed else inner
-        return substitute(inner, dict(zip(names, arguments, strict=True)))  # type: ignore[no-any-return]
+            case ir.Call():
+                return self._inliner.call(node)
+            case ir.LetRead():
+                return self._inliner.let(node)
+        return unnamed(node)
 
     def _state_read(self, name: str, indices: tuple[ir.Expr, ...]) -> Tree:
         variable = self._variables[name]
@@ -178,14 +150,6 @@ class Touches:
         if index is not None and self.secret(index):
             return Part(owner, None, draw, read, "through an index that is not known")
         return Part(owner, index, draw, read)
-
-
-def _walk(node: Node) -> Iterator[Node]:
-    """Yield ``node`` and everything inside it that its value tells of: not what a belief averages over."""
-    yield node
-    if not isinstance(node, ir.BeliefRead):
-        for child in children(node):
-            yield from _walk(child)
 
 
 def _choice(condition: ir.Expr, then: Tree, otherwise: Tree) -> Tree:

@@ -136,7 +136,8 @@ def _reads(
 ) -> Iterator[tuple[ir.StateRead, Pairs]]:
     """Yield all reads of state, through calls and lets, with the pairs of locals known to be in order.
 
-    ``values`` are what the locals of the body stand for, in the init's own locals.
+    ``values`` are what the locals of the body stand for, in the init's own locals. ``ir.reads`` keeps neither
+    the conditions around a read nor what stands for the locals in its indices.
     """
     match node:
         case ir.StateRead():

@@ -2,6 +2,7 @@
 
 Owners and what they read are nodes of one graph. Functions and lets are both: ``closure`` follows them and
 gives, for each variable, draw and the action, the first path by which an owner comes to read it.
+``ir.reads`` goes the same way through IR, which has neither paths nor, before all is checked, every body.
 """
 
 from __future__ import annotations

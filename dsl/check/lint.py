@@ -5,20 +5,20 @@ Names are judged by the text as it was written; a library's are not, for others 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.check.scope.symbols import kind_of
-from hypgen.dsl.check.terms.references import walk
 from hypgen.dsl.ir import operators
-from hypgen.dsl.ir.walk import walk as walk_ir
+from hypgen.dsl.ir.reads import reached
 from hypgen.dsl.messages import e03_types, w_warnings
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.walk import walk
 
 _JUDGED = ast.Const | ast.Param | ast.TypeAlias | ast.EnumDecl | ast.RecordDecl | ast.Function
 _Name = tuple[str | None, str]
@@ -105,16 +105,10 @@ def _idle(model: ir.Model) -> Iterator[Diagnostic]:
     """Yield the rewards that every policy earns alike: the same in each step of episodes that do not end."""
     if model.terminal != operators.FALSE:
         return
-    functions = {f.name: f.body for f in model.functions}
-
-    def varies(e: ir.Expr | ir.Dist) -> bool:
-        parts = list(walk_ir(e))
-        if any(isinstance(part, ir.StateRead | ir.LetRead | ir.ActionRead) for part in parts):
-            return True
-        return any(varies(functions[part.function]) for part in parts if isinstance(part, ir.Call))
-
+    functions = {f.name: f for f in model.functions}
     for reward in model.rewards:
-        if not varies(reward.value):
+        parts = reached((reward.value,), functions, {})
+        if not any(isinstance(part, ir.StateRead | ir.LetRead | ir.ActionRead) for part, _ in parts):
             yield w_warnings.idle_reward(reward.name, reward.span)
 
 
@@ -149,7 +143,8 @@ def _reversible(model: ir.Model) -> Iterator[Diagnostic]:
     functions = {f.name: f for f in model.functions}
     for observation in model.observations:
         for value in _certain(observation.dist):
-            draw = next(iter(_draws([value], lets, functions, set())), None)
+            read = [x.let for x, _ in reached((value,), functions, lets) if isinstance(x, ir.LetRead)]
+            draw = next((lets[name] for name in read if name in lets and lets[name].draws), None)
             if draw is not None:
                 yield w_warnings.shown_draw(observation.name, draw.name, observation.span, draw.span)
                 break
@@ -165,24 +160,3 @@ def _certain(dist: ir.Dist) -> Iterator[ir.Expr]:
             yield from _certain(otherwise)
         case ir.LetDist(_, _, _, body):
             yield from _certain(body)
-
-
-def _draws(
-    values: Iterable[ir.Expr | ir.Dist],
-    lets: Mapping[str, ir.Let],
-    functions: Mapping[str, ir.Function],
-    seen: set[str],
-) -> Iterator[ir.Let]:
-    """Yield the lets that draw and that the values read, through functions and other lets too."""
-    for value in values:
-        for part in walk_ir(value):
-            if isinstance(part, ir.LetRead) and part.let in lets and part.let not in seen:
-                seen.add(part.let)
-                let = lets[part.let]
-                if let.draws:
-                    yield let
-                else:
-                    yield from _draws([let.dist], lets, functions, seen)
-            if isinstance(part, ir.Call) and f"fn {part.function}" not in seen:
-                seen.add(f"fn {part.function}")
-                yield from _draws([functions[part.function].body], lets, functions, seen)

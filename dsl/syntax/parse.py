@@ -6,11 +6,11 @@ import os
 import re
 from functools import cache
 from importlib import resources
-from pathlib import Path
 from typing import cast
 
 from lark import Lark, Token, Tree, UnexpectedInput
 
+from hypgen.cache_folder import cache_folder
 from hypgen.dsl.foreign.recognise import recognise
 from hypgen.dsl.messages import e01_syntax
 from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
@@ -113,9 +113,8 @@ def _cache_file() -> str | None:
 
     Lark compares the file with the grammar and its own version, and rebuilds what does not match.
     """
-    own, user = os.environ.get("HYPGEN_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     try:
-        directory = Path(own).expanduser() if own else Path(user).expanduser() / "hypgen"
+        directory = cache_folder()
         directory.mkdir(parents=True, exist_ok=True)
     except (OSError, RuntimeError):
         return None

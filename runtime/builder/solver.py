@@ -21,7 +21,7 @@ from hypgen.runtime.builder.cuda_tools import CudaBuild, nvcc_command
 from hypgen.runtime.builder.tools import Tools, cpu_features, find_eigen, find_tools
 
 RUNTIME_FOLDER = Path(__file__).parent.parent
-RUNTIME_PARTS = ("CMakeLists.txt", "cmake", "include", "src")
+RUNTIME_PARTS = ("CMakeLists.txt", "LICENSE", "NOTICE", "cmake", "include", "src")
 EXACT_MAIN = "src/exact.cpp"  # a project with it is the exact solver's program
 NVCC_FLAGS = "cmake/nvcc_flags.txt"  # what CMake reads too
 CHANGES = {
@@ -100,7 +100,7 @@ def solver_name(files: Mapping[str, str]) -> str:
 
 
 def runtime_files() -> dict[str, Path]:
-    """Return the runtime's C++ sources, keyed by their path below the runtime's folder."""
+    """Return the runtime's C++ sources and their licence, keyed by their path below the runtime's folder."""
     paths = (
         path
         for part in RUNTIME_PARTS

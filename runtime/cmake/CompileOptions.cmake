@@ -11,4 +11,6 @@ function(hypgen_compile_options target)
     $<$<CONFIG:Release>:-O3>
     $<$<BOOL:${HYPGEN_NATIVE}>:-march=native>
     $<$<BOOL:${HYPGEN_WERROR}>:-Werror>)
+  # clang++ warns of signs with -Wconversion; g++ does not, and sizes are computed from ints all over.
+  target_compile_options(${target} PRIVATE -Wno-sign-conversion)
 endfunction()

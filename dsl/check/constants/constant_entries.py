@@ -11,12 +11,12 @@ from hypgen.dsl.check.constants.closures import Closures, Code, Irregular, Value
 from hypgen.dsl.check.scope.fit_type import check_as, fit
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.terms.quantifiers import bind_all
-from hypgen.dsl.check.terms.references import walk
 from hypgen.dsl.ir import operators
 from hypgen.dsl.messages import e06_ranges, e08_parts
 from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.walk import walk
 from hypgen.dsl.types import BOOL, Bool, Float, Int, Type, size_of
 
 _MAX_STEPS = 1 << 26  # of closures: some ten seconds

@@ -7,16 +7,15 @@ leaf; an expression of such a type is asked for one leaf at a time. What comes a
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import partial
-from typing import Any
 
 from hypgen.dsl.check.records.record_shapes import Names, Shape, Shapes
 from hypgen.dsl.check.scope.draw_syntax import fields_of_record
 from hypgen.dsl.messages import e02_names, e03_calls, e03_values, e07_draws
 from hypgen.dsl.messages.report import Mistake, Report, gather
-from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.walk import map_expressions
 from hypgen.dsl.types.builtin_names import DRAWS
 
 Path = tuple[str, ...]
@@ -98,8 +97,7 @@ class _Flattener:
                     )
                     for path, t in self.shapes.leaves(shape.record)
                 ]
-        changed: ast.Item = _mapped(item, lambda e: self.scalar(e, names))
-        return [changed]
+        return [map_expressions(item, lambda e: self.scalar(e, names))]
 
     def setting(self, name: str, value: ast.Expr) -> dict[str, ast.Expr]:
         """Return the settings of the leaves of a const or param."""
@@ -287,8 +285,7 @@ class _Flattener:
             case ast.Match(_, scrutinee, arms):
                 inner = [replace(a, body=self.scalar(a.body, self._arm(a, names))) for a in arms]
                 return replace(e, scrutinee=self.scalar(scrutinee, names), arms=tuple(inner))
-        changed: ast.Expr = _mapped(e, lambda part: self.scalar(part, names))
-        return changed
+        return map_expressions(e, lambda part: self.scalar(part, names))
 
     def _takes_records(self, name: str) -> bool:
         item = self.shapes.function(name)
@@ -332,19 +329,3 @@ def _draws(e: ast.Expr) -> bool:
 
 def _joined(name: str, path: Path) -> str:
     return ".".join((name, *path))
-
-
-def _mapped(node: Any, change: Callable[[ast.Expr], ast.Expr]) -> Any:
-    """Return ``node`` with each expression directly inside it changed, types left as they are."""
-    changes = {f.name: _inside(getattr(node, f.name), change) for f in fields(node) if f.name != "span"}
-    return replace(node, **changes)
-
-
-def _inside(value: Any, change: Callable[[ast.Expr], ast.Expr]) -> Any:
-    if isinstance(value, ast.Expr):
-        return change(value)
-    if isinstance(value, tuple):
-        return tuple(_inside(v, change) for v in value)
-    if isinstance(value, ast.Node) and not isinstance(value, ast.TypeExpr | Span):
-        return _mapped(value, change)
-    return value

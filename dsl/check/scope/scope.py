@@ -15,7 +15,7 @@ from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.uses import Uses
 from hypgen.dsl.check.scope.symbols import Symbols
 from hypgen.dsl.ir.facts import Facts, learned, narrowed
-from hypgen.dsl.ir.walk import prime, substitute
+from hypgen.dsl.ir.inline import applied
 from hypgen.dsl.messages import e02_names, e06_ranges
 from hypgen.dsl.messages.report import Mistake, Report
 from hypgen.dsl.messages.source import Span
@@ -219,8 +219,7 @@ class Scope:
                     item = symbols.globals[name]
                     assert isinstance(item, ast.Function)
                     function = self.program.function(item)
-                values = dict(zip((f.name for f in function.formals), arguments, strict=True))
-                body = function.body
+                return applied(function.body, [f.name for f in function.formals], arguments, primed)
             case ir.LetRead(_, name, indices, primed):
                 element, _, own = name.partition(".")
                 declared = symbols.members.get(element, {}).get(own)
@@ -229,9 +228,6 @@ class Scope:
                 let = self.program.let(element, declared)
                 if not isinstance(let.dist, ir.Certain):
                     return None
-                values = {} if let.binder is None else {let.binder.name: indices[0]}
-                body = let.dist.value
-            case _:
-                return None
-        meaning: ir.Expr = substitute(prime(body) if primed else body, values)
-        return meaning
+                formals = [] if let.binder is None else [let.binder.name]
+                return applied(let.dist.value, formals, indices, primed)
+        return None

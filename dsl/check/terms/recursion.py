@@ -11,11 +11,11 @@ from dataclasses import replace
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.uses import Use
 from hypgen.dsl.check.scope.scope import Falling, Program, Scope
-from hypgen.dsl.check.terms.references import walk
 from hypgen.dsl.messages import e02_names
 from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.walk import walk
 from hypgen.dsl.types import INT, Int
 
 _MAX_DEPTH = 100

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 from hypgen.dsl import ir
@@ -17,6 +17,7 @@ from hypgen.dsl.messages import e02_names, e03_calls, e04_variables, e05_reads, 
 from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.walk import walk
 from hypgen.dsl.types import PROB, Enum, Float, Record, Type, size_of
 from hypgen.dsl.types.units import PLAIN
 
@@ -350,18 +351,3 @@ def mentions_state(node: ast.Expr, scope: Scope) -> bool:
             case ast.Call(_, name) if isinstance(symbols.globals.get(name), ast.Function):
                 return True
     return False
-
-
-def walk(node: ast.Node) -> Iterator[ast.Node]:
-    """Yield ``node`` and all nodes in it."""
-    yield node
-    for f in fields(node):
-        yield from _inside(getattr(node, f.name))
-
-
-def _inside(value: object) -> Iterator[ast.Node]:
-    if isinstance(value, ast.Node):
-        yield from walk(value)
-    elif isinstance(value, tuple):
-        for item in value:
-            yield from _inside(item)

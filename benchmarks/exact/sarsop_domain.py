@@ -1,8 +1,9 @@
-"""Solves an enumerated model with scikit-decide's SARSOP; `hypgen compare` starts it.
+"""Solves an enumerated model with scikit-decide's SARSOP; ``sarsop.py`` starts it.
 
-python -m hypgen.cli.show.sarsop_child FOLDER SECONDS GAP reads FOLDER/model.jsonl, which an exact program's
---dump wrote, and writes the alpha vectors to FOLDER/policy, for its --load-policy, and the bounds that SARSOP
-found to FOLDER/bounds.json.
+python benchmarks/exact/sarsop_domain.py FOLDER SECONDS GAP
+
+Reads FOLDER/model.jsonl, which an exact program's --dump wrote. Writes the alpha vectors to FOLDER/policy,
+for that program's --load-policy, and the bounds that SARSOP states to FOLDER/bounds.json.
 """
 
 from __future__ import annotations
@@ -14,16 +15,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from policy_file import ClassVectors, policy_lines
 from skdecide import DiscreteDistribution, EnumerableSpace, POMDPDomain, Value
 from skdecide.hub.solver.sarsop import SARSOP
 
-from hypgen.cli.commands.export import read_dump
-from hypgen.dsl.foreign.enumerated.dump import Enumerated
-from hypgen.dsl.foreign.enumerated.policy_file import ClassVectors, policy_lines
+from hypgen.dsl.foreign.enumerated.dump import Enumerated, read
 from hypgen.dsl.foreign.enumerated.split_states import ROUNDING, SplitStates
 
 
-class Numbers(EnumerableSpace):  # type: ignore[misc]  # scikit-decide is not looked at
+class Numbers(EnumerableSpace):
     """A finite set of numbers."""
 
     def __init__(self, numbers: Sequence[int]) -> None:
@@ -40,7 +40,7 @@ class Numbers(EnumerableSpace):  # type: ignore[misc]  # scikit-decide is not lo
         return len(self._numbers)
 
 
-class EnumeratedDomain(POMDPDomain):  # type: ignore[misc]
+class EnumeratedDomain(POMDPDomain):
     """An enumerated model as scikit-decide wants it: states are numbers of copies, see ``SplitStates``.
 
     Behind them come the states once more as those of the start, where what is seen says which of several
@@ -151,7 +151,8 @@ def main() -> None:
     """Solve what the command line says."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     folder, seconds, gap = Path(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3])
-    domain = EnumeratedDomain(read_dump(folder / "model.jsonl"))
+    with (folder / "model.jsonl").open(encoding="utf-8") as lines:
+        domain = EnumeratedDomain(read(lines))
     discount = domain.model.discount
     if discount >= 1:
         sys.exit("SARSOP needs a discount below 1")
