@@ -15,7 +15,8 @@ from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.stages import Edges, dependencies_first, find_cycle
 from hypgen.dsl.analysis.uses import Uses
 from hypgen.dsl.ir.walk import children, rename_bound, substitute
-from hypgen.dsl.messages.report import Mistake, Report, mistake
+from hypgen.dsl.messages import e04_variables
+from hypgen.dsl.messages.report import Mistake, Report
 
 _LESS = {"lt": (0, 1), "gt": (1, 0)}
 _NOT_LESS = {"ge": (0, 1), "le": (1, 0)}
@@ -204,22 +205,11 @@ def _ordered(condition: ir.Expr, holds: bool, values: dict[str, ir.Expr]) -> Pai
 
 def _unproven(name: str, other: str, edges: Edges) -> Mistake:
     reach = edges[name][other]
-    return mistake(
-        "E0412",
-        f"the init of '{name}' reads '{other}' of members that may have no value yet",
-        reach.span,
-        "members get their values in order: read lower ones only, as in all(j in T where j < i: ..)",
-        [(reach.path[-1].span, f"'{other}' is read here")] if len(reach.path) > 1 else [],
-    )
+    read = reach.path[-1].span if len(reach.path) > 1 else None
+    return Mistake(e04_variables.unordered_inits(name, other, reach.span, read))
 
 
 def _cyclic(cycle: list[str], edges: Edges) -> Mistake:
-    path = " -> ".join([*cycle, cycle[0]])
-    message = f"the inits need each other: {path}"
-    if len(cycle) == 1:
-        message = f"the init of '{cycle[0]}' reads '{cycle[0]}' itself, which has no value yet"
     reads = [edges[a][b] for a, b in zip(cycle, [*cycle[1:], cycle[0]], strict=True)]
-    notes = [
-        (r.path[-1].span, f"'{name}' needs '{r.name}' here") for name, r in zip(cycle, reads, strict=True)
-    ]
-    return mistake("E0406", message, reads[0].span, "draw one of them without the other", notes)
+    places = [r.path[-1].span for r in reads]
+    return Mistake(e04_variables.circular_inits(cycle, reads[0].span, places))

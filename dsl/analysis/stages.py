@@ -9,7 +9,8 @@ from hypgen.dsl import ir
 from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.uses import Reach, Uses
 from hypgen.dsl.ir import key_digits
-from hypgen.dsl.messages.report import Mistake, Report, mistake
+from hypgen.dsl.messages import e04_variables, e05_reads, e08_parts
+from hypgen.dsl.messages.report import Mistake, Report
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import Float
 
@@ -79,13 +80,9 @@ def dependencies_first(edges: Edges) -> list[str]:
 
 
 def _cyclic_updates(cycle: list[str], edges: Edges) -> Mistake:
-    path = " -> ".join(f"{n}'" for n in [*cycle, cycle[0]])
     reads = [edges[a][b] for a, b in zip(cycle, [*cycle[1:], cycle[0]], strict=True)]
-    notes = [
-        (r.path[-1].span, f"'{name}'' needs '{r.name}'' here") for name, r in zip(cycle, reads, strict=True)
-    ]
-    remedy = "read the value before the step, without the prime, at one of these places"
-    return mistake("E0405", f"the updates need each other: {path}", reads[0].span, remedy, notes)
+    places = [r.path[-1].span for r in reads]
+    return Mistake(e04_variables.circular_updates(cycle, reads[0].span, places))
 
 
 def mark_variables(
@@ -141,15 +138,8 @@ def check_visible_floats(
             why = "shares a draw with what the agent does not see"
         if cause is None:
             continue  # it has no update, which is reported where that is missing
-        report.add(
-            mistake(
-                "E0504",
-                f"the visible float '{variable.name}' {why}: {cause.route(str(owner))}",
-                cause.span,
-                "make it hidden and observe a finite value of it, or give it a range type",
-                [(variable.span, f"'{variable.name}' is declared visible here")],
-            )
-        )
+        route = cause.route(str(owner))
+        report.add(Mistake(e05_reads.weighed_float(variable.name, why, route, cause.span, variable.span)))
 
 
 def _known(reach: Reach, visible: set[str], determined: set[str]) -> bool:
@@ -182,14 +172,7 @@ def check_key(key: tuple[ir.KeyField, ...], model_span: Span, report: Report) ->
     if key_digits.word_count(key, most=MOST_KEY_WORDS) <= MOST_KEY_WORDS:
         return
     largest = max(key, key=lambda f: f.size.bit_length() * f.length).name
-    report.add(
-        mistake(
-            "E0806",
-            f"what the agent sees in a step takes more than {MOST_KEY_WORDS * 64} bits",
-            model_span,
-            f"make observations smaller, '{largest}' first: coarser types, or fewer of them",
-        )
-    )
+    report.add(Mistake(e08_parts.large_observation(MOST_KEY_WORDS * 64, largest, model_span)))
 
 
 def check_sites(sites: Iterable[tuple[ir.Site, Span]], report: Report) -> None:
@@ -198,11 +181,4 @@ def check_sites(sites: Iterable[tuple[ir.Site, Span]], report: Report) -> None:
     for site, span in sites:
         other = seen.setdefault(site.id, site)
         if other.path != site.path:
-            report.add(
-                mistake(
-                    "E0807",
-                    f"the draws '{other.path}' and '{site.path}' happen to have the same id",
-                    span,
-                    "rename one of the two",
-                )
-            )
+            report.add(Mistake(e08_parts.same_draw_id(site.path, other.path, span)))

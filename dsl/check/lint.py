@@ -13,8 +13,9 @@ from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.reads import reached
+from hypgen.dsl.messages import e03_types, w_warnings
 from hypgen.dsl.messages.diagnostic import Diagnostic
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.syntax.walk import walk
@@ -76,9 +77,8 @@ def _unused(file: ast.ModelFile) -> Iterator[Diagnostic]:
 
 
 def _never_used(name: str, item: ast.Item, span: Span) -> Diagnostic:
-    verb = "reads" if isinstance(item, ast.Param | ast.Variable | ast.Let | ast.Memory) else "uses"
-    message = f"'{name}' is {kind_of(item)} that nothing {verb}"
-    return Diagnostic("W01", message, span, "remove it, or use it where it was meant to matter")
+    is_value = isinstance(item, ast.Param | ast.Variable | ast.Let | ast.Memory)
+    return w_warnings.never_used(name, kind_of(item), is_value, span)
 
 
 def _mentions(
@@ -109,12 +109,7 @@ def _idle(model: ir.Model) -> Iterator[Diagnostic]:
     for reward in model.rewards:
         parts = reached((reward.value,), functions, {})
         if not any(isinstance(part, ir.StateRead | ir.LetRead | ir.ActionRead) for part, _ in parts):
-            yield Diagnostic(
-                "W05",
-                f"'{reward.name}' is the same whatever is done, and nothing ends an episode early",
-                reward.span,
-                "let it depend on the state or the action, or end episodes with `terminal when`",
-            )
+            yield w_warnings.idle_reward(reward.name, reward.span)
 
 
 # Floats ------------------------------------------------------------------------------------------
@@ -130,19 +125,13 @@ def check_float_equalities(program: Program) -> None:
 
 
 def _refuse_equality(observation: str, span: Span) -> None:
-    raise mistake(
-        "E0314",
-        f"'{observation}' tests floats for equality, which rounding decides",
-        span,
-        "compare with a tolerance, abs(a - b) < 0.001, or with < and >",
-    )
+    raise Mistake(e03_types.observation_compares_floats(observation, span))
 
 
 def _float_equalities(program: Program) -> Iterator[Diagnostic]:
     for spans in program.float_equalities.values():
         for span in spans:
-            message = "floats are tested for equality, which rounding decides"
-            yield Diagnostic("W02", message, span, "compare with a tolerance, abs(a - b) < 0.001")
+            yield w_warnings.float_equality(span)
 
 
 # Observations ------------------------------------------------------------------------------------
@@ -157,14 +146,7 @@ def _reversible(model: ir.Model) -> Iterator[Diagnostic]:
             read = [x.let for x, _ in reached((value,), functions, lets) if isinstance(x, ir.LetRead)]
             draw = next((lets[name] for name in read if name in lets and lets[name].draws), None)
             if draw is not None:
-                yield Diagnostic(
-                    "W03",
-                    f"'{observation.name}' shows the draw '{draw.name}' as it is, so that the particle "
-                    "filter must drop all that drew something else",
-                    observation.span,
-                    "draw in the observation itself, or observe the draw with noisy(.., p)",
-                    ((draw.span, f"'{draw.name}' is drawn here"),),
-                )
+                yield w_warnings.shown_draw(observation.name, draw.name, observation.span, draw.span)
                 break
 
 

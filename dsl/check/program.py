@@ -23,7 +23,8 @@ from hypgen.dsl.check.scope import type_expressions
 from hypgen.dsl.check.scope.scope import Asked, Falling, Scope
 from hypgen.dsl.check.scope.symbols import Symbols
 from hypgen.dsl.check.terms import recursion
-from hypgen.dsl.messages.report import Mistake, Report, mistake
+from hypgen.dsl.messages import e02_names
+from hypgen.dsl.messages.report import Mistake, Report
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
@@ -60,14 +61,7 @@ class CheckedProgram:
         if key in self._active:
             cycle = list(self._active)[list(self._active).index(key) :]
             self._failed.update(cycle)
-            path = " -> ".join([*cycle, key])
-            raise mistake(
-                "E0208",
-                f"{key} is defined by itself: {path}",
-                self._active[key],
-                "break the circle: what one of them needs must not come from itself",
-                [(self._active[k], f"{k} is declared here") for k in cycle[1:]],
-            )
+            raise Mistake(e02_names.circular_declaration([(k, self._active[k]) for k in cycle]))
         self._active[key] = span
         try:
             value = compute()

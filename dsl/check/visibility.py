@@ -11,7 +11,8 @@ from hypgen.dsl import ir
 from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.uses import Reach
 from hypgen.dsl.check.scope.scope import Program
-from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.messages import e04_variables, e05_reads, e07_draws
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 
 
@@ -90,32 +91,21 @@ def _refusal(
     route = reach.route(str(owner) if owner.asker is None else f"a belief in {owner.asker}")
     notes = [(reach.path[-1].span, f"'{reach.name}' is read here")] if len(reach.path) > 1 else []
     if reach.kind == "action" and not allowed.action:
-        remedy = "state the value without the action"
-        if allowed.history:
-            remedy = f"it is about to be chosen: last({reach.name}, first) is that of the step before"
-        return mistake("E0411", f"{allowed.what} cannot read the action: {route}", reach.span, remedy, notes)
+        return Mistake(
+            e04_variables.action_unknown(allowed.what, route, reach.name, allowed.history, reach.span, notes)
+        )
     if reach.kind == "policy draw" and not allowed.own_draws:
-        remedy = "the policy draws only where it is followed; read what came of it, last(action, first)"
-        message = f"{allowed.what} cannot read a draw of the policy: {route}"
-        return mistake("E0503", message, reach.span, remedy, notes)
+        return Mistake(e05_reads.draw_of_policy(allowed.what, route, reach.span, notes))
     if reach.kind == "draw" and not allowed.draws:
-        remedy = "draws that lets name belong to a step; draw directly, or read the state"
-        return mistake("E0503", f"{allowed.what} cannot read a draw: {route}", reach.span, remedy, notes)
+        return Mistake(e05_reads.draw(allowed.what, route, reach.span, notes))
     if reach.kind != "variable" or reach.name not in variables:
         return None
     if reach.primed and not allowed.primed:
-        remedy = "remove the prime: there is no next state here"
-        return mistake(
-            "E0407", f"{allowed.what} cannot read the next state: {route}", reach.span, remedy, notes
-        )
+        return Mistake(e04_variables.next_state_unknown(allowed.what, route, reach.span, notes))
     if not variables[reach.name].visible and not allowed.hidden:
-        code = "E0502" if owner.kind == "init" else "E0501"
-        remedy = "read visible variables only, or declare this one visible"
-        if allowed.history:
-            remedy = "read visible variables, last(..) and memory, or declare this one visible"
         declared = (variables[reach.name].span, f"'{reach.name}' is declared hidden here")
-        message = f"{allowed.what} cannot read hidden state: {route}"
-        return mistake(code, message, reach.span, remedy, [*notes, declared])
+        refusal = e05_reads.hidden_state_in_init if owner.kind == "init" else e05_reads.hidden_state
+        return Mistake(refusal(allowed.what, route, allowed.history, reach.span, notes, declared))
     return None
 
 
@@ -125,10 +115,5 @@ def _check_primed_draws(program: Program) -> None:
         for reach in program.uses.closure(owner):
             if reach.kind == "draw" and reach.primed and reach.path[0].primed:
                 program.report.add(
-                    mistake(
-                        "E0704",
-                        f"a draw cannot be primed: {reach.route(str(owner))}",
-                        reach.span,
-                        "remove the prime, or prime the variables alone",
-                    )
+                    Mistake(e07_draws.primed_read_of_draw(reach.route(str(owner)), reach.span))
                 )

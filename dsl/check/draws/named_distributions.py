@@ -13,7 +13,8 @@ from hypgen.dsl.check.scope.let_bindings import let_dist
 from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.check.scope.type_expressions import scalar_type
 from hypgen.dsl.ir.walk import rename_bound
-from hypgen.dsl.messages.report import gather, mistake
+from hypgen.dsl.messages import e03_calls
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
 
@@ -36,13 +37,9 @@ def inlined(node: ast.Call, item: ast.Function, scope: Scope, target: Type | Non
     formals = program.formals(item)
     program.named_distribution(item)  # reports what is wrong with it by itself, recursion included
     if len(node.arguments) != len(formals):
-        raise mistake(
-            "E0302",
-            f"'{item.name}' takes {len(formals)} argument{'' if len(formals) == 1 else 's'}, but "
-            f"{len(node.arguments)} {'is' if len(node.arguments) == 1 else 'are'} given",
-            node.span,
-            f"its form is {item.name}({', '.join(f'{f.name}: {f.type}' for f in formals)})",
-        )
+        form = f"{item.name}({', '.join(f'{f.name}: {f.type}' for f in formals)})"
+        has = len(node.arguments)
+        raise Mistake(e03_calls.wrong_arguments(item.name, len(formals), has, form, node.span))
     arguments = gather(
         [
             partial(check_as, n, scope, f.type, f"argument '{f.name}'")

@@ -12,7 +12,8 @@ from hypgen.dsl.check.constants import settings
 from hypgen.dsl.check.parts import model_parts, policies
 from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.check.scope.symbols import Global, StateMember
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages import e08_parts
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Enum, Record, is_finite
 
@@ -146,13 +147,7 @@ def all_parts(program: Program) -> Parts:
 def _action(program: Program) -> ir.Action:
     items = [i for i in program.file.items if isinstance(i, ast.Action)]
     if not items:
-        raise mistake("E0801", "the model has no action", program.file.span, "add a line: action act: Act")
+        raise Mistake(e08_parts.no_action(program.file.span))
     if len(items) > 1:
-        raise mistake(
-            "E0802",
-            "the model has a second action",
-            items[1].span,
-            "there is one: join the two in a record, or in an array if they are alike",
-            [(items[0].span, "the first action is here")],
-        )
+        raise Mistake(e08_parts.second_action(items[1].span, items[0].span))
     return program.action(items[0])

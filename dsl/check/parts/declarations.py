@@ -14,7 +14,8 @@ from hypgen.dsl.check.scope.fit_type import check_as, fit
 from hypgen.dsl.check.scope.scope import Falling, Program, Scope
 from hypgen.dsl.check.scope.type_expressions import length, require_finite, require_length, scalar_type
 from hypgen.dsl.ir.operators import integer, retyped
-from hypgen.dsl.messages.report import gather, mistake
+from hypgen.dsl.messages import e06_ranges
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT, INT32_MAX, PROB, Float, Int, Type, size_of
 
@@ -24,7 +25,7 @@ def action(item: ast.Action, program: Program) -> ir.Action:
     t, indices = shape(program.type_of(item.type))
     require_finite(t, item.type.span, "the action")
     if size_of(t) ** min(length(indices), 32) > INT32_MAX:
-        raise mistake("E0605", "there are too many joint actions", item.span, "use smaller types")
+        raise Mistake(e06_ranges.many_actions(item.span))
     return ir.Action(item.name, t, indices, item.span)
 
 

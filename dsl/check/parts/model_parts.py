@@ -11,14 +11,14 @@ from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.check.constants.constants import shape
 from hypgen.dsl.check.parts.array_values import array_of
 from hypgen.dsl.check.parts.declarations import element_scope
-from hypgen.dsl.check.scope.fit_type import check_as, described
+from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Program, Scope
-from hypgen.dsl.check.scope.symbols import duplicate, kind_of
+from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.scope.unit_checks import require_plain
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.messages import e02_names, e03_types, e04_variables, e08_parts
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, FLOAT, Float
 
@@ -59,14 +59,8 @@ def assignments(program: Program) -> tuple[list[ir.Assign], list[ir.Assign]]:
 
 
 def _second(owner: ast.Element, member: ast.Init | ast.Update, first: ast.Item) -> Mistake:
-    kind = "init" if isinstance(member, ast.Init) else "update"
-    return mistake(
-        "E0403",
-        f"'{owner.name}.{member.name}' has a second {kind}",
-        member.span,
-        "a variable has one: join the two with if .. then .. else",
-        [(first.span, f"the first {kind} is here")],
-    )
+    path, kind = f"{owner.name}.{member.name}", "init" if isinstance(member, ast.Init) else "update"
+    return Mistake(e04_variables.second_assignment(path, kind, member.span, first.span))
 
 
 def _require_assignments(
@@ -74,29 +68,12 @@ def _require_assignments(
 ) -> None:
     path = f"{owner.name}.{item.name}"
     if (ast.Init, item.name) not in seen:
-        program.report.add(
-            mistake("E0404", f"'{path}' has no init", item.span, f"add: init {item.name} = .., or ~ a draw")
-        )
+        program.report.add(Mistake(e04_variables.no_init(path, item.name, item.span)))
     update = seen.get((ast.Update, item.name))
     if update is None and not item.fixed:
-        program.report.add(
-            mistake(
-                "E0401",
-                f"'{path}' has no update",
-                item.span,
-                f"add: {item.name}' = .., or declare it fixed if it never changes",
-            )
-        )
+        program.report.add(Mistake(e04_variables.no_update(path, item.name, item.span)))
     if update is not None and item.fixed:
-        program.report.add(
-            mistake(
-                "E0402",
-                f"'{path}' is fixed but has an update",
-                update.span,
-                "remove 'fixed' or the update",
-                [(item.span, "it is declared fixed here")],
-            )
-        )
+        program.report.add(Mistake(e04_variables.update_of_fixed(path, update.span, item.span)))
 
 
 def _not_own(name: str, program: Program) -> str:
@@ -112,12 +89,8 @@ def _assign(owner: ast.Element, member: ast.Init | ast.Update, program: Program)
     is_init = isinstance(member, ast.Init)
     if not isinstance(item, ast.Variable):
         known = [n for n, i in own.items() if isinstance(i, ast.Variable)]
-        raise mistake(
-            "E0410",
-            f"element '{owner.name}' has no variable '{member.name}'",
-            member.span,
-            did_you_mean(member.name, known) or _not_own(member.name, program),
-        )
+        other = _not_own(member.name, program)
+        raise Mistake(e04_variables.assigned_in_element(owner.name, member.name, known, other, member.span))
     variable = program.variable(owner.name, item)
     path = variable.name
     scope = element_scope(program, owner.name, Owner("init" if is_init else "update", path))
@@ -170,7 +143,7 @@ def rewards(program: Program) -> list[ir.Reward]:
         assert isinstance(item, ast.Reward)
         name = item.name if owner is None else f"{owner.name}.{item.name}"
         if name in seen:
-            program.report.add(duplicate(name, item.span, seen[name].span))
+            program.report.add(Mistake(e02_names.duplicate(name, item.span, seen[name].span)))
             continue
         seen[name] = item
         found.append(program.report.attempt(partial(_reward, owner, item, name, program)))
@@ -181,12 +154,7 @@ def _reward(owner: ast.Element | None, item: ast.Reward, name: str, program: Pro
     element = None if owner is None else owner.name
     value = element_scope(program, element, Owner("reward", name)).check(item.value)
     if not operators.is_numeric(value.type):
-        raise mistake(
-            "E0301",
-            f"a reward must be a number, but this is {described(value.type)}",
-            item.value.span,
-            "write: if .. then .. else 0",
-        )
+        raise Mistake(e03_types.reward_not_a_number(value.type, item.value.span))
     require_plain(value, item.value.span, "a reward")
     binder = None if element is None else program.element(element).binder
     return ir.Reward(name, element, binder, value, item.span)
@@ -207,12 +175,7 @@ def _invariant(owner: ast.Element | None, item: ast.Invariant, name: str, progra
     scope = element_scope(program, element, Owner("invariant", name))
     value = check_as(item.condition, scope, BOOL, "an invariant")
     if operators.is_false(value):
-        raise mistake(
-            "E0811",
-            "this invariant never holds",
-            item.condition.span,
-            "state what is true of every state, such as total == n",
-        )
+        raise Mistake(e08_parts.false_invariant(item.condition.span))
     binder = None if element is None else program.element(element).binder
     return ir.Invariant(name, element, binder, value, item.span)
 
@@ -239,16 +202,11 @@ def bounds(program: Program) -> dict[str, ir.Expr]:
         if not isinstance(item, ast.Bound):
             continue
         if item.name not in BOUNDS:
-            program.report.add(
-                mistake(
-                    "E0805",
-                    f"there is no bound '{item.name}'",
-                    item.span,
-                    did_you_mean(item.name, BOUNDS) or "bounds are upper, lower and tail",
-                )
-            )
+            program.report.add(Mistake(e08_parts.unknown_bound(item.name, BOUNDS, item.span)))
         elif item.name in seen:
-            program.report.add(duplicate(f"bound {item.name}", item.span, seen[item.name].span))
+            program.report.add(
+                Mistake(e02_names.duplicate(f"bound {item.name}", item.span, seen[item.name].span))
+            )
         else:
             seen[item.name] = item
             scope = Scope(program, owner=Owner("bound", item.name), history=item.name == "lower")

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages import e02_names
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 
@@ -148,7 +149,7 @@ class Shapes:
     def refuse_shadow(self, name: str, names: Names, span: Span) -> None:
         """Raise if a local called ``name`` would hide a record."""
         if self._of_name(name, names) is not None:
-            raise mistake("E0202", f"'{name}' shadows a record of that name", span, "choose another name")
+            raise Mistake(e02_names.shadows_record(name, span))
 
     def function(self, name: str) -> ast.Function | None:
         """Return the function called ``name``."""

@@ -16,7 +16,8 @@ from hypgen.dsl.analysis.uses import Uses
 from hypgen.dsl.check.scope.symbols import Symbols
 from hypgen.dsl.ir.facts import Facts, learned, narrowed
 from hypgen.dsl.ir.inline import applied
-from hypgen.dsl.messages.report import Report, mistake
+from hypgen.dsl.messages import e02_names, e06_ranges
+from hypgen.dsl.messages.report import Mistake, Report
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
@@ -36,12 +37,7 @@ class Budget:
         self._start = self._start or span
         self._left -= 1
         if self._left < 0:
-            raise mistake(
-                "E0609",
-                "this takes too many steps to compute",
-                self._start,
-                "compute less of it, with smaller types or fewer calls",
-            )
+            raise Mistake(e06_ranges.many_steps(self._start))
 
 
 @dataclass(frozen=True)
@@ -185,9 +181,7 @@ class Scope:
     def bind(self, name: str, value: ir.Expr, span: Span) -> Scope:
         """Return this scope with a local more, which must not shadow anything."""
         if name in self.locals:
-            raise mistake(
-                "E0202", f"'{name}' shadows an outer local of that name", span, "choose another name"
-            )
+            raise Mistake(e02_names.shadows_local(name, span))
         self.program.symbols.refuse_shadow(name, self.element, span, in_policy=self.history)
         return replace(self, locals={**self.locals, name: value})
 
