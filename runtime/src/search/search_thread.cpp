@@ -246,16 +246,23 @@ SearchThread::Progress SearchThread::walk(Node*& node, bool has_expanded) {
 }
 
 // One trial (Algorithm 2, EXPLORE), from an expanded node down: to a leaf, or to where the excess uncertainty
-// is gone. Where everything below a node is in expansion it goes on from the parent. `node` becomes where a
-// trial without effect is; any other is backed up, or has been backed out of.
+// is gone. Where everything below a node is in expansion, the trial leaves that node and goes on from its
+// parent. A trial that has expanded a leaf goes back no further than to that leaf: it has happened, so its
+// visits stay and its bounds go up to the root. `node` becomes where a trial without effect is. Any other
+// trial has been backed up, or has left all nodes.
 SearchThread::Progress SearchThread::walk_by_bounds(Node*& node, bool has_expanded) {
   const PlannerOptions& options = shared_.options;
+  const Node* const expanded = has_expanded ? node : nullptr;
   const BranchRule rule =
       tree_.branch_rule({options.target_ratio, options.observation_loss, options.exploration});
   while (true) {
     const Branch branch = choose(*node, rule);
     if (branch.kind == Branch::kClosed) {
       counts_.collisions.add(1);
+      if (node == expanded) {
+        backup(*node);
+        return Progress::kEnded;
+      }
       tree_.leave(*node);
       node = node->parent;
       if (node == nullptr) return Progress::kBackedOut;
