@@ -5,16 +5,14 @@
 // Somani, Hsu and Lee, "DESPOT: Online POMDP Planning with Regularization", JAIR 58 (2017).
 //
 // Several threads search one tree without a lock (docs/design/0004-many-threads.md):
-// - Every change is owned. Upper bounds only fall and lower bounds only rise (but where the model's cross),
-// each by a
-//   compare-exchange whose winner adds the difference to the sum above. Nobody reads siblings for a sum.
-// - The maximum over a node's actions is sought by who lowered the best one, and that scan is made again if
-// what
-//   it found has fallen or another bound has risen meanwhile.
-// - A leaf is expanded by who closes it first. Who closes a node looks again at what is below it, and who
-// opens one
-//   goes up to open what is closed above it.
-// With one thread the same steps are DESPOT's, in the same order.
+// - Every change has an owner. A thread moves a bound by a compare-exchange. The winner adds the difference
+//   to the sum of the action above. No thread adds up siblings.
+// - Upper bounds fall and lower bounds rise. An upper bound rises only to a lower one that has passed it.
+// - The thread that lowers a node's best action scans the node's actions for the new maximum. It scans again
+//   if what it found has fallen, or if another bound has risen meanwhile.
+// - The thread that first closes a leaf expands it. A thread that closes an expanded node looks once more at
+//   what is below. A thread that opens a node goes up and opens the closed nodes above it.
+// A single thread takes DESPOT's steps, in DESPOT's order.
 #pragma once
 
 #include <cstddef>
