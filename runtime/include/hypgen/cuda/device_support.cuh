@@ -7,6 +7,7 @@
 
 #include "hypgen/cuda/evaluator.cuh"
 #include "hypgen/leaves/device.hpp"
+#include "hypgen/model/model_contract.hpp"
 
 namespace hypgen::cuda {
 
@@ -46,6 +47,8 @@ bool walk_on_device(const typename M::Params& params, const DigestRange& range, 
 
 template <class M>
 class ModelDeviceSupport final : public DeviceSupport {
+  static_assert(DeviceModelContract<M>::kHolds);
+
  public:
   std::vector<DeviceInfo> devices(std::string& error) const override { return usable_devices<M>(error); }
 
