@@ -38,28 +38,31 @@ Clock::time_point deadline_after(double seconds) {
 }  // namespace
 
 EvaluatorOptions evaluator_options(const PlannerOptions& options, const ModelDescriptor& model) {
-  return {options.scenarios,
-          evaluator_bytes(options, model.action_count),
-          model.discount,
-          options.depth,
-          options.in_flight,
-          options.device_memory_bytes,
-          0,
-          options.threads,
-          options.patience};
+  EvaluatorOptions result;
+  result.max_scenarios = options.scenarios;
+  result.memory_bytes = evaluator_bytes(options, model.action_count);
+  result.discount = model.discount;
+  result.max_depth = options.depth;
+  result.in_flight = options.in_flight;
+  result.device_memory_bytes = options.device_memory_bytes;
+  result.threads = options.threads;
+  result.patience = options.patience;
+  return result;
 }
 
 namespace {
 
 TreeOptions tree_options(const PlannerOptions& options, const ModelDescriptor& model, std::size_t threads) {
   const bool is_pomcp = options.mode == Mode::kPomcp;
-  return {options.memory_bytes - evaluator_bytes(options, model.action_count),
-          options.depth,
-          model.discount,
-          is_pomcp ? 0.0 : options.pruning,
-          std::min(options.threads, threads),
-          is_pomcp || options.exploration > 0.0,
-          is_pomcp};
+  TreeOptions result;
+  result.memory_bytes = options.memory_bytes - evaluator_bytes(options, model.action_count);
+  result.max_depth = options.depth;
+  result.discount = model.discount;
+  result.pruning = is_pomcp ? 0.0 : options.pruning;
+  result.threads = std::min(options.threads, threads);
+  result.counts_actions = is_pomcp || options.exploration > 0.0;
+  result.keeps_values = is_pomcp;
+  return result;
 }
 
 }  // namespace
@@ -82,7 +85,10 @@ Decision Planner::plan(const Belief& belief, std::uint64_t run, int step) {
   const StreamKey key =
       derive(options_.seed, StreamKind::kPlan, plan_number(run, static_cast<std::uint64_t>(step)));
   const int left = horizon_ > 0 ? std::max(1, horizon_ - step) : std::numeric_limits<int>::max();
-  setup_ = {key, std::min(options_.depth, left), left <= options_.depth, deadline_after(options_.time_limit)};
+  setup_.key = key;
+  setup_.depth_limit = std::min(options_.depth, left);
+  setup_.at_horizon = left <= options_.depth;
+  setup_.deadline = deadline_after(options_.time_limit);
   Decision decision;
   decision.action = belief.default_action(key);
   if (decision.action < 0) {

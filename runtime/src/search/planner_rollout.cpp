@@ -63,8 +63,11 @@ bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_poin
     if (decision.status != Status::kOk) return false;
     sampled_ += batch;
   }
+  LeafRequest root;
+  root.count = static_cast<std::uint32_t>(batch);
+  root.actions = actions_;
   LeafResult leaf;
-  decision.status = evaluate({0, kNoHandle, 0, 0, static_cast<std::uint32_t>(batch), 0, actions_}, leaf);
+  decision.status = evaluate(root, leaf);
   if (decision.status != Status::kOk) return false;
   SearchCounts counts;
   counts.trials.add(1);
@@ -80,7 +83,7 @@ bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_poin
 void Planner::take_gains(const LeafResult& leaf) {
   if (candidates_.empty()) {
     for (const ActionRow& row : leaf.actions) {
-      candidates_.push_back({row.action, 0, 0.0, 0.0});
+      candidates_.emplace_back().action = row.action;
       actions_.push_back(row.action);
     }
   }

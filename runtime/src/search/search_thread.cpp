@@ -309,7 +309,7 @@ bool SearchThread::claim(Node& leaf) {
 
 // Where to go on from a node; one with nothing left to take is closed.
 SearchThread::Branch SearchThread::choose(Node& node, const BranchRule& rule) {
-  if (tree_.is_closed(node)) return {Branch::kClosed, kNoIndex, nullptr, nullptr};
+  if (tree_.is_closed(node)) return {Branch::kClosed};
   Branch branch = look(node, rule);
   if (branch.kind != Branch::kClosed) return branch;
   tree_.close(node);
@@ -325,18 +325,28 @@ SearchThread::Branch SearchThread::look(const Node& node, const BranchRule& rule
   ActionChoice action = tree_.best_action(node, action_rule);
   while (action.place != kNoIndex) {
     ActionTable* const table = tree_.open_action(number_, node, action.place);
-    if (table == nullptr) return {Branch::kFull, kNoIndex, nullptr, nullptr};
+    if (table == nullptr) return {Branch::kFull};
     const ChildChoice choice = tree_.best_child(*table, rule);
-    if (choice.child != nullptr) return {Branch::kTaken, action.place, table, choice.child};
+    if (choice.child != nullptr) {
+      Branch branch{Branch::kTaken};
+      branch.action = action.place;
+      branch.table = table;
+      branch.child = choice.child;
+      return branch;
+    }
     met_closed |= choice.met_closed;
     if (!met_closed) break;
     action = tree_.next_action(node, action_rule, action);
   }
-  return {met_closed ? Branch::kClosed : Branch::kStop, kNoIndex, nullptr, nullptr};
+  return {met_closed ? Branch::kClosed : Branch::kStop};
 }
 
 LeafRequest SearchThread::request(const Node& node) const {
-  LeafRequest request{node.number, kNoHandle, 0, node.child->first, node.child->count, node.depth, {}};
+  LeafRequest request;
+  request.ticket = node.number;
+  request.first = node.child->first;
+  request.count = node.child->count;
+  request.depth = node.depth;
   if (node.parent != nullptr) {
     const Expansion& above = *node.parent->expanded();
     request.parent = above.handle;

@@ -40,7 +40,8 @@ bool Tree::reset(const ChildRow& row) {
   root_ = get(maker.memory.take<Node>());
   if (root_ == nullptr) return false;
   maker.crossed.set(make_child(child, row, 0));
-  root_ = new (root_) Node{{nullptr}, child, nullptr, nullptr, kNoIndex, 0, 0, nullptr};
+  root_ = new (root_) Node;
+  root_->child = child;
   child->node.store(root_, std::memory_order_relaxed);
   maker.first = maker.last = root_;
   maker.nodes.set(1);
@@ -59,15 +60,13 @@ std::uint64_t Tree::make_child(Child* place, const ChildRow& row, int depth) con
     upper = lower;
   }
   // A subtree costs lambda at least, or is the default policy.
-  new (place) Child{{std::max(lower, upper - pruning_)},
-                    {lower},
-                    {upper},
-                    lower,
-                    row.first,
-                    row.count,
-                    {nullptr},
-                    {0},
-                    {false}};
+  Child& child = *new (place) Child;
+  child.upper.store(std::max(lower, upper - pruning_), std::memory_order_relaxed);
+  child.lower.store(lower, std::memory_order_relaxed);
+  child.plain_upper.store(upper, std::memory_order_relaxed);
+  child.default_value = lower;
+  child.first = row.first;
+  child.count = row.count;
   return crossed;
 }
 
@@ -100,14 +99,12 @@ Expansion* Tree::make_expansion(Maker& maker, const LeafResult& result) const {
   const std::uint32_t arrays = is_regularised() || keeps_values_ ? 2 : 1;
   Expansion* const place = get(maker.memory.take<Expansion>(Expansion::bytes(actions, arrays)));
   if (place == nullptr) return nullptr;
-  Expansion* const expansion = new (place) Expansion{result.handle,
-                                                     result.actions.begin(),
-                                                     result.children.begin(),
-                                                     static_cast<std::uint32_t>(actions),
-                                                     arrays,
-                                                     {-std::numeric_limits<double>::infinity()},
-                                                     {kNoIndex},
-                                                     {0}};
+  Expansion* const expansion = new (place) Expansion;
+  expansion->handle = result.handle;
+  expansion->rows = result.actions.begin();
+  expansion->child_rows = result.children.begin();
+  expansion->action_count = static_cast<std::uint32_t>(actions);
+  expansion->arrays = arrays;
   for (std::size_t a = 0; a < actions; ++a)
     new (expansion->tables() + a) Expansion::Table{Ref<ActionTable>{}};
   return expansion;
@@ -195,9 +192,13 @@ Node* Tree::visit(std::size_t thread, Node& parent, std::uint32_t action, Action
   Maker& maker = makers_[thread];
   const Ref<Node> made = maker.memory.take<Node>();
   if (!made) return nullptr;
-  Node* const node = new (get(made))
-      Node{{nullptr},        &child, &parent, &table, action, static_cast<std::uint32_t>(maker.nodes.get()),
-           parent.depth + 1, nullptr};
+  Node* const node = new (get(made)) Node;
+  node->child = &child;
+  node->parent = &parent;
+  node->table = &table;
+  node->action = action;
+  node->number = static_cast<std::uint32_t>(maker.nodes.get());
+  node->depth = parent.depth + 1;
   if (!child.node.compare_exchange_strong(there, node, std::memory_order_acq_rel)) {
     maker.memory.take_back(made);
     return there;

@@ -33,8 +33,13 @@ std::vector<DeviceInfo> usable_devices(std::string& error) {
         !worked(cudaFuncGetAttributes(&attributes, gather<M>), properties.name, error)) {
       continue;
     }
-    found.push_back({index, properties.name, properties.major, properties.minor,
-                     properties.multiProcessorCount, properties.totalGlobalMem});
+    DeviceInfo& info = found.emplace_back();
+    info.index = index;
+    info.name = properties.name;
+    info.major = properties.major;
+    info.minor = properties.minor;
+    info.multiprocessors = properties.multiProcessorCount;
+    info.total_bytes = properties.totalGlobalMem;
   }
   if (!found.empty()) error.clear();
   return found;

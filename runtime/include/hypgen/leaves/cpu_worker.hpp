@@ -62,7 +62,9 @@ class CpuWorker {
   }
 
   LeafResult expand(const LeafRequest& request) {
-    LeafResult result{request.ticket, Status::kOk, 0, request.count, {}, {}, {}};
+    LeafResult result;
+    result.ticket = request.ticket;
+    result.count = request.count;
     result.status = evaluate(request, result.handle);
     if (result.status == Status::kOk && !keep_rows(result)) result.status = Status::kMemoryFull;
     if (result.status == Status::kOk) ++leaves_;
@@ -214,7 +216,10 @@ class CpuWorker {
         typename M::State next;
         const StepResult step = M::step(params_, fixed, member.state, actions[a], words, next);
         rollout_.note_error(step.error);
-        outcome = {step.reward, {}, {0, 0}, step.terminal};
+        outcome.reward = step.reward;
+        outcome.key = {};
+        outcome.bounds = {0, 0};
+        outcome.terminal = step.terminal;
         if (step.terminal) continue;
         outcome.key = M::observe(params_, fixed, member.state, actions[a], words, next);
         const typename M::History& after = M::kHasHistory ? after_[after_of_[a * count + i]] : history_;
@@ -273,7 +278,9 @@ class CpuWorker {
   // Sums an action's outcomes by group.
   void reduce(int action, const Outcome* outcomes, std::size_t count) {
     const std::uint32_t first = child_rows_.size();
-    ActionRow row{0, 0, 0, action, action_rows_.empty() ? 0 : next_child(action_rows_.back()), 0, 0};
+    ActionRow row{};
+    row.action = action;
+    row.first_child = action_rows_.empty() ? 0 : next_child(action_rows_.back());
     grouping_.clear();
     for (std::size_t i = 0; i < count; ++i) {
       const Outcome& outcome = outcomes[i];

@@ -31,10 +31,10 @@ struct EvaluatorOptions {
 
 // What holds for one search.
 struct SearchSetup {
-  StreamKey key;
-  int depth_limit;  // at most the options' max_depth
-  bool at_horizon;  // the episode ends at that depth: nothing is earned from there on
-  Clock::time_point deadline;
+  StreamKey key{};
+  int depth_limit = 0;      // at most the options' max_depth
+  bool at_horizon = false;  // the episode ends at that depth: nothing is earned from there on
+  Clock::time_point deadline = Clock::time_point::max();
 };
 
 constexpr std::uint64_t kNoHandle = UINT64_MAX;
@@ -42,14 +42,14 @@ constexpr std::uint64_t kNoHandle = UINT64_MAX;
 // A node to expand: the root (parent kNoHandle), or a group of an action of an expanded parent. A group is
 // named by its first member; it is not the terminal one.
 struct LeafRequest {
-  std::uint32_t ticket;
-  std::uint64_t parent;
-  int action;
-  std::uint32_t first;  // ChildRow::first of the group
-  std::uint32_t count;  // its scenarios
-  int depth;
-  Span<const int> actions;  // those to try, ascending; empty: all legal ones. Legal ones count only. They
-                            // have to stay until the leaf is given
+  std::uint32_t ticket = 0;
+  std::uint64_t parent = kNoHandle;
+  int action = 0;
+  std::uint32_t first = 0;  // ChildRow::first of the group
+  std::uint32_t count = 0;  // its scenarios
+  int depth = 0;
+  Span<const int> actions{};  // those to try, ascending; empty: all legal ones. Legal ones count only. They
+                              // have to stay until the leaf is given
 };
 
 // A group of scenarios that saw the same observation after an action. Groups stand in order of first
@@ -66,7 +66,11 @@ static_assert(sizeof(ChildRow) == 24);
 
 // A group's row before anything is added up.
 constexpr ChildRow empty_row(std::uint32_t first, std::uint32_t count, bool terminal) {
-  return {0, 0, first, count & INT32_MAX, terminal};
+  ChildRow row{};
+  row.first = first;
+  row.count = count & INT32_MAX;
+  row.terminal = terminal;
+  return row;
 }
 
 // An action at the leaf. Bounds are summed over its children; an upper bound below the lower one counts as
@@ -91,13 +95,13 @@ struct Gain {
 
 // An expanded leaf, or why it is not (`status` other than kOk: no rows). Rows are valid until `release`.
 struct LeafResult {
-  std::uint32_t ticket;
-  Status status;
-  std::uint64_t handle;
-  std::uint32_t count;  // the leaf's scenarios
-  Span<const ActionRow> actions;
-  Span<const ChildRow> children;
-  Span<const Gain> gains;  // at the root one for each action, else none
+  std::uint32_t ticket = 0;
+  Status status = Status::kOk;
+  std::uint64_t handle = 0;
+  std::uint32_t count = 0;  // the leaf's scenarios
+  Span<const ActionRow> actions{};
+  Span<const ChildRow> children{};
+  Span<const Gain> gains{};  // at the root one for each action, else none
 };
 
 // What an evaluator has done since it was made. Zero: not known, or nothing.

@@ -55,10 +55,10 @@ class Planner {
  private:
   // An action's gains over the default policy's action, in rollout mode.
   struct Candidate {
-    int action;
-    std::uint64_t samples;
-    double gain;         // sum
-    double gain_square;  // sum
+    int action = 0;
+    std::uint64_t samples = 0;
+    double gain = 0.0;         // sum
+    double gain_square = 0.0;  // sum
     double mean() const { return samples ? gain / static_cast<double>(samples) : 0.0; }
     double standard_error() const;
   };

@@ -91,10 +91,10 @@ class alignas(kCacheLine) SearchThread {
   };
   // Where a trial goes on from a node.
   struct Branch {
-    enum { kTaken, kStop, kClosed, kFull } kind;
-    std::uint32_t action;
-    ActionTable* table;
-    Child* child;
+    enum Kind { kTaken, kStop, kClosed, kFull } kind;
+    std::uint32_t action = kNoIndex;
+    ActionTable* table = nullptr;
+    Child* child = nullptr;
   };
 
   Status advance();

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "hypgen/leaves/leaf_evaluator.hpp"
 #include "hypgen/memory/chunk_pool.hpp"
@@ -24,17 +25,17 @@ struct alignas(kCacheLine) Child {
   // On the regularised value (mu and l). Falls, by whoever finds a smaller one; rises only to `lower`, where
   // that has passed it. Who moves a bound adds the difference to the parent's action.
   std::atomic<double> upper;
-  std::atomic<double> lower;        // rises
-  std::atomic<double> plain_upper;  // without regularisation (U), kept only with it; as `upper`
-  double default_value;             // l0, weighted: what the default policy earns. Plain, as the next two
-  std::uint32_t first;              // the first of its scenarios: a position among the parent's
-  std::uint32_t count;              // scenarios
-  std::atomic<Node*> node;          // set once, from null, by compare-exchange: acq_rel, read with acquire
+  std::atomic<double> lower;         // rises
+  std::atomic<double> plain_upper;   // without regularisation (U), kept only with it; as `upper`
+  double default_value;              // l0, weighted: what the default policy earns. Plain, as the next two
+  std::uint32_t first;               // the first of its scenarios: a position among the parent's
+  std::uint32_t count;               // scenarios
+  std::atomic<Node*> node{nullptr};  // set once, from null, by compare-exchange: acq_rel, read with acquire
   // Trials that have passed, N(b), in the upper 40 bits; those in flight in the lower 24. Relaxed: a count.
-  std::atomic<std::uint64_t> traffic;
+  std::atomic<std::uint64_t> traffic{0};
   // Everything that a trial could take below it is in expansion, or it is itself. Set by whoever finds that
   // out or claims the leaf, cleared by whoever opens something below.
-  std::atomic<bool> closed;
+  std::atomic<bool> closed{false};
 
   double gap() const { return upper.load() - lower.load(); }
   std::uint64_t visits() const { return traffic.load(std::memory_order_relaxed) / kVisit; }
@@ -65,12 +66,13 @@ struct alignas(kCacheLine) Expansion {
   const ActionRow* rows;       // of its actions, the evaluator's
   const ChildRow* child_rows;  // of their groups
   std::uint32_t action_count;
-  std::uint32_t arrays;         // of numbers by action: 2 with regularisation or values, otherwise 1
-  std::atomic<double> largest;  // of the upper bounds: the result of a scan
+  std::uint32_t arrays;  // of numbers by action: 2 with regularisation or values, otherwise 1
+  std::atomic<double> largest{
+      -std::numeric_limits<double>::infinity()};  // of the upper bounds: the result of a scan
   // The place of the largest upper bound, the first of equals; kNoIndex: no action is legal. Whoever lowers
   // that bound scans. For those who walk down it is a hint.
-  std::atomic<std::uint32_t> best;
-  std::atomic<std::uint32_t> rises;  // how often an upper bound has risen
+  std::atomic<std::uint32_t> best{kNoIndex};
+  std::atomic<std::uint32_t> rises{0};  // how often an upper bound has risen
 
   // Reward and the children's upper bounds: added to by who moves one of those.
   std::atomic<double>* uppers() { return reinterpret_cast<std::atomic<double>*>(this + 1); }
@@ -97,15 +99,16 @@ static_assert(std::atomic<Ref<ActionTable>>::is_always_lock_free && std::atomic<
 // A visited belief. Its bounds live in its child. All but `expansion` is plain.
 struct Node {
   // Set once, from null, by the thread that claimed the leaf: release, read with acquire.
-  std::atomic<Expansion*> expansion;
-  Child* child;          // its own
-  Node* parent;          // null at the root
-  ActionTable* table;    // the parent's action it is below, of that table's children
-  std::uint32_t action;  // that action's place
-  std::uint32_t number;  // among the nodes of the thread that made it
-  int depth;
-  Node* next_made;  // by that thread. Written when it is made: not published with the node before it, so to
-                    // be read while all threads are parked
+  std::atomic<Expansion*> expansion{nullptr};
+  Child* child = nullptr;           // its own
+  Node* parent = nullptr;           // null at the root
+  ActionTable* table = nullptr;     // the parent's action it is below, of that table's children
+  std::uint32_t action = kNoIndex;  // that action's place
+  std::uint32_t number = 0;         // among the nodes of the thread that made it
+  int depth = 0;
+  Node* next_made =
+      nullptr;  // by that thread. Written when it is made: not published with the node before it, so to
+                // be read while all threads are parked
 
   Expansion* expanded() const { return expansion.load(std::memory_order_acquire); }
 };
