@@ -26,7 +26,7 @@ std::size_t evaluator_bytes(const PlannerOptions& options, int action_count) {
   return options.memory_bytes / (evaluator + tree) * evaluator;
 }
 
-// Rollout mode's first look at what a rollout costs, where time is limited.
+// Rollout mode times its first rollouts with so many scenarios, where time is limited.
 constexpr std::size_t kProbeScenarios = 16;
 
 Clock::time_point deadline_after(double seconds) {
@@ -133,7 +133,7 @@ void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decisio
   }
 }
 
-// Later plans use another evaluator. The lost one's memory is given back first.
+// Gives back the lost evaluator's memory, and makes another evaluator for later plans.
 void Planner::replace_evaluator() {
   past_stats_ = evaluator_stats();
   const std::string problem = evaluator_ ? evaluator_->problem() : "";

@@ -48,14 +48,14 @@ bool Tree::reset(const ChildRow& row) {
   return true;
 }
 
-// Gives how many bounds crossed: 0 or 1.
+// Gives the number of groups whose bounds crossed: 0 or 1.
 std::uint64_t Tree::make_child(Child* place, const ChildRow& row, int depth) const {
   const double share = weight(depth);
   const double lower = share * from_fixed_sum(row.lower_sum);
   double upper = share * from_fixed_sum(row.upper_sum);
   std::uint64_t crossed = 0;
   if (upper < lower) {
-    // Bounds that are equal but for rounding have not crossed.
+    // Bounds that differ by rounding alone have not crossed.
     crossed = lower - upper > kRounding * (share * row.count + std::abs(upper));
     upper = lower;
   }
@@ -114,7 +114,7 @@ double Tree::row_lower(const ActionRow& row, int depth) const {
   return weight(depth) * from_fixed_sum(row.reward_sum) + weight(depth + 1) * from_fixed_sum(row.lower_sum);
 }
 
-// Fills in a leaf's actions from the rows' sums; gives the largest lower bound.
+// Sets the upper bounds of a leaf's actions from the rows' sums; gives the largest lower bound.
 double Tree::set_uppers(Expansion& expansion, int depth) const {
   const double reward_share = weight(depth), share = weight(depth + 1);
   double best = -std::numeric_limits<double>::infinity();
@@ -127,8 +127,8 @@ double Tree::set_uppers(Expansion& expansion, int depth) const {
   return best;
 }
 
-// The same with regularisation, where each child has a penalty of its own and so all are made; false if they
-// do not fit.
+// The same with regularisation. Each child has a penalty of its own, so this makes all children; false if
+// they do not fit.
 bool Tree::set_regularised_uppers(std::size_t thread, Node& node, Expansion& expansion, double& lower) {
   lower = -std::numeric_limits<double>::infinity();
   for (std::uint32_t a = 0; a < expansion.action_count; ++a) {
@@ -155,7 +155,8 @@ ActionTable* Tree::open_action(std::size_t thread, const Node& node, std::uint32
   return there ? get(there) : make_table(thread, expansion, node.depth, action);
 }
 
-// Gives another thread's if that was faster; null if there is no room.
+// Makes an action's children. Gives another thread's table if that was published first; null if there is no
+// room.
 ActionTable* Tree::make_table(std::size_t thread, Expansion& expansion, int depth, std::uint32_t action) {
   Maker& maker = makers_[thread];
   const ActionRow& row = expansion.rows[action];

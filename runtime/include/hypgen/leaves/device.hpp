@@ -1,4 +1,4 @@
-// What a solver that was built with CUDA can do on a GPU. No CUDA header is needed to read this one.
+// The interface of a model's code for GPUs. This header needs no CUDA header.
 #pragma once
 
 #include <cstddef>

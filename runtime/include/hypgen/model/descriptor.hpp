@@ -1,4 +1,4 @@
-// What a model tells the solver about itself, apart from the functions that the search calls.
+// The description of a model: names, params and counts, and the maker of the parts that know its types.
 #pragma once
 
 #include <cstdint>
@@ -102,7 +102,7 @@ class ModelInstance {
   virtual const void* params() const = 0;  // the model's Params, for a device
 };
 
-// A model as the solver sees it. `make_descriptor` in solver/model_instance.hpp fills what the model's type knows.
+// A model as the solver sees it. `make_descriptor` (solver/model_instance.hpp) fills in the type's facts.
 struct ModelDescriptor {
   int version = kDescriptorVersion;
   std::string name;  // of the model, as in its file
