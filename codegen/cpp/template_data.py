@@ -82,4 +82,3 @@ class Project:
     file: str
     hash: str
     version: str
-    runtime_options: tuple[str, ...] = ()

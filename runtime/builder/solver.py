@@ -100,13 +100,14 @@ def solver_name(files: Mapping[str, str]) -> str:
 
 
 def runtime_files() -> dict[str, Path]:
-    """Return the runtime's C++ sources, keyed by their path below the runtime's folder."""
+    """Return the runtime's C++ sources, without READMEs, keyed by their path below the runtime's folder."""
     paths = (
         path
         for part in RUNTIME_PARTS
         for path in (RUNTIME_FOLDER / part, *(RUNTIME_FOLDER / part).rglob("*"))
     )
-    return {path.relative_to(RUNTIME_FOLDER).as_posix(): path for path in sorted(paths) if path.is_file()}
+    files = (path for path in sorted(paths) if path.is_file() and path.suffix != ".md")
+    return {path.relative_to(RUNTIME_FOLDER).as_posix(): path for path in files}
 
 
 def _components(tools: Tools) -> dict[str, str]:

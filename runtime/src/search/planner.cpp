@@ -9,23 +9,6 @@ namespace hypgen {
 
 namespace {
 
-// Of the memory: the evaluator keeps states and rows, the tree everything else. They share it as an expansion
-// takes it: two groups an action, of which a search looks at two, or with regularisation at all; on the host
-// a fifth of the scenarios (RockSample(7,8) fills both at about the same time).
-std::size_t evaluator_bytes(const PlannerOptions& options, int action_count) {
-  constexpr std::size_t kGroups = 2, kLookedAt = 2, kMemberBytes = 10;
-  const bool is_regularised = options.pruning > 0.0;
-  const auto actions = static_cast<std::size_t>(action_count);
-  const std::size_t tables = is_regularised ? actions : std::min(actions, kLookedAt);
-  const std::size_t arrays = is_regularised || options.mode == Mode::kPomcp ? 2 : 1;
-  const std::size_t tree = Expansion::bytes(actions, arrays) + sizeof(Node) +
-                           tables * (sizeof(ActionTable) + kGroups * sizeof(Child));
-  const std::size_t rows = actions * (sizeof(ActionRow) + kGroups * sizeof(ChildRow));
-  const std::size_t members = wants_gpu(options.mode) ? 0 : options.scenarios / 5 * kMemberBytes;
-  const std::size_t evaluator = rows + members;
-  return options.memory_bytes / (evaluator + tree) * evaluator;
-}
-
 // Rollout mode times its first rollouts with so many scenarios, where time is limited.
 constexpr std::size_t kProbeScenarios = 16;
 
@@ -35,12 +18,39 @@ Clock::time_point deadline_after(double seconds) {
   return now + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
+// The evaluator's memory for an expansion in a typical tree: rows of two groups an action, and on the host the
+// members of a fifth of the scenarios.
+std::size_t evaluator_expansion_bytes(const PlannerOptions& options, std::size_t actions) {
+  constexpr std::size_t kGroups = 2, kMemberBytes = 10;
+  const std::size_t rows = actions * (sizeof(ActionRow) + kGroups * sizeof(ChildRow));
+  return rows + (wants_gpu(options.mode) ? 0 : options.scenarios / 5 * kMemberBytes);
+}
+
+TreeOptions tree_options(const PlannerOptions& options, const ModelDescriptor& model, std::size_t threads) {
+  const bool is_pomcp = options.mode == Mode::kPomcp;
+  TreeOptions result;
+  result.max_depth = options.depth;
+  result.discount = model.discount;
+  result.pruning = is_pomcp ? 0.0 : options.pruning;
+  result.threads = std::min(options.threads, threads);
+  result.counts_actions = is_pomcp || options.exploration > 0.0;
+  result.keeps_values = is_pomcp;
+  result.memory_bytes = options.memory_bytes - evaluator_options(options, model).memory_bytes;
+  return result;
+}
+
 }  // namespace
 
+// Tree and evaluator share the memory in proportion to what an expansion takes of each.
 EvaluatorOptions evaluator_options(const PlannerOptions& options, const ModelDescriptor& model) {
+  const auto actions = static_cast<std::size_t>(model.action_count);
+  TreeOptions tree;
+  tree.pruning = options.pruning;
+  tree.keeps_values = options.mode == Mode::kPomcp;
+  const std::size_t expansion = evaluator_expansion_bytes(options, actions);
   EvaluatorOptions result;
   result.max_scenarios = options.scenarios;
-  result.memory_bytes = evaluator_bytes(options, model.action_count);
+  result.memory_bytes = options.memory_bytes / (expansion + tree.expansion_bytes(actions)) * expansion;
   result.discount = model.discount;
   result.max_depth = options.depth;
   result.in_flight = options.in_flight;
@@ -49,23 +59,6 @@ EvaluatorOptions evaluator_options(const PlannerOptions& options, const ModelDes
   result.patience = options.patience;
   return result;
 }
-
-namespace {
-
-TreeOptions tree_options(const PlannerOptions& options, const ModelDescriptor& model, std::size_t threads) {
-  const bool is_pomcp = options.mode == Mode::kPomcp;
-  TreeOptions result;
-  result.memory_bytes = options.memory_bytes - evaluator_bytes(options, model.action_count);
-  result.max_depth = options.depth;
-  result.discount = model.discount;
-  result.pruning = is_pomcp ? 0.0 : options.pruning;
-  result.threads = std::min(options.threads, threads);
-  result.counts_actions = is_pomcp || options.exploration > 0.0;
-  result.keeps_values = is_pomcp;
-  return result;
-}
-
-}  // namespace
 
 Planner::Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor& model,
                  const PlannerOptions& options)

@@ -17,6 +17,14 @@ constexpr double kRounding = 1e-6;
 
 }  // namespace
 
+std::size_t TreeOptions::expansion_bytes(std::size_t actions) const {
+  constexpr std::size_t kGroups = 2, kLookedAt = 2;  // of most actions no trial ever makes the children
+  const bool is_regularised = pruning > 0.0;
+  const std::size_t tables = is_regularised ? actions : std::min(actions, kLookedAt);
+  return Expansion::bytes(actions, is_regularised || keeps_values ? 2 : 1) + sizeof(Node) +
+         tables * (sizeof(ActionTable) + kGroups * sizeof(Child));
+}
+
 Tree::Tree(const TreeOptions& options)
     : pool_(options.memory_bytes, options.threads),
       makers_(options.threads, Maker(pool_)),

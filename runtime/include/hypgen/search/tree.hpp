@@ -34,6 +34,9 @@ struct TreeOptions {
   std::size_t threads = 1;
   bool counts_actions = false;  // the tree counts the trials that took each action
   bool keeps_values = false;    // the tree sums their returns; not together with regularisation
+
+  // The memory that an expansion takes in a typical tree, where an action has two groups.
+  std::size_t expansion_bytes(std::size_t actions) const;
 };
 
 // The search's settings for choosing branches, in units of the root's gap.
