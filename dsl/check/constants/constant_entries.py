@@ -8,10 +8,11 @@ from math import prod
 from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
-from hypgen.dsl.check.constants.closures import Closures, Code, Irregular, Value, combinations
+from hypgen.dsl.check.constants.closures import Closures, Code, Irregular, combinations
 from hypgen.dsl.check.scope.fit_type import check_as, fit
 from hypgen.dsl.check.terms.quantifiers import bind_all
 from hypgen.dsl.ir import operators
+from hypgen.dsl.ir.evaluate import Value
 from hypgen.dsl.messages.report import Mistake, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants import constant_entries, distances, value_lists
-from hypgen.dsl.check.constants.closures import Value
 from hypgen.dsl.check.scope import grid_literals
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.terms.quantifiers import bind_all, bind_types, values_of
+from hypgen.dsl.ir.evaluate import Value
 from hypgen.dsl.messages.report import Mistake, gather, mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast

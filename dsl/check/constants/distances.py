@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants import constant_entries
-from hypgen.dsl.check.constants.closures import Value, value_at
 from hypgen.dsl.check.terms.quantifiers import bind_types
+from hypgen.dsl.ir.evaluate import Value, value_at
 from hypgen.dsl.messages.report import mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, FLOAT, INT, PROB, Bool, Enum, Float, Int, Record, Type, size_of
