@@ -12,8 +12,9 @@ from typing import TypeAlias
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.owners import Owner
-from hypgen.dsl.analysis.stages import Edges, dependencies_first, find_cycle
+from hypgen.dsl.analysis.stages import Edges, find_cycle
 from hypgen.dsl.analysis.uses import Uses
+from hypgen.dsl.ir.order import dependencies_first
 from hypgen.dsl.ir.walk import children, rename_bound, substitute
 from hypgen.dsl.messages import e04_variables
 from hypgen.dsl.messages.report import Mistake, Report

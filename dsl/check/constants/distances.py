@@ -6,9 +6,9 @@ import heapq
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants import constant_entries
-from hypgen.dsl.check.constants.closures import Value, value_at
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.terms.quantifiers import bind_types
+from hypgen.dsl.ir.evaluate import Value, value_at
 from hypgen.dsl.messages import e03_units, e06_ranges
 from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast

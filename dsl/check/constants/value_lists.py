@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator
 from functools import partial
 
-from hypgen.dsl.check.constants.closures import Value
+from hypgen.dsl.ir.evaluate import Value
 from hypgen.dsl.messages import e03_values
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.report import Mistake, gather

@@ -75,7 +75,12 @@ class BatchDriver {
   Status bound_root(Clock::time_point deadline, LeafResult& result) {
     Slot<M>& slot = flights_[0].slot;
     const int no_step = kNoStep;
-    slot.add({0, kNoParent, 0, nodes_[0].count, 0, 0, 0, kNoStep, 0, -1, 0, 0}, {&no_step, 1});
+    LeafTask root{};
+    root.parent = kNoParent;
+    root.count = nodes_[0].count;
+    root.action = kNoStep;
+    root.baseline = -1;
+    slot.add(root, {&no_step, 1});
     if (!launch(slot) || !wait(slot, deadline)) return is_lost() ? Status::kDeviceLost : Status::kDeadline;
     result = result_of(slot, 0, 0);
     return result.status;
@@ -187,7 +192,10 @@ class BatchDriver {
   }
 
   static LeafResult without_rows(const LeafRequest& request, Status status) {
-    return {request.ticket, status, 0, 0, {}, {}, {}};
+    LeafResult result;
+    result.ticket = request.ticket;
+    result.status = status;
+    return result;
   }
 
   // Whether there may be such a leaf: kernels take its numbers as they are.
@@ -252,7 +260,11 @@ class BatchDriver {
   LeafResult result_of(const Slot<M>& slot, int leaf, std::uint32_t ticket) const {
     const LeafOutcome& outcome = slot.outcome(leaf);
     const LeafTask& task = slot.task(leaf);
-    LeafResult result{ticket, status_of(outcome), task.node, task.count, {}, {}, {}};
+    LeafResult result;
+    result.ticket = ticket;
+    result.status = status_of(outcome);
+    result.handle = task.node;
+    result.count = task.count;
     if (result.status != Status::kOk) return result;
     const bool has_gains = task.baseline >= 0;
     const RowLayout layout(outcome.action_count, has_gains, outcome.child_count);
