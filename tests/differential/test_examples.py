@@ -9,9 +9,8 @@ import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import ir_samples
 import pytest
-import traces
+from support import ir_samples, traces
 
 from hypgen.codegen.generate import generate
 from hypgen.dsl import ir

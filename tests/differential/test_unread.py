@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from belief_program import beliefs
+from support.belief_program import beliefs
 
 from hypgen.codegen.generate import generate
 from hypgen.dsl import load

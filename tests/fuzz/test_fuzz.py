@@ -1,6 +1,7 @@
 """Whatever a file holds, the answer is a model or diagnostics: 10,000 random files, and some nasty ones.
 
-A failure names the seed and shows the text; ``python tests/fuzz/long_run.py --seed N --cases 1`` repeats it.
+A failure names the seed and shows the text;
+``PYTHONPATH=tests python tests/fuzz/long_run.py --seed N --cases 1`` repeats it.
 """
 
 from __future__ import annotations
@@ -8,9 +9,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from fuzz_cases import Failure, case, check, small_case
 from hypothesis import HealthCheck, given, note, settings
 from hypothesis import strategies as st
+from support.fuzz_cases import Failure, case, check, small_case
 
 SEEDS = st.integers(0, 2**64 - 1)
 FAST = settings(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-import ir_samples
 import pytest
+from support import ir_samples
 
 from hypgen.codegen.generate import generate
 from hypgen.dsl import ir

@@ -1,0 +1,69 @@
+"""Functions against MPFR: special values, hard cases and 200,000 samples of each float function."""
+
+from __future__ import annotations
+
+import gmpy2
+import numpy as np
+import pytest
+from support.float_reference import FUNCTIONS, PRECISE, mistaken, samples
+
+from hypgen.dsl.interpret.floats import normal as fn
+
+SAMPLES = 200_000
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_within_one_ulp_and_nearly_always_correctly_rounded(name: str) -> None:
+    errors = mistaken(name, samples(name, SAMPLES, seed=7))
+    assert len(errors) <= 2
+    assert max(errors, default=0.0) < 0.5001
+
+
+def lower_tail(x: float) -> gmpy2.mpfr:
+    return gmpy2.erfc(-gmpy2.mpfr(x) / gmpy2.sqrt(gmpy2.mpfr(2))) / 2
+
+
+def test_the_normal_distribution_function() -> None:
+    random = np.random.default_rng(8)
+    x = np.concatenate([random.uniform(-37, 9, 10_000), random.normal(0, 1, 20_000)])
+    with PRECISE:
+        errors = [abs(float((lower_tail(a) - b) / b)) for a, b in zip(x, fn.normal_cdf(x), strict=True)]
+    assert max(errors) < 2.0**-43
+    assert max(errors[10_000:]) < 2.0**-49
+    assert fn.normal_cdf([-np.inf, -38.0, 0.0, 9.0, np.inf]).tolist() == [0.0, 0.0, 0.5, 1.0, 1.0]
+    assert np.isnan(fn.normal_cdf(np.nan))
+
+
+def quantile_error(p: float, x: float) -> float:
+    """Return the relative error of x as the quantile of p, to first order."""
+    with PRECISE:
+        density = gmpy2.exp(-(gmpy2.mpfr(x) ** 2) / 2) / gmpy2.sqrt(2 * gmpy2.const_pi())
+        return abs(float((lower_tail(x) - gmpy2.mpfr(p)) / density / x))
+
+
+def test_the_normal_quantile() -> None:
+    random = np.random.default_rng(9)
+    p = np.concatenate(
+        [
+            10.0 ** random.uniform(-307, 0, 8_000),
+            random.uniform(0, 1, 8_000),
+            1.0 - 10.0 ** random.uniform(-12, 0, 4_000),
+        ]
+    )
+    errors = [quantile_error(float(a), float(b)) for a, b in zip(p, fn.normal_quantile(p), strict=True)]
+    assert max(errors) < 2.0**-50
+    assert fn.normal_quantile([0.0, 0.5, 1.0]).tolist() == [-np.inf, 0.0, np.inf]
+    assert np.isnan(fn.normal_quantile([-1e-9, 1.1, np.nan])).all()
+
+
+def test_words_become_normal_and_exponential_numbers() -> None:
+    words = np.random.default_rng(10).integers(0, 2**32, 1_000_000, dtype=np.uint32)
+    normal, exponential = fn.normal_of_word(words), fn.exponential_of_word(words)
+    assert abs(normal.mean()) < 0.005 and abs(normal.std() - 1.0) < 0.005
+    assert np.array_equal(normal, -fn.normal_of_word(words ^ np.uint32(2**31)))
+    assert abs(exponential.mean() - 1.0) < 0.005 and abs(exponential.std() - 1.0) < 0.005
+    for word in (0, 1, 2**31 - 1, 2**31, 2**32 - 1):
+        with PRECISE:
+            want = -gmpy2.log((gmpy2.mpfr(word) + 0.5) / 2**32)
+            assert abs(float(fn.exponential_of_word(word) / want) - 1.0) < 2.0**-50
+    assert abs(fn.normal_of_word(0)) < 6.34 and abs(fn.normal_of_word(2**31 - 1)) < 3e-10
