@@ -20,6 +20,7 @@ from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.solver import build_solver
 from hypgen.runtime.builder.tools import find_tools
 
+pytestmark = pytest.mark.cxx
 FOLDER = Path(__file__).parent
 EXAMPLES = sorted((FOLDER.parent.parent / "examples").rglob("*.pomdp"))
 MODELS = sorted((FOLDER / "models").glob("*.pomdp"))

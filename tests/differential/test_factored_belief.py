@@ -14,6 +14,8 @@ from support.factored_models import FACTORED, model_of
 from hypgen.codegen.generate import generate
 from hypgen.dsl import ir
 
+pytestmark = pytest.mark.cxx
+
 PARTICLES, STEPS = 100_000, 30
 
 

@@ -24,6 +24,7 @@ def _compiler() -> None:
         pytest.skip(f"needs a C++ compiler: {error}")
 
 
+@pytest.mark.cxx
 @pytest.mark.usefixtures("_compiler")
 def test_models_that_failed_once(tmp_path: Path) -> None:
     texts = [path.read_text() for path in FOUND]
@@ -31,12 +32,14 @@ def test_models_that_failed_once(tmp_path: Path) -> None:
     assert dict(zip([path.name for path in FOUND], results, strict=True)) == {p.name: None for p in FOUND}
 
 
+@pytest.mark.cxx
 @pytest.mark.usefixtures("_compiler")
 def test_random_models() -> None:
     """What fails is made small: put it into ``found/``."""
     assert "\n".join(failures(range(MODELS), batches.Size())) == ""
 
 
+@pytest.mark.cxx
 @pytest.mark.slow
 @pytest.mark.usefixtures("_compiler")
 def test_many_random_models() -> None:

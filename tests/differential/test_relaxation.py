@@ -15,6 +15,7 @@ from hypgen.dsl.load import load
 from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.tools import find_tools
 
+pytestmark = pytest.mark.cxx
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
 SMALL = (

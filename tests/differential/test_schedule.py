@@ -11,6 +11,7 @@ from hypgen.codegen.passes import partition
 from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.tools import find_compiler
 
+pytestmark = pytest.mark.cxx
 LAMPS = """model Lamps
 discount 0.95
 type Lamp = 0 .. 9

@@ -10,6 +10,7 @@ from typing import Any
 import filter_program
 import pytest
 
+pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
 ROCKS = ("n=4", "k=4", "start_row=2", "rock_x=[3,2,1,1]", "rock_y=[1,1,3,0]")
 CHI_SQUARE_9 = 27.88  # exceeded by one in a thousand of calibrated beliefs

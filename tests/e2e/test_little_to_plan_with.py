@@ -15,6 +15,7 @@ from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.solver import build_solver
 from hypgen.runtime.builder.tools import find_tools
 
+pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
 # Nothing to choose and nothing to see: there is one leaf at a time.
 ONE_WAY = """\

@@ -12,6 +12,7 @@ import pytest
 
 from hypgen.cli.shared import Exit
 
+pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
 HYPGEN = [sys.executable, "-c", "from hypgen.cli.main import main; main()", "solve"]
 TIGER = str(ROOT / "examples" / "tiger.pomdp")

@@ -14,6 +14,7 @@ import pytest
 
 from hypgen.runtime.builder import tools
 
+pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
 TIGER = str(ROOT / "examples" / "tiger.pomdp")
 HYPGEN = [sys.executable, "-c", "from hypgen.cli.main import main; main()"]

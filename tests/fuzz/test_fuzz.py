@@ -105,6 +105,6 @@ def test_ten_megabytes(tmp_path: Path) -> None:
 
 
 def test_a_slow_or_wordless_answer_is_a_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fuzz_cases.SECONDS", -1.0)
+    monkeypatch.setattr("support.fuzz_cases.SECONDS", -1.0)
     with pytest.raises(Failure, match="s of CPU"):
         check(b"model M", tmp_path)

@@ -9,6 +9,7 @@ import pytest
 
 from hypgen.runtime.builder import tools as toolchain
 
+pytestmark = pytest.mark.cxx
 HERE = Path(__file__).parent
 
 
@@ -71,6 +72,7 @@ def test_tree_and_search_take_no_lock(build: Path) -> None:
     assert "pthread_cond" not in done.stdout
 
 
+@pytest.mark.tsan
 def test_threads_do_not_race(build: Path) -> None:
     compile_target(build, "race_tests")
     seconds = os.environ.get("HYPGEN_TEST_SECONDS", "8")  # for each of the searches in a loop

@@ -55,6 +55,7 @@ def make(files: dict[str, str] = FILES, **options: bool) -> tuple[Path, list[tup
     return path, steps
 
 
+@pytest.mark.cxx
 def test_this_machine_has_the_tools() -> None:
     tools = toolchain.find_tools()
     assert tools.compiler.path.is_file()
@@ -140,6 +141,7 @@ def test_the_cache_keeps_what_was_used_last(monkeypatch: pytest.MonkeyPatch) -> 
     assert [key for key in "abcd" if cache.entry("things", key)] == ["c", "d"]
 
 
+@pytest.mark.cxx
 def test_a_solver_is_built_once_and_says_why_it_is_built_again(
     tiny: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -163,6 +165,7 @@ def test_a_solver_is_built_once_and_says_why_it_is_built_again(
     assert subprocess.run([path]).returncode == 3
 
 
+@pytest.mark.cxx
 def test_a_compiler_error_goes_to_a_log(tiny: Path) -> None:
     with pytest.raises(BuildError) as error:
         make({**FILES, "src/main.cpp": "int main() { return undeclared; }\n"})
@@ -190,6 +193,7 @@ def listing(folder: Path) -> set[str]:
     return {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
 
 
+@pytest.mark.cxx
 def test_an_exported_project_builds_by_itself(target: Path) -> None:
     exported_project.export(FILES, target)
     assert {"src/main.cpp", "hypgen/src/tiny.cpp", "third_party/nlohmann/json.hpp"} <= listing(target)
@@ -244,6 +248,7 @@ def test_a_failed_export_leaves_nothing(target: Path, monkeypatch: pytest.Monkey
     assert not target.exists() and not listing(target.parent)
 
 
+@pytest.mark.cxx
 def test_the_solver_is_exported_with_its_project(target: Path) -> None:
     path, _ = make()
     exported_project.export(FILES, target, path)

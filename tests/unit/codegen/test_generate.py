@@ -1,17 +1,16 @@
-"""Code generation part by part: names, literals, expressions, tables, guards; then what g++ says."""
+"""Code generation part by part: names, literals, expressions, tables, guards."""
 
 from __future__ import annotations
 
 import dataclasses
 import re
 import struct
-import subprocess
 from pathlib import Path
 
 import pytest
 from support import ir_samples
 from support.ir_samples import ROCK, both, const, equal
-from support.paths import EXAMPLES, ROOT
+from support.paths import EXAMPLES
 
 from hypgen.codegen.cpp.expressions import RETURN
 from hypgen.codegen.cpp.function_builder import Builder
@@ -26,13 +25,9 @@ from hypgen.codegen.passes.tabulate import tabulate
 from hypgen.codegen.project import context_of
 from hypgen.dsl import ir
 from hypgen.dsl.load import load
-from hypgen.dsl.types import BOOL, FLOAT, INT, Enum, Float, Int, Record, Type, Variant, size_of
-from hypgen.runtime.builder.errors import ToolchainError
-from hypgen.runtime.builder.tools import find_compiler
+from hypgen.dsl.types import BOOL, FLOAT, INT, Enum, Int, Record, Type, Variant, size_of
 
-MODELS = sorted(EXAMPLES.glob("*.pomdp"))
 SAMPLES = (ir_samples.tiger, ir_samples.rocks, ir_samples.wanderer)
-FLAGS = ["-std=c++17", "-O1", "-c", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffp-contract=off"]
 
 A, B, C = (ir.Local(Int(0, 9), name) for name in "abc")
 X, Y, Z = (ir.Local(FLOAT, name) for name in "xyz")
@@ -318,113 +313,3 @@ def test_generated_text_is_tidy(sample: object) -> None:
 def test_functions_carry_the_line_that_they_come_from() -> None:
     text = generate(ir_samples.rocks())["src/small_rocks.hpp"]
     assert "// sample.pomdp:8\n  HYPGEN_FN static bool here(" in text
-
-
-def hostile() -> ir.Model:
-    """Build Tiger with names that C++ or the generated struct would like for themselves."""
-    model = ir_samples.tiger()
-    door = Enum("State", (Variant("int"), Variant("value")))
-    act = Enum("Key", (Variant("class"), Variant("step"), Variant("is_step", Int(1, 2))))
-    read = ir.StateRead(door, "new.delete")
-    line = ir_samples.span(3)
-    function = ir.Function(
-        "filter",
-        (ir.Binder("params", Int(0, 3)), ir.Binder("std", BOOL)),
-        Int(0, 3),
-        ir.If(Int(0, 3), ir.Local(BOOL, "std"), ir.Local(Int(0, 3), "params"), const(0)),
-        line,
-    )
-    return dataclasses.replace(
-        model,
-        name="hypgen",
-        enums=(door, act),
-        params=(ir.Param("double", Float(), (), (0.5,), line),),
-        elements=(ir.Element("new", None, line),),
-        variables=(ir.Variable("new.delete", "new", door, (), False, False, line),),
-        functions=(function,),
-        action=ir.Action("state", act, (), line),
-        inits=(ir.Assign("new.delete", (), ir.Uniform(door), ir.Site("init:new.delete"), line),),
-        updates=(ir.Assign("new.delete", (), ir.Certain(door, read), ir.Site("new.delete"), line),),
-        observations=(),
-        rewards=(
-            ir.Reward("for", None, None, ir.ParamRead(Float(), "double"), line),
-            ir.Reward(
-                "if",
-                None,
-                None,
-                ir.Call(Int(0, 3), "filter", (const(3), equal(read, read))),
-                line,
-            ),
-        ),
-        legal=ir.IsVariant(BOOL, act, "class", ir.ActionRead(act)),
-        policy=None,
-        key=(),
-    )
-
-
-@pytest.fixture(scope="module")
-def compiler() -> str:
-    try:
-        return str(find_compiler().path)
-    except ToolchainError as error:
-        pytest.skip(f"needs a C++ compiler: {error}")
-
-
-@pytest.mark.parametrize(
-    "model",
-    [*(sample() for sample in SAMPLES), hostile(), *(load(path).model for path in MODELS)],
-    ids=lambda m: m.name,
-)
-def test_the_compiler_has_nothing_to_say(model: ir.Model, compiler: str, tmp_path: Path) -> None:
-    files = generate(model)
-    header = next(Path(name) for name in files if name.endswith(".hpp"))
-    (tmp_path / header.name).write_text(files[header.as_posix()])
-    probe = tmp_path / "probe.cpp"
-    probe.write_text(
-        PROBE.replace("HEADER", header.name).replace("MODEL", f"hypgen::models::{Names(model).model}")
-    )
-    command = [
-        compiler,
-        *FLAGS,
-        f"-I{ROOT / 'runtime' / 'include'}",
-        str(probe),
-        "-o",
-        str(tmp_path / "probe.o"),
-    ]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-
-
-# Calls all that the runtime may call.
-PROBE = """
-#include "HEADER"
-#include <hypgen/random/philox.hpp>
-
-using M = MODEL;
-using D = hypgen::PhiloxDraws;
-
-int probe(const hypgen::ParamValues& values, std::string& error, std::int32_t* out) {
-  M::Params params;
-  M::Fixed fixed;
-  M::State state, next;
-  D draws({1, 2}, 3, 4);
-  if (!M::load(values, params, error)) return -1;
-  M::init_visible(params, draws, fixed, state);
-  M::init_hidden(params, draws, fixed, state);
-  M::export_visible(fixed, state, out);
-  M::import_visible(out, fixed, state);
-  M::export_state(fixed, state, out);
-  M::History history, after;
-  M::init_history(params, fixed, state, history);
-  const int action = M::default_policy(params, fixed, state, history, draws);
-  if (!M::is_legal(params, fixed, state, action)) return action;
-  const hypgen::StepResult result = M::step(params, fixed, state, action, draws, next);
-  const M::Key key = M::observe(params, fixed, state, action, draws, next);
-  M::roll_history(params, fixed, state, action, draws, next, history, after);
-  M::advance_history(params, fixed, state, action, key, next, after, history);
-  const double weight = M::filter(params, fixed, state, action, key, draws, next);
-  float bounds = M::lower(params, fixed, state, history) + M::upper(params, fixed, state);
-  bounds += M::tail(params, fixed, state);
-  return result.terminal && weight > static_cast<double>(bounds) ? M::kActionCount : M::kVisibleCount;
-}
-"""

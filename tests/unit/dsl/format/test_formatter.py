@@ -224,9 +224,12 @@ SPACES = st.sampled_from(
 )
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.data(), st.sampled_from(MODELS))
-def test_any_layout_of_the_same_tokens_settles_at_once(data: st.DataObject, path: Path) -> None:
+LAYOUTS = given(st.data(), st.sampled_from(MODELS))
+FEW, MANY = settings(max_examples=4, deadline=None), settings(max_examples=60, deadline=None)
+
+
+def check_any_layout(data: st.DataObject, path: Path) -> None:
+    """Put any space between 120 tokens of a file."""
     words = tokens(path.read_text())
     start = data.draw(st.integers(0, max(0, len(words) - 120)))
     separators = data.draw(st.lists(SPACES, min_size=120, max_size=120))
@@ -238,9 +241,7 @@ def test_any_layout_of_the_same_tokens_settles_at_once(data: st.DataObject, path
     assert formatted(once) == once
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.data(), st.sampled_from(MODELS))
-def test_a_careless_edit_settles_at_once(data: st.DataObject, path: Path) -> None:
+def check_careless_edit(data: st.DataObject, path: Path) -> None:
     """Insert or remove space at a few places of a file that is formatted."""
     text = path.read_text()
     places = [m.span() for m in re.finditer(r"(?<=[,\s]) +|\n", text)]
@@ -252,3 +253,29 @@ def test_a_careless_edit_settles_at_once(data: st.DataObject, path: Path) -> Non
     once = formatted(text)
     assert tokens(once) == tokens(text)
     assert formatted(once) == once
+
+
+@FEW
+@LAYOUTS
+def test_any_layout_of_the_same_tokens_settles_at_once(data: st.DataObject, path: Path) -> None:
+    check_any_layout(data, path)
+
+
+@FEW
+@LAYOUTS
+def test_a_careless_edit_settles_at_once(data: st.DataObject, path: Path) -> None:
+    check_careless_edit(data, path)
+
+
+@pytest.mark.property
+@MANY
+@LAYOUTS
+def test_many_layouts_of_the_same_tokens_settle_at_once(data: st.DataObject, path: Path) -> None:
+    check_any_layout(data, path)
+
+
+@pytest.mark.property
+@MANY
+@LAYOUTS
+def test_many_careless_edits_settle_at_once(data: st.DataObject, path: Path) -> None:
+    check_careless_edit(data, path)

@@ -39,12 +39,10 @@ def sample(dist: ir.Dist, words: Array) -> Array:
 def densities(dist: ir.Dist) -> dict[int, float]:
     assert isinstance(dist.type, Int)
     evaluator = Evaluator(ir_samples.tiger(), {})
-    frame = Frame(np.arange(1), {})
+    values = np.arange(dist.type.low, dist.type.high + 1, dtype=np.int32)
     with np.errstate(all="ignore"):
-        return {
-            k: float(np.max(evaluator.density(dist, frame, np.asarray(k))))
-            for k in range(dist.type.low, dist.type.high + 1)
-        }
+        found = evaluator.density(dist, Frame(np.arange(len(values)), {}), values)
+    return dict(zip(values.tolist(), np.broadcast_to(found, values.shape).tolist(), strict=True))
 
 
 def poisson(t: Int, mean: float, first: int = 0, last: int | None = None) -> ir.Poisson:
