@@ -15,14 +15,14 @@ from pathlib import Path
 
 from lark.grammar import NonTerminal, Symbol
 
+from hypgen.cli.show.error_index import cases
 from hypgen.dsl.load import load_any
 from hypgen.dsl.messages.diagnostic import ModelError
 from hypgen.dsl.messages.render import render_all
 from hypgen.dsl.syntax.parse import _load_lark
 from support.paths import ROOT
 
-UNIT = "tests/unit/dsl"
-FOLDERS = ("examples", f"{UNIT}/check/errors", f"{UNIT}/interpret/findings", "tests/differential/models")
+FOLDERS = ("examples", "tests/unit/dsl/interpret/findings", "tests/differential/models")
 SECONDS, MEGABYTES = 1.0, 256
 
 _TOKEN = re.compile(r'"[^"\n]*"|#[^\n]*\n|\w+(?:\.\w+)*|\.\.|[<>=!]=|=>|\*\*|//|\s+|[^\s\w]')
@@ -113,7 +113,8 @@ def _tokens(rng: random.Random) -> bytes:
 def corpus() -> tuple[str, ...]:
     """Return the texts that cases are made from, small ones first; not those that are there to take long."""
     paths = [path for folder in FOLDERS for path in sorted((ROOT / folder).glob("*.pomdp"))]
-    return tuple(sorted((p.read_text() for p in paths if not p.name.startswith("e0609")), key=len))
+    wrong = [case.text for case in cases() if case.code != "E0609"]
+    return tuple(sorted([*(path.read_text() for path in paths), *wrong], key=len))
 
 
 def _mutated(rng: random.Random) -> str:
