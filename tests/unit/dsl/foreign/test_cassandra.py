@@ -192,10 +192,10 @@ def test_what_is_too_large_is_refused_before_it_is_read(tmp_path: Path) -> None:
     path.write_bytes(ROBOT.encode() + b" " * 100_000)
     with path.open("r+b") as stream:
         stream.truncate(100_000_000)
-    start = time.monotonic()
+    start = time.process_time()
     with pytest.raises(ModelError, match="larger than 32 MB"):
         files.read(path)
-    assert time.monotonic() - start < 1
+    assert time.process_time() - start < 1
 
 
 def test_very_many_names_become_numbers() -> None:
