@@ -25,7 +25,7 @@ FOLDER = Path(__file__).parent
 EXAMPLES = sorted((FOLDER.parent.parent / "examples").rglob("*.pomdp"))
 MODELS = sorted((FOLDER / "models").glob("*.pomdp"))
 SEED, SCENARIOS, STEPS = 20261122, 6000, 20
-MOST_NUMBERS = 8_000_000  # of a trace
+FEW, MANY = 1_000_000, 8_000_000  # numbers of a trace, at most
 
 
 @pytest.fixture(scope="module")
@@ -55,12 +55,12 @@ def with_params(model: ir.Model, **values: tuple[float, ...]) -> ir.Model:
     return dataclasses.replace(model, params=tuple(params))
 
 
-def assert_same_trace(model: ir.Model, folder: Path) -> None:
+def assert_same_trace(model: ir.Model, folder: Path, numbers: int = FEW) -> None:
     solver = build(model)
     path = folder / "trace"
     # The interpreter goes through all pairs of a factor's values.
     scenarios = SCENARIOS // 20 if any(f.size > 8 for f in model.factors) else SCENARIOS
-    scenarios = min(scenarios, MOST_NUMBERS // (STEPS * len(columns(model))))
+    scenarios = min(scenarios, numbers // (STEPS * len(columns(model))))
     size = ["--trace-scenarios", str(scenarios), "--trace-steps", str(STEPS), "--seed", str(SEED)]
     subprocess.run([solver, "--trace", path, *size], check=True)
     actual = traces.read(path, model)
@@ -76,6 +76,13 @@ def assert_same_trace(model: ir.Model, folder: Path) -> None:
 @pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
 def test_example(example: Path, tmp_path: Path) -> None:
     assert_same_trace(load(example).model, tmp_path)
+
+
+@pytest.mark.property
+@pytest.mark.usefixtures("_compiler")
+@pytest.mark.parametrize("path", [*EXAMPLES, *MODELS], ids=lambda path: path.stem)
+def test_long_trace(path: Path, tmp_path: Path) -> None:
+    assert_same_trace(load(path).model, tmp_path, MANY)
 
 
 @pytest.mark.usefixtures("_compiler")

@@ -13,7 +13,7 @@ from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.tools import find_compiler
 
 FOUND = sorted((Path(__file__).parent / "found").glob("*.pomdp"))
-MODELS, MANY = 200, 10_000
+FEW, MODELS, MANY = 40, 200, 10_000
 
 
 @pytest.fixture(scope="module")
@@ -34,9 +34,16 @@ def test_models_that_failed_once(tmp_path: Path) -> None:
 
 @pytest.mark.cxx
 @pytest.mark.usefixtures("_compiler")
-def test_random_models() -> None:
+def test_a_few_random_models() -> None:
     """What fails is made small: put it into ``found/``."""
-    assert "\n".join(failures(range(MODELS), batches.Size())) == ""
+    assert "\n".join(failures(range(FEW), batches.Size())) == ""
+
+
+@pytest.mark.cxx
+@pytest.mark.property
+@pytest.mark.usefixtures("_compiler")
+def test_random_models() -> None:
+    assert "\n".join(failures(range(FEW, MODELS), batches.Size())) == ""
 
 
 @pytest.mark.cxx
