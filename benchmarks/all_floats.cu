@@ -1,4 +1,4 @@
-// all_floats FUNCTION FIRST COUNT: what tests/unit/float_hash_main.cpp prints, computed on the GPU.
+// all_floats FUNCTION FIRST COUNT: what tests/support/float_hash_main.cpp prints, computed on the GPU.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>

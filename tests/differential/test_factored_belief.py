@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
-from belief_program import beliefs
-from factored_models import FACTORED, model_of
+from support.belief_program import beliefs
+from support.factored_models import FACTORED, model_of
 
 from hypgen.codegen.generate import generate
 from hypgen.dsl import ir
+
+pytestmark = pytest.mark.cxx
 
 PARTICLES, STEPS = 100_000, 30
 

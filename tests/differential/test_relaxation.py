@@ -16,6 +16,7 @@ from hypgen.runtime.builder.compile_flags import host_flags
 from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.tools import find_tools
 
+pytestmark = pytest.mark.cxx
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
 SMALL = (

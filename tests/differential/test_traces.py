@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import traces
-from ir_samples import tiger
+from support import traces
+from support.ir_samples import tiger
 
 from hypgen.dsl.interpret.trace import columns, trace
 

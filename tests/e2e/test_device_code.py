@@ -17,6 +17,7 @@ from hypgen.runtime.builder.compile_flags import host_flags, nvcc_flags
 from hypgen.runtime.builder.cuda_tools import CudaBuild
 from hypgen.runtime.builder.errors import ToolchainError
 
+pytestmark = [pytest.mark.cxx, pytest.mark.gpu]
 ROOT = Path(__file__).parent.parent.parent
 TIGER = ROOT / "examples" / "tiger.pomdp"
 EXAMPLES = [*sorted((ROOT / "examples").glob("*.pomdp")), *sorted((ROOT / "examples").glob("*/*.pomdp"))]

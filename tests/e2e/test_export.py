@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
 HYPGEN = [sys.executable, "-c", "from hypgen.cli.main import main; main()"]
 

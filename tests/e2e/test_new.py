@@ -8,6 +8,7 @@ from hypgen.cli import main
 from hypgen.cli.commands.new import TEMPLATES
 
 
+@pytest.mark.cxx
 @pytest.mark.parametrize("template", TEMPLATES)
 def test_a_template_checks_is_formatted_and_compiles(
     template: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

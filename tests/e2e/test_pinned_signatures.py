@@ -18,6 +18,7 @@ from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.solver import build_solver
 from hypgen.runtime.builder.tools import find_tools
 
+pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.pomdp"))
 PINS = json.loads((Path(__file__).parent / "pinned_signatures.json").read_text())

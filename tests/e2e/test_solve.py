@@ -11,6 +11,7 @@ import pytest
 
 from hypgen.cli.exit_codes import Exit
 
+pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
 HYPGEN = [sys.executable, "-c", "from hypgen.cli.main import main; main()", "solve"]
 TIGER = str(ROOT / "examples" / "tiger.pomdp")
@@ -58,7 +59,7 @@ def test_an_interrupt_prints_what_is_proven(tmp_path: Path) -> None:
         while b" trials" not in shown and started.poll() is None:
             shown += os.read(terminal, 1024)
         started.send_signal(signal.SIGINT)
-        printed, _ = started.communicate(timeout=60)
+        printed, _ = started.communicate(timeout=300)
     os.close(terminal)
     assert started.returncode == Exit.INTERRUPTED, shown
     assert "Tiger: 2 states" in printed and "interrupted" in printed

@@ -7,7 +7,7 @@ import os
 import re
 from pathlib import Path
 
-from test_documentation_output import output
+from support.console import output
 
 PAGE = Path(__file__).parent.parent.parent / "docs" / "guide" / "tutorial.md"
 PART = re.compile(r"```(pomdp|pomdp-part) (\S+)\n(.*?)```\n|```console\n\$ ([^\n]*)\n.*?```\n", re.DOTALL)
