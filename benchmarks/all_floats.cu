@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // all_floats FUNCTION FIRST COUNT: what tests/support/float_hash_main.cpp prints, computed on the GPU.
 #include <cstdint>
 #include <cstdio>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compare all 2^32 inputs of each one-argument float function between numpy, the host and a GPU.
 
     python benchmarks/all_floats.py                # all functions; a GPU and nvcc are used if they are there

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Prints how exact the float functions are: ``docs/results/float_functions.md`` has the table.
 
 PYTHONPATH=tests python benchmarks/float_functions.py [SAMPLES]

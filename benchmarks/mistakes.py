@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Newcomers' mistakes: what ``hypgen check`` says of each, beside what stanc3 says of the same in Stan.
 
 ``python benchmarks/mistakes.py`` writes docs/results/mistakes.md from the corpus of wrong models

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Builds a program that compares walks through random models on a GPU with those on the host.
 
 PYTHONPATH=tests python benchmarks/device/random_walks.py [--models N] [--first SEED] [--jobs J]

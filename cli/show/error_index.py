@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The corpus of wrong models: what each diagnostic code means, with examples and what is said of them.
 
 ``errors/*.toml`` has one entry for each code. It feeds ``hypgen error``, the pages of the documentation and

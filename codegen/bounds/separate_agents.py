@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Agents that act apart: together they earn at most what each earns alone with its share of the tokens.
 
 A product action has a component for each agent. What an agent's variables become is its own affair: they are

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Expressions with functions inlined and comprehensions over one type written out."""
 
 from __future__ import annotations

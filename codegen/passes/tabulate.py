@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Slow formulas of finite inputs become tables that are filled once, when params are loaded.
 
 A step of a rollout then reads ``accuracy_table[x][y][r]`` where it would have computed a power, and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The order of inits: each after those that it reads, and a family member by member where that is needed.
 
 A member may read members of its own family that come before it, where the text shows that they do: through

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Conclusions from who reads what: stages, the observation key, the filter's rules."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What expressions give on constants: one table of operators for all that compute while a model is compiled.
 
 Values are Python's: bool, int (or a code), and floats that float32 holds. A float operator computes in double

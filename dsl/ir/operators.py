@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Building typed expressions: intervals are propagated and constants folded as nodes are made.
 
 Operands are already of agreeing kinds unless a function says that it promotes. Nothing here knows of source

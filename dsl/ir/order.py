@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The order of declarations that need each other: the same for the same text."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Building trigonometric expressions: intervals and folded constants, as ``operators`` does for others."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # How all of hypgen's C++ is compiled, generated models included.
 
 # Sets `result` to the flags on which equal bits rest: host_flags.txt, which hypgen's own builder reads too.

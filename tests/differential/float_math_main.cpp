@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Reads pairs of float bits and writes, for each pair, what every function of math.hpp makes of it.
 #include <cstdint>
 #include <cstdio>

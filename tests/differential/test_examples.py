@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The generated solver against the interpreter: every number of many random steps, bit for bit."""
 
 from __future__ import annotations

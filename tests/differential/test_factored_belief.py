@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Particles of single factors, as generated, come to the exact posterior, which traces check in all bits."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The float functions of numpy and of the C++ headers give the same bits.
 
 All 2^32 inputs of a function of one argument take 10 to 20 minutes of one core:

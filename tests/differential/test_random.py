@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random models: the generated C++ against the interpreter, bit for bit, many models a program."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Derived bounds against the values of knowing the state and of the default policy, by brute force."""
 
 from __future__ import annotations

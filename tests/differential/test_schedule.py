@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A partition that lets warps write one word is caught where it runs: in the generated step, on the CPU."""
 
 from __future__ import annotations

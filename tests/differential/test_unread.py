@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A particle filter that draws unread parts of a map anew comes to the exact posterior, others do not."""
 
 from __future__ import annotations

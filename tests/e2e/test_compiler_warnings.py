@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is generated for each model compiles, and the compiler warns of nothing."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """nvcc takes every example's device unit without a warning, and both builds make a solver of it."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What docs/guide/tools.md shows is what the commands print; HYPGEN_UPDATE=1 writes it anew."""
 
 import os

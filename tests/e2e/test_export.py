@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen export`` and back: the value stays what it was."""
 
 import json

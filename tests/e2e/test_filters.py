@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Our filters against the exact one, on RockSample(4,4): one build serves all tests.
 
 benchmarks/exact/filters.py does the same at length; docs/results/exact.md has what it gives.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compiled solvers act legally, whatever little they have: time, memory, scenarios, cores, choices."""
 
 from __future__ import annotations

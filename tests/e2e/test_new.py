@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen new``: what it writes is a formatted model that compiles, and it never overwrites."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One thread builds the same tree, bit for bit, as when the table was made.
 
 The table (``pinned_signatures.json``) was made before the tree's data became atomic. A change that does not

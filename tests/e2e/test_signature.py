@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The search builds the same tree, bit for bit, whatever the optimisation level."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen sim``: an episode as a person and as a program see it."""
 
 import io

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen solve``: from a model file to a proven interval. One build serves all tests."""
 
 import json

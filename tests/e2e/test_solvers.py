@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a model file to a running solver: the cache, exported projects, options and signals."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """docs/guide/tutorial.md, from top to bottom: its model grows, and its commands print what it shows.
 
 ``HYPGEN_UPDATE=1 pytest tests/e2e/test_tutorial.py`` writes the page anew; review the difference.

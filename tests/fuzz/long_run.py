@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fuzz for long.
 
 PYTHONPATH=tests python tests/fuzz/long_run.py --cases 1000000 [--short] [--seed 0] [--keep FOLDER]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whatever a file holds, the answer is a model or diagnostics: random files, and some nasty ones.
 
 1,000 files are random; ``pytest -m property tests/fuzz`` tries 10,000.

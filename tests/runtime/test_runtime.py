@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Builds the C++ tests of the runtime with CMake and runs each as a case of its own."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The four protocols of a tree that several threads change without a lock (docs/internals/many-threads.md).
 
 Small models of them, walked through in every order in which their threads' accesses to shared memory can

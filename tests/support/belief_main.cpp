@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plays a model and prints, after every step, how it ended, the action, the first word of what was seen and
 // the probability of each value of each variable under a belief: argv[1] particles, argv[2] steps. MODEL is
 // the model's type, HEADER its generated header, BELIEF the belief's template.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compiles a generated model with one of the runtime's beliefs, and returns what that holds to be true."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs a command line as the documentation shows it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs the corpus of wrong models as a user would, and writes what is said of them into it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Small models whose hidden variables are independent, of every form that the rules allow."""
 
 from __future__ import annotations

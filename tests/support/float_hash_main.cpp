@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // float_hash FUNCTION FIRST COUNT: for COUNT chunks of 2^20 float bit patterns from chunk FIRST on, prints a
 // hash of what the function of math.hpp makes of them: the sum over i of (bits + 1) * (2 i + 1) *
 // 0x9E3779B97F4A7C15.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pairs of floats on which functions of one or two arguments may go wrong."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the float functions should give: MPFR's correctly rounded results, and how far off others are."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a model's text and a file in Cassandra's format come to as arrays, by two ways that share nothing.
 
 ``laws_of_text`` evaluates the checked model with the interpreter's densities, ``laws_of_cassandra`` fills

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bad input of many kinds, and what must hold whatever the input is.
 
 A case is a function of a seed. Its text comes from a valid file that is mutated, from the grammar, or from

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Hand-built IR: the models that tests of single stages start from."""
 
 from __future__ import annotations

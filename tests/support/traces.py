@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reads the table that a solver's ``--trace`` writes and compares it with the interpreter's."""
 
 from __future__ import annotations

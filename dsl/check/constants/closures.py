@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Constant expressions as Python closures: the entries of a large table, each in a microsecond.
 
 Checking an expression anew for every value of its binders takes some hundred times as long, and walking it

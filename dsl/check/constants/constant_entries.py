@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The values of constant expressions, one for each value of their binders."""
 
 from __future__ import annotations

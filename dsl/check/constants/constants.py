@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Consts and params: values that are known when the model is compiled, settings applied."""
 
 from __future__ import annotations

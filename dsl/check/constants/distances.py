@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``distance(a in T, b in T where linked(a, b): cost else far)``: a table of all-pairs shortest paths."""
 
 from __future__ import annotations

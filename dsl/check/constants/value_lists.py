@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Strings that list an array's entries, separated by blanks: numbers, booleans, or variants without glyphs.
 
 Large tables are written so. A word of a string takes a tenth of the time that an expression takes to read.

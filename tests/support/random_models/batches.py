@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Many models in one program, which writes the trace of any of them: compiling one by one takes too long."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random distributions over the types of random models."""
 
 from __future__ import annotations

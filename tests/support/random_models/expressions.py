@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random expressions: of every type, with every operator, over whatever may be read where they stand."""
 
 from __future__ import annotations

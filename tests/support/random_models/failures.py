@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compares random models by seed, and makes those that fail small.
 
 PYTHONPATH=tests python -m support.random_models.failures FIRST LAST    prints what fails of these seeds

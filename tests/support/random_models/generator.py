@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random models as text, so that the front end has its part in every comparison.
 
 A model is a tree of items (``random_tree``): what a seed finds can be made small before anyone reads it.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random laws: normal, exponential, uniform, Poisson, binomial; truncated, clamped, binned, weighted."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The types of random models, and what their expressions may read."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Text that can be made shorter and stays a model: trees of what may stand in whose place."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Finding nvcc and GPUs, with scripts in their place, and choosing what to compile for."""
 
 import shutil

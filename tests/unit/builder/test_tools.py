@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Finding tools, the cache, and exporting projects; with a tiny runtime in place of hypgen's own."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The corpus of wrong models: what is said of each, word for word; docs/reference/errors is made of it.
 
 ``HYPGEN_UPDATE=1 pytest tests/unit/cli/test_error_index.py`` writes what is said now into the corpus and the

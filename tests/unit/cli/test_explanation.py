@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The facts that ``hypgen explain`` tells, and their text."""
 
 from __future__ import annotations

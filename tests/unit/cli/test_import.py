@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen import``, and the other commands on files in other formats."""
 
 import re

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Newcomers' mistakes, which the corpus of wrong models has: docs/results/mistakes.md shows them."""
 
 import mistakes

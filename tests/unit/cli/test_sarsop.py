@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The benchmark beside SARSOP: what is told to scikit-decide, and what is made of its vectors."""
 
 import importlib

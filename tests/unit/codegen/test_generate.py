@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Code generation part by part: names, literals, expressions, tables, guards."""
 
 from __future__ import annotations

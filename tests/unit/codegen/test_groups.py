@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Groups of reward terms: what each depends on, how they grow, and what forbids them."""
 
 from __future__ import annotations

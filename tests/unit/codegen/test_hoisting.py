@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tables for formulas under conditions: nothing is read where its index may be out of range."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How warps share a step: no two write one word, everything is done once, and the text says so."""
 
 from __future__ import annotations

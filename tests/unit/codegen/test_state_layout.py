@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Packing: fields lie where they say, cross no word and share no word with another element."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reading files, merging instances and settings."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What lowering makes of expressions, draws and declarations."""
 
 import math

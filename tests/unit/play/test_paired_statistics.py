@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What benchmarks/search's studies compute, and how they play episodes, without a real solver."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What ``hypgen compare`` makes of programs that play, without a real one."""
 
 import signal

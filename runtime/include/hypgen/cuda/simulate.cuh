@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Second kernel of a batch: every action of every leaf over every member, and what follows from there.
 #pragma once
 

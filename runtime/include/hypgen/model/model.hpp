@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The contract between a model and the runtime: all that the runtime reads and calls of a model.
 //
 // A model is a struct of types, constants and static functions. It has no globals, and its functions are

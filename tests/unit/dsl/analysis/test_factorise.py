@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Factors: which hidden variables are independent, and that their posteriors are those of Bayes' rule."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Stages, the order of inits, the observation key, and which visible variables are determined or copied."""
 
 import pytest

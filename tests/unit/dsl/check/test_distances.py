@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tables of shortest paths, and constant tables computed by closures."""
 
 import pytest

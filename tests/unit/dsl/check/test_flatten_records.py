@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Records of floats become scalars: what they are called, and what a model of them computes."""
 
 import numpy as np

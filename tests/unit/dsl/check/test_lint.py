@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Warnings: what is told of models that are right and yet doubtful."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Recursive functions, unrolled for the ints that are constant."""
 
 from hypgen.dsl import ir

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Cassandra's format: every form of it, against arrays filled by another way; and its mistakes."""
 
 import itertools

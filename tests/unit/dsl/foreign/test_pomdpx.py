@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """POMDPX: tables, decision diagrams, several variables; and what is refused."""
 
 import numpy as np

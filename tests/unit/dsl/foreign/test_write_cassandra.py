@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Enumerated models in Cassandra's format: what the lines say, and that reading them back gives the same."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The formatter: one layout, the same tokens and comments, and nothing left to do the second time."""
 
 from __future__ import annotations

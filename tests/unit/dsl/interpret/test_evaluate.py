@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Expressions and distributions by themselves, evaluated inside a model that has nothing but a name."""
 
 from __future__ import annotations
@@ -8,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 from support import ir_samples
+from support.interpreted import evaluator, value
 
 from hypgen.dsl import ir
-from hypgen.dsl.interpret.evaluate.distributions import Evaluator
 from hypgen.dsl.interpret.evaluate.values import Array, Frame
 from hypgen.dsl.types import (
     BOOL,
@@ -19,7 +20,6 @@ from hypgen.dsl.types import (
     PROB,
     Bool,
     Enum,
-    Float,
     Int,
     Record,
     Type,
@@ -41,24 +41,6 @@ def const(value: bool | int | float, t: Type | None = None) -> ir.Const:
 
 def local(t: Type, name: str = "v") -> ir.Local:
     return ir.Local(t, name)
-
-
-def evaluator(**changes: Any) -> Evaluator:
-    model = dataclasses.replace(ir_samples.tiger(), **changes)
-    return Evaluator(model, {})
-
-
-def value(e: ir.Expr, v: Any = 0, within: Evaluator | None = None) -> list[Any]:
-    """Return what ``e`` is in each lane, the local ``v`` having one of the given values in each."""
-    lanes = np.asarray([v] if np.ndim(v) == 0 else v)
-    lanes = lanes.astype(
-        np.float32 if lanes.dtype.kind == "f" else lanes.dtype if lanes.dtype == bool else np.int32
-    )
-    frame = Frame(np.arange(len(lanes)), {}, locals={"v": lanes})
-    result = (within or evaluator()).value(e, frame)
-    kind = {Bool: "b", Float: "f"}.get(type(e.type), "i")
-    assert result.dtype.kind == kind and result.dtype.itemsize in (1, 4)
-    return list(np.broadcast_to(result, lanes.shape).tolist())
 
 
 def binary(op: str, t: Type, left: ir.Expr, right: ir.Expr) -> ir.Binary:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The filter's law: weighting what it draws gives the same posterior as throwing away what was not seen.
 
 Each model is a trap in which a filter with slightly wrong rules is biased although sampler and filter agree

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whole models: what a step does, what a key says, and what the filter makes of it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of numbers by themselves: densities count all words, samplers follow them, and both follow the law."""
 
 from __future__ import annotations

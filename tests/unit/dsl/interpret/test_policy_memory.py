@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a policy remembers: the meaning of memory, ``last`` and the policy's own draws."""
 
 from __future__ import annotations

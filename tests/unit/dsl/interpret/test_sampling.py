@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``check --samples``: one model for each kind of finding, word for word, and none in models that are right.
 
 HYPGEN_UPDATE=1 rewrites the expected texts; review the difference.

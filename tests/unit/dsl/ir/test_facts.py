@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What conditions show: idioms that must check, each in a function of its own."""
 
 import pytest

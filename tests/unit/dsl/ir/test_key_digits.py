@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the digits of an observation key lie, and that what is written is what is read."""
 
 import math

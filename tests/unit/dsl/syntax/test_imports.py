@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Libraries: what a model takes from them, and what is said of imports that cannot be."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The syntax tree: its nodes, what binds tighter, and exact spans."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the parser says of mistakes; the corpus (test_error_index.py) has one of each kind, word for word."""
 
 import pytest

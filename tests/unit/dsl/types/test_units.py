@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Units of measurement: how they are written, and what arithmetic makes of them."""
 
 import pytest

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Functions against MPFR: special values, hard cases and samples of each float function."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Known answers are those of the Random123 distribution (kat_vectors)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What evaluating an expression comes to, through functions and lets."""
 
 from hypgen.dsl import ir

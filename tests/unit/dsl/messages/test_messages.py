@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where texts of messages stand: in dsl/messages, in the module of their group, each with an example."""
 
 import ast
@@ -6,10 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from support.paths import ROOT
 
 from hypgen.cli.show.error_index import entries
 
-ROOT = Path(__file__).parent.parent.parent
 MODULES = sorted(p for p in (ROOT / "dsl" / "messages").glob("*.py") if re.match(r"e\d\d_|[wc]_", p.name))
 RULES = ROOT / "dsl" / "syntax" / "errors"  # each rule of syntax holds its own text
 CODE = re.compile(r"[EC]\d{4}|W\d\d")

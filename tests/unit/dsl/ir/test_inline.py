@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What calls and lets stand for: arguments keep their meaning, whatever the body binds."""
 
 from hypgen.dsl import ir

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Constants: folding, closures, early decisions and the interpreter agree on every operator, at its edges."""
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from test_eval import value as interpreted
+from support.interpreted import value as interpreted
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants.closures import Closures, Irregular
