@@ -26,8 +26,8 @@ std::size_t evaluator_bytes(const PlannerOptions& options, int action_count) {
   return options.memory_bytes / (evaluator + tree) * evaluator;
 }
 
-// Rollout mode's first look at what a rollout costs, where time is limited.
-constexpr std::size_t kProbeScenarios = 16;
+// The first look at what a rollout costs, where time is limited.
+constexpr std::size_t kProbeScenarios = 4;
 
 Clock::time_point deadline_after(double seconds) {
   const Clock::time_point now = Clock::now();
@@ -73,6 +73,7 @@ Planner::Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor
       leaf_sizes_(options.scenarios + 1) {
   candidates_.reserve(static_cast<std::size_t>(model.action_count));
   actions_.reserve(static_cast<std::size_t>(model.action_count));
+  root_actions_.reserve(static_cast<std::size_t>(model.action_count) + 1);
 }
 
 void Planner::prepare(const Belief& belief) { belief.reserve(scenarios_, options_.scenarios); }
@@ -106,7 +107,8 @@ void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decisio
     decision.status = Status::kDeviceLost;
     return;
   }
-  const bool probes = options_.mode == Mode::kRollout && setup_.deadline != Clock::time_point::max();
+  const bool is_timed = setup_.deadline != Clock::time_point::max();
+  const bool probes = is_timed && options_.mode != Mode::kPomcp;
   const std::size_t count = probes ? std::min(options_.scenarios, kProbeScenarios) : options_.scenarios;
   belief.sample(key, 0, count, scenarios_);
   const Clock::time_point sampled = Clock::now();
@@ -120,8 +122,11 @@ void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decisio
   const double share = 1.0 / root.row.count;
   decision.lower = share * from_fixed_sum(root.row.lower_sum);
   decision.upper = share * from_fixed_sum(root.row.upper_sum);
+  root_actions_.clear();
   if (options_.mode == Mode::kRollout) {
     plan_rollout(belief, key, decision, root);
+  } else if (probes) {
+    plan_anytime(belief, key, decision, root);
   } else {
     plan_tree(decision, root);
   }
@@ -150,7 +155,7 @@ EvaluatorStats Planner::evaluator_stats() {
 }
 
 void Planner::plan_tree(Decision& decision, const RootResult& root) {
-  search_.run(*evaluator_, root, setup_, decision);
+  search_.run(*evaluator_, root, setup_, root_actions_, decision);
   if (options_.signature && decision.late_threads == 0) decision.signature = search_.tree().signature(0);
   if (!is_failure(decision.status)) decision.action = search_.best_action(root.default_action);
 }

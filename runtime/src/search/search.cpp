@@ -27,9 +27,9 @@ Search::Search(const PlannerOptions& options, const TreeOptions& tree)
 }
 
 void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchSetup& setup,
-                 Decision& decision) {
+                 Span<const int> actions, Decision& decision) {
   const Clock::time_point start_time = Clock::now();
-  shared_.begin(evaluator, root, setup);
+  shared_.begin(evaluator, root, setup, actions);
   const bool is_alone = workers_.size() == 0 || shared_.is_stopped();
   if (!is_alone) workers_.start();
   shared_.run_thread(0);

@@ -85,6 +85,7 @@ void JsonLines::write(const StepRecord& step) {
                {"status", status_name(decision.status)},
                {"lower", decision.lower},
                {"upper", decision.upper},
+               {"scenarios", decision.scenarios},
                {"trials", decision.trials},
                {"expansions", decision.expansions},
                {"nodes", decision.nodes},

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hypgen/core/status.hpp"
+#include "hypgen/leaves/rolled_actions.hpp"
 
 namespace hypgen {
 
@@ -21,6 +22,7 @@ struct Branch {
   std::uint32_t first;
   std::uint32_t count;
   int depth;
+  std::int64_t lower_sum;
 };
 
 bool same_bytes(const void* a, const void* b, std::size_t size) {
@@ -69,7 +71,7 @@ class Growth {
         draws_(derive(seed, StreamKind::kTest, 2), 0, 0) {}
 
   LeafComparison grow(std::uint32_t root_count, std::size_t leaves) {
-    batch_.push_back({kNoHandle, kNoHandle, 0, 0, root_count, 0});
+    batch_.push_back({kNoHandle, kNoHandle, 0, 0, root_count, 0, INT64_MIN});
     while (!batch_.empty() && evaluate()) {
       batch_.clear();
       const std::size_t left = leaves - std::min<std::size_t>(leaves, found_.leaves);
@@ -89,7 +91,14 @@ class Growth {
   }
 
   static LeafRequest request(const Branch& branch, std::uint64_t parent) {
-    return {0, parent, branch.action, branch.first, branch.count, branch.depth, {}};
+    LeafRequest request{0, parent, branch.action, branch.first, branch.count, branch.depth, {}};
+    // All ways of rolling out: every action, one, and some, of which known bounds leave out more.
+    constexpr std::uint32_t kRolled[] = {kRollsAll, 1, 3};
+    if (branch.depth > 0) {
+      request.rolled = kRolled[(branch.first + static_cast<std::uint32_t>(branch.action)) % 3];
+      if (request.rolled == 3) request.lower_sum = branch.lower_sum;
+    }
+    return request;
   }
 
   // Whose leaf it is at the other evaluator.
@@ -130,7 +139,8 @@ class Growth {
         const ChildRow& child = expected.children[row.first_child + i];
         if (child.terminal) continue;
         branches_.push_back(
-            {expected.handle, result.handle, row.action, child.first, child.count, parent.depth + 1});
+            {expected.handle, result.handle, row.action, child.first, child.count, parent.depth + 1,
+             child.lower_sum});
       }
     }
   }

@@ -50,6 +50,10 @@ struct LeafRequest {
   int depth;
   Span<const int> actions;  // those to try, ascending; empty: all legal ones. Legal ones count only. They
                             // have to stay until the leaf is given
+  // How many actions are rolled out besides the default policy's: those that promise most (rolled_actions.hpp).
+  // kRollsAll at the root asks for gains too.
+  std::uint32_t rolled = UINT32_MAX;
+  std::int64_t lower_sum = INT64_MIN;  // what is known of the leaf: an action that promises no more is not rolled
 };
 
 // A group of scenarios that saw the same observation after an action. Groups stand in order of first
@@ -97,7 +101,7 @@ struct LeafResult {
   std::uint32_t count;  // the leaf's scenarios
   Span<const ActionRow> actions;
   Span<const ChildRow> children;
-  Span<const Gain> gains;  // at the root one for each action, else none
+  Span<const Gain> gains;  // at the root, where all actions are rolled out, one for each; else none
 };
 
 // What an evaluator has done since it was made. Zero: not known, or nothing.

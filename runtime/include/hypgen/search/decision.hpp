@@ -34,6 +34,8 @@ struct PlannerOptions {
   double pruning = 0.0;                                                   // lambda
   double observation_loss = 1.0;                                          // c_o
   double exploration = 0.0;                                               // c_a; kPomcp: UCB1's constant
+  std::uint32_t rolled = 3;           // actions of a leaf that are rolled out besides the default policy's
+  std::uint32_t rolled_at_root = 16;  // the same at the root, if it is more
   std::size_t in_flight = 1;                                              // F, trials at a time; 1 is DESPOT
   std::size_t threads = 1;                                                // N, of the search
   double gap = 1e-3;  // the search ends when the root's bounds are this close
@@ -52,6 +54,7 @@ struct Decision {
   Status status = Status::kOk;
   double lower = std::numeric_limits<double>::quiet_NaN();
   double upper = std::numeric_limits<double>::quiet_NaN();
+  std::size_t scenarios = 0;  // of the tree; 0: there was none
   std::uint64_t trials = 0;
   std::uint64_t expansions = 0;
   std::uint64_t nodes = 0;           // that trials visited
@@ -69,6 +72,23 @@ struct Decision {
   double backup_seconds = 0.0;   // and back up
   std::size_t late_threads = 0;  // that had not ended by the deadline
   std::uint64_t signature = 0;   // of the tree, if asked for
+
+  // Adds what another stage of the same decision has done.
+  void add_work(const Decision& other) {
+    trials += other.trials;
+    expansions += other.expansions;
+    nodes += other.nodes;
+    children += other.children;
+    collisions += other.collisions;
+    simulations += other.simulations;
+    leaf_scenarios += other.leaf_scenarios;
+    crossed += other.crossed;
+    max_depth = max_depth > other.max_depth ? max_depth : other.max_depth;
+    waiting_seconds += other.waiting_seconds;
+    tree_seconds += other.tree_seconds;
+    descent_seconds += other.descent_seconds;
+    backup_seconds += other.backup_seconds;
+  }
 };
 
 }  // namespace hypgen

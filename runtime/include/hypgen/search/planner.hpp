@@ -74,6 +74,12 @@ class Planner {
   void replace_evaluator();
   void plan_tree(Decision& decision, const RootResult& root);
   void plan_rollout(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root);
+  void plan_anytime(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root);
+  std::size_t affordable_scenarios(std::size_t actions) const;
+  void keep_survivors(int default_action);
+  void compare_actions(const Belief& belief, StreamKey key, Clock::time_point end, std::size_t survivors,
+                       Decision& decision);
+  int compared_action(int default_action) const;
   Status evaluate(const LeafRequest& request, LeafResult& result);
   bool sample_gains(const Belief& belief, StreamKey key, Clock::time_point end, Decision& decision);
   std::size_t batch_until(Clock::time_point end) const;
@@ -93,6 +99,7 @@ class Planner {
   std::vector<std::uint64_t> leaf_sizes_;  // of rollout mode
   std::vector<Candidate> candidates_;      // by ascending action
   std::vector<int> actions_;               // theirs
+  std::vector<int> root_actions_;          // that the tree starts with; empty: all
   std::uint64_t sampled_ = 0;              // scenarios that rollout mode has used
   double rollout_seconds_ = 0.0;           // what one took lately
 };

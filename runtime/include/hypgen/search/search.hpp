@@ -24,7 +24,9 @@ class Search {
 
   // Searches until a limit is reached or something fails, and fills `decision` but for its action. Rows of
   // the evaluator's stay in use until the next search.
-  void run(LeafEvaluator& evaluator, const RootResult& root, const SearchSetup& setup, Decision& decision);
+  // `actions`, ascending, are those that the root has; none: all that are legal.
+  void run(LeafEvaluator& evaluator, const RootResult& root, const SearchSetup& setup,
+           Span<const int> actions, Decision& decision);
 
   // The best lower bound; the default policy's action if it is as good, or if following the policy is. Of
   // POMCP the best mean value.

@@ -22,7 +22,8 @@ struct SharedSearch {
       : options(planner), tree(tree_options) {}
 
   // Starts a search, up to the root's expansion. While all threads are parked.
-  void begin(LeafEvaluator& leaf_evaluator, const RootResult& root, const SearchSetup& search_setup);
+  void begin(LeafEvaluator& leaf_evaluator, const RootResult& root, const SearchSetup& search_setup,
+             Span<const int> actions);
 
   // Asks all threads to end. The first reason stays, but for one that the planner has to act on.
   void stop(Status reason);
@@ -38,6 +39,7 @@ struct SharedSearch {
   const PlannerOptions options;
   Tree tree;
   LeafEvaluator* evaluator = nullptr;
+  Span<const int> root_actions{};  // none: all that are legal
   SearchSetup setup{};
   bool has_crossed_at_root = false;  // the root's own bounds
   std::vector<std::unique_ptr<SearchThread>> threads;
