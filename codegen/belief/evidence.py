@@ -7,8 +7,8 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 
 from hypgen.codegen.belief.hypotheses import MEMBER, Hypotheses, keeps, locals_of
-from hypgen.codegen.cpp.expressions import Sink
 from hypgen.codegen.cpp.function_builder import Builder
+from hypgen.codegen.cpp.sink import Sink
 from hypgen.codegen.model.interface import Digit
 from hypgen.codegen.model.model_functions import arguments, density_needs
 from hypgen.codegen.passes.expr_shapes import branches

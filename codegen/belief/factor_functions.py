@@ -31,7 +31,7 @@ class FactorFunctions(Weighing):
 
     def field(self, factor: ir.Factor) -> str:
         """Return the member of ``Posterior`` that holds a factor's probabilities."""
-        return self.advance[factor.element].replace("advance_", "", 1)
+        return self.advance[factor.element].removeprefix("advance_")
 
     def constants(self) -> list[str]:
         """Return what the runtime asks of the model about its factors."""

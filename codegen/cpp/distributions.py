@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 
-from hypgen.codegen.cpp.expressions import ADD, TERNARY, Append, ExprPrinter, Sink
+from hypgen.codegen.cpp.expressions import ADD, TERNARY, Append, ExprPrinter
 from hypgen.codegen.cpp.laws import bin_density_text, bin_text, count_text, draw_text
+from hypgen.codegen.cpp.sink import Sink
 from hypgen.codegen.cpp.text import code_of, integer, scalar, shifted
 from hypgen.codegen.passes import table_draws
 from hypgen.codegen.passes.expr_shapes import needs_statements

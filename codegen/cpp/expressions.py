@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 
+from hypgen.codegen.cpp.sink import Sink
 from hypgen.codegen.cpp.text import Code, code_of, float32, integer, literal, loop, scalar, stored
 from hypgen.codegen.layout.history_layout import BeliefCall, HistoryRead
 from hypgen.codegen.layout.naming import Names
@@ -24,7 +25,7 @@ from hypgen.codegen.passes.expr_shapes import (
 )
 from hypgen.codegen.passes.state_tables import ArrayBits
 from hypgen.dsl import ir
-from hypgen.dsl.ir.walk import free_locals, negated, shape
+from hypgen.dsl.ir.walk import free_locals, negated
 from hypgen.dsl.types import INT32_MAX, INT32_MIN, Bool, Float, Int, Type, low_of, size_of
 
 PRIMARY, UNARY, MULTIPLY, ADD, COMPARE, EQUAL, AND, OR, TERNARY = 100, 90, 80, 70, 60, 55, 40, 30, 20
@@ -46,31 +47,6 @@ _OPERATORS = {
 _ROUNDINGS = {"floor": "floor_to_int", "ceil": "ceil_to_int", "round": "round_to_int"}
 
 Append = Callable[[], None]
-
-
-@dataclass(frozen=True)
-class Sink:
-    """What to do with a value: ``return X;``, ``total += X;``, ``next.set_rover_x(X);``."""
-
-    before: str
-    after: str = ";"
-    kept: object = None  # the shape of the value that is there already, for which there is nothing to do
-
-    def keeps(self, expr: ir.Expr) -> bool:
-        """Return whether ``expr`` is the value that is there already."""
-        return self.kept is not None and shape(expr) == self.kept
-
-    @property
-    def returns(self) -> bool:
-        """Return whether nothing behind the statement is reached."""
-        return self.before == "return "
-
-    def __call__(self, text: str) -> str:
-        """Return the statement for a value."""
-        return f"{self.before}{text}{self.after}"
-
-
-RETURN = Sink("return ")
 
 
 @dataclass(frozen=True)
@@ -298,7 +274,7 @@ class ExprPrinter:
             case "not", ir.Binary(op="eq" | "ne" as op, left=left, right=right):
                 return self._binary(ir.Binary(expr.type, "ne" if op == "eq" else "eq", left, right))
             case "not", ir.IsVariant(enum=enum, variant=variant) if plain_variant(enum, variant):
-                return self._print(operand)[0].replace(" == ", " != "), EQUAL
+                return self._is_plain(operand, "!="), EQUAL
             case "not", _:
                 return f"!{self.text(operand, UNARY)}", UNARY
             case "neg", _:
@@ -394,12 +370,11 @@ class ExprPrinter:
         """Print what takes values of enums and records apart and puts them together."""
         types, members = self.names.types, self.names.members
         match expr:
+            case ir.IsVariant(enum=enum, variant=variant) if plain_variant(enum, variant):
+                return self._is_plain(expr, "=="), EQUAL
             case ir.IsVariant(enum=enum, variant=variant, operand=operand):
-                if not plain_variant(enum, variant):
-                    test = members[enum.name][f"is {variant}"]
-                    return f"{types[enum.name]}::{test}({self.text(operand)})", PRIMARY
-                constant = f"{types[enum.name]}::{members[enum.name][variant]}"
-                return f"{self.text(operand, ADD)} == {constant}", EQUAL
+                test = members[enum.name][f"is {variant}"]
+                return f"{types[enum.name]}::{test}({self.text(operand)})", PRIMARY
             case ir.VariantArgument(enum=enum, variant=variant, operand=operand):
                 argument = members[enum.name][f"of {variant}"]
                 return f"{types[enum.name]}::{argument}({self.text(operand)})", PRIMARY
@@ -411,6 +386,12 @@ class ExprPrinter:
                 make = f"{types[record.name]}::{members[record.name]['make']}"
                 return f"{make}({self.arguments(values)})", PRIMARY
         raise TypeError(f"no C++ for {type(expr).__name__}")
+
+    def _is_plain(self, test: ir.IsVariant, sign: str) -> str:
+        """Return ``operand == Enum::variant``, or with ``!=``, for a variant without an argument."""
+        enum = test.enum.name
+        constant = f"{self.names.types[enum]}::{self.names.members[enum][test.variant]}"
+        return f"{self.text(test.operand, ADD)} {sign} {constant}"
 
     # Quantifiers ---------------------------------------------------------------------------------
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 
 from hypgen.codegen.cpp import template_data
 from hypgen.codegen.cpp.distributions import DistPrinter
-from hypgen.codegen.cpp.expressions import RETURN, Context, ExprPrinter, Sink
+from hypgen.codegen.cpp.expressions import Context, ExprPrinter
+from hypgen.codegen.cpp.sink import RETURN, Sink
 from hypgen.codegen.cpp.text import scalar, wrapped
 from hypgen.codegen.layout.naming import base_name
 from hypgen.codegen.passes.arguments import PARTS, Needs

@@ -165,8 +165,7 @@ class _Descriptor:
             pending = after
         joined = joined + _string(pending) if pending else joined.removesuffix(" + ")
         code.add(f"return {joined};" if parts else 'return "none";')
-        key = "key" if parts else ""
-        head = f"std::string observation_name(hypgen::KeyWords {key}) {{".replace(" )", ")")
+        head = f"std::string observation_name(hypgen::KeyWords{' key' if parts else ''}) {{"
         return template_data.Function((), (head,), tuple(code.lines))
 
     def _value_names(self) -> template_data.Function:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence, Set
 
 from hypgen.codegen.cpp import template_data
-from hypgen.codegen.cpp.expressions import Context, ExprPrinter, Sink
+from hypgen.codegen.cpp.expressions import Context, ExprPrinter
 from hypgen.codegen.cpp.function_builder import Builder, origin
+from hypgen.codegen.cpp.sink import Sink
 from hypgen.codegen.cpp.text import scalar, stored
 from hypgen.codegen.passes.arguments import PARTS, Needs
 from hypgen.codegen.passes.guards import own_value

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 from hypgen.dsl import ir
-from hypgen.dsl.ir.walk import children
+from hypgen.dsl.ir.walk import Node, children
 from hypgen.dsl.types import size_of
 
 _DIVISION = 8
@@ -22,7 +21,7 @@ class Costs:
         self.functions = functions
         self.lets = lets
 
-    def of(self, node: Any) -> int:
+    def of(self, node: Node) -> int:
         """Return how many simple operations ``node`` takes; both sides of a condition count."""
         inside = sum(self.of(child) for child in children(node))
         match node:

@@ -9,7 +9,8 @@ from struct import pack, unpack
 from typing import TypeAlias
 
 from hypgen.dsl import ir
-from hypgen.dsl.ir.walk import children, map_children, prime, rename_bound, substitute
+from hypgen.dsl.ir.inline import Inliner, certain, unnamed
+from hypgen.dsl.ir.walk import children, map_children, substitute
 from hypgen.dsl.types import BOOL, Float, Type, low_of, size_of
 
 Value: TypeAlias = bool | int | float
@@ -39,47 +40,34 @@ class Flattener:
     """Writes expressions out: without calls, lets, ``LetIn`` and comprehensions over ``unrolled``."""
 
     def __init__(self, model: ir.Model, unrolled: Type) -> None:
-        self._functions = {f.name: f for f in model.functions}
-        self._lets = {let.name: let for let in model.lets}
+        lets = {let.name: let for let in model.lets}
+        self._inliner = Inliner({f.name: f for f in model.functions}, lets)
         self._unrolled = unrolled
-        self._inlined = 0
         self._nodes = 0
 
     def of(self, node: ir.Expr | ir.Dist, values: Mapping[str, ir.Expr]) -> ir.Expr | None:
         """Return ``node`` with these values of locals; None where it draws. Raises ``TooLarge``."""
         self._nodes = 0
-        found = _certain(node)
-        return None if found is None else self._flat(substitute(found, dict(values)))
+        found = certain(node)
+        return None if found is None else self._flat(substitute(found, values))
 
     def _flat(self, e: ir.Expr) -> ir.Expr:
         self._nodes += 1
         if self._nodes > _MOST_NODES:
             raise TooLarge
         match e:
-            case ir.Call(function=name, arguments=arguments, primed=primed):
-                function = self._functions[name]
-                formals = [f.name for f in function.formals]
-                return self._flat(self._inlining(function.body, formals, arguments, primed))
-            case ir.LetRead(let=name, indices=indices, primed=primed):
-                let = self._lets[name]
-                value = _certain(let.dist)
+            case ir.Call():
+                return self._flat(self._inliner.call(e))
+            case ir.LetRead():
+                value = certain(self._inliner.let(e))
                 if value is not None:
-                    formals = [] if let.binder is None else [let.binder.name]
-                    return self._flat(self._inlining(value, formals, indices, primed))
-            case ir.LetIn(name=name, value=value, body=body):
-                return self._flat(substitute(body, {name: value}))
+                    return self._flat(value)
+            case ir.LetIn():
+                return self._flat(unnamed(e))
             case ir.Quantified(binders=(binder,)) if binder.type == self._unrolled:
                 if (out := _written_out(e)) is not None:
                     return self._flat(out)
         return _simpler(map_children(e, self._flat))
-
-    def _inlining(
-        self, body: ir.Expr, formals: list[str], arguments: tuple[ir.Expr, ...], primed: bool
-    ) -> ir.Expr:
-        self._inlined += 1
-        body = rename_bound(prime(body) if primed else body, f"_{self._inlined}")
-        found: ir.Expr = substitute(body, dict(zip(formals, arguments, strict=True)))
-        return found
 
 
 def folded(e: ir.Expr, known: Known) -> Value | None:
@@ -128,31 +116,15 @@ def conjunction(parts: list[ir.Expr]) -> ir.Expr:
     return reduce(lambda a, b: ir.Binary(BOOL, "and", a, b), parts) if parts else ir.Const(BOOL, True)
 
 
-def _certain(node: ir.Expr | ir.Dist) -> ir.Expr | None:
-    """Return a distribution that draws nothing as an expression."""
-    match node:
-        case ir.Expr():
-            return node
-        case ir.Certain(value=value):
-            return value
-        case ir.IfDist(condition=condition, then=then, otherwise=otherwise):
-            a, b = _certain(then), _certain(otherwise)
-            return None if a is None or b is None else ir.If(node.type, condition, a, b)
-        case ir.LetDist(name=name, value=value, body=body):
-            inner = _certain(body)
-            return None if inner is None else ir.LetIn(node.type, name, value, inner)
-    return None
-
-
 def _written_out(e: ir.Quantified) -> ir.Expr | None:
     """Return a comprehension over one binder as operators, if its kind has one."""
     op, binder = {"any": "or", "all": "and", "sum": "add"}.get(e.kind), e.binders[0]
-    if op is None:
+    if op is None or e.body is None:
         return None
     terms: list[ir.Expr] = []
     for position in range(size_of(binder.type)):
         value: dict[str, ir.Expr] = {binder.name: ir.Const(binder.type, position + low_of(binder.type))}
-        body: ir.Expr = substitute(e.body, value)
+        body = substitute(e.body, value)
         terms.append(body if e.condition is None else _where(e, substitute(e.condition, value), body))
     return reduce(lambda a, b: ir.Binary(e.type, op, a, b), terms)
 

@@ -10,7 +10,8 @@ import math
 
 from hypgen.codegen.passes.arguments import NeedsAnalysis
 from hypgen.dsl import ir
-from hypgen.dsl.ir.walk import free_locals, negated, prime, rename_bound, shape, substitute, walk
+from hypgen.dsl.ir.inline import Inliner
+from hypgen.dsl.ir.walk import free_locals, negated, shape, walk
 from hypgen.dsl.types import BOOL, size_of
 
 # A guard that loops longer than this is not cheaper than what it guards.
@@ -21,9 +22,8 @@ class Guards:
     """Finds the guards of one model."""
 
     def __init__(self, model: ir.Model, needs: NeedsAnalysis) -> None:
-        self.functions = {f.name: f for f in model.functions}
+        self.inliner = Inliner({f.name: f for f in model.functions}, {})
         self.needs = needs
-        self.inlined = 0
 
     def update(self, assigns: tuple[ir.Assign, ...]) -> ir.Expr | None:
         """Return the guard that all assigns of an element update share."""
@@ -48,15 +48,8 @@ class Guards:
         match condition:
             case ir.Binary(op="and", left=left, right=right):
                 return _conjunction([self._weaken(left, bound), self._weaken(right, bound)])
-            case ir.Call(function=name, arguments=arguments, primed=primed):
-                function = self.functions[name]
-                self.inlined += 1
-                body = rename_bound(function.body, f"_{self.inlined}")
-                body = substitute(
-                    prime(body) if primed else body,
-                    dict(zip((f.name for f in function.formals), arguments, strict=True)),
-                )
-                return self._weaken(body, bound)
+            case ir.Call():
+                return self._weaken(self.inliner.call(condition), bound)
             case ir.Quantified(kind="any", binders=binders, condition=where, body=body) if (
                 math.prod(size_of(b.type) for b in binders) <= _MAX_LOOP
             ):

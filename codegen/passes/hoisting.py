@@ -8,13 +8,14 @@ the place of a function's formals, whose intervals its conditions narrowed: so i
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
 from hypgen.codegen.layout.history_layout import HistoryRead
 from hypgen.codegen.layout.history_layout import fields as fields_of
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import Node, children
+from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import Int, Type
 
 
@@ -97,12 +98,10 @@ class Hoisting:
             case ir.LetIn() | ir.LetDist():
                 self.locals.setdefault(value.name, []).append(value.value.type)
                 self._declare_fields(value)
-            case HistoryRead():
-                self._declare_fields(value)
             case tuple():
                 for entry in value:
                     self._declare(entry)
-            case _ if type(value).__module__ in (ir.__name__, ir.Expr.__module__):
+            case _ if is_dataclass(value) and not isinstance(value, Type | Span):
                 self._declare_fields(value)
 
     def _declare_fields(self, value: Any) -> None:

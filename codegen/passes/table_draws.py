@@ -90,20 +90,14 @@ def uniform(dist: ir.UniformSet) -> UniformPick | None:
     if otherwise is not None:
         if not isinstance(otherwise, ir.Certain):
             return None
-        nothing = _equal(_renamed(count), ir.Const(Int(0, size), 0))
+        nothing = _equal(rename_bound(count, "_counted"), ir.Const(Int(0, size), 0))
         value = ir.If(dist.type, nothing, otherwise.value, value)
     least = ir.Binary(Int(1, size), "max", count, ir.Const(Int(1, 1), 1))
     return UniformPick(dist.type, least, value)
 
 
 def _for(condition: ir.Expr, binder: ir.Binder, local: ir.Local) -> ir.Expr:
-    result: ir.Expr = substitute(rename_bound(condition, local.name), {binder.name: local})
-    return result
-
-
-def _renamed(count: ir.Expr) -> ir.Expr:
-    result: ir.Expr = rename_bound(count, "_counted")
-    return result
+    return substitute(rename_bound(condition, local.name), {binder.name: local})
 
 
 def _and(left: ir.Expr, right: ir.Expr) -> ir.Expr:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, overload
 
 from hypgen.codegen.layout import limits
 from hypgen.codegen.layout.history_layout import BeliefCall, HistoryRead
@@ -20,13 +20,13 @@ from hypgen.codegen.passes.cost import Costs
 from hypgen.codegen.passes.hoisting import Hoisting, unguarded
 from hypgen.codegen.passes.state_tables import state_reads
 from hypgen.dsl import ir
+from hypgen.dsl.ir.inline import Inliner
 from hypgen.dsl.ir.walk import (
+    Node,
     bound_names,
     children,
     free_locals,
     map_children,
-    prime,
-    rename_bound,
     shape,
     substitute,
     walk,
@@ -75,11 +75,11 @@ class _Tabulator:
         self.tables: list[DerivedTable] = []
         self.functions = {f.name: f for f in model.functions}
         self.lets = {let.name: let for let in model.all_lets}
+        self.inliner = Inliner(self.functions, self.lets)
         self.hoisting = Hoisting(model)
         self.costs = Costs(self.functions, self.lets)
         self.fields = {field.variable: field for field in pack(model).state.fields}
         self.tested: set[tuple[str, Any]] = set()  # variants that the formula in work tests for
-        self.inlined = 0
 
     def run(self) -> tuple[ir.Model, tuple[DerivedTable, ...]]:
         # Functions and lets first: once a body is a table, its callers have nothing slow left.
@@ -140,7 +140,7 @@ class _Tabulator:
 
     def _value(self, value: ir.Expr, name: str, span: Span) -> ir.Expr:
         """Rewrite the value of a declaration. No condition guards it, so its table may take any state."""
-        rewritten: ir.Expr = self.rewrite(value, name, span)
+        rewritten = self.rewrite(value, name, span)
         if self.costs.of(rewritten) < limits.STATE_TABLE_COST:
             return rewritten
         reads = state_reads(self._inline(rewritten), self.fields)
@@ -153,7 +153,11 @@ class _Tabulator:
         self.tables.append(DerivedTable(table, inputs, value.type, rewritten, span, variables))
         return ir.ParamRead(value.type, table, reads)
 
-    def rewrite(self, node: Any, name: str, span: Span) -> Any:
+    @overload
+    def rewrite(self, node: ir.Expr, name: str, span: Span) -> ir.Expr: ...
+    @overload
+    def rewrite(self, node: ir.Dist, name: str, span: Span) -> ir.Dist: ...
+    def rewrite(self, node: Node, name: str, span: Span) -> Node:
         """Replace the largest slow expressions inside ``node`` that depend on few enough finite inputs."""
         slow = self._slow(node)
         if not slow and self.costs.of(node) < limits.TABLE_COST:
@@ -182,7 +186,7 @@ class _Tabulator:
             del self.tables[made:]
         return None
 
-    def _slow(self, node: Any) -> bool:
+    def _slow(self, node: Node) -> bool:
         for inner in walk(node):
             if isinstance(inner, ir.Unary | ir.Binary) and inner.op in _SLOW:
                 return True
@@ -272,35 +276,26 @@ class _Tabulator:
             return formula, None
         return self._replace_reads(formula, inputs), reads
 
-    def _set_apart(self, node: Any, parts: dict[str, ir.Expr]) -> Any:
+    def _set_apart(self, node: ir.Expr, parts: dict[str, ir.Expr]) -> ir.Expr:
         """Replace the largest finite parts of ``node`` that are not slow by locals, entered in ``parts``."""
-        finite = isinstance(node, ir.Expr) and not isinstance(node, ir.Const) and is_finite(node.type)
-        if finite and not self._slow(node):
+        if not isinstance(node, ir.Const) and is_finite(node.type) and not self._slow(node):
             name = node.function if isinstance(node, ir.Call) else "index"
             name = f"{name}%{len(parts)}"  # no local of the model is called so
             parts[name] = node
             return ir.Local(node.type, name)
         return map_children(node, lambda child: self._set_apart(child, parts))
 
-    def _inline(self, node: Any) -> Any:
+    def _inline(self, node: ir.Expr) -> ir.Expr:
         match node:
-            case ir.Call(function=name, arguments=arguments, primed=primed):
-                function = self.functions[name]
-                self.inlined += 1
-                body = rename_bound(function.body, f"_{self.inlined}")
-                values = dict(zip((f.name for f in function.formals), arguments, strict=True))
-                body = substitute(prime(body) if primed else body, values)
+            case ir.Call():
+                return self._inline(self.inliner.call(node))
+            case ir.LetRead(let=name) if not self.lets[name].draws:
+                body = self.inliner.let(node)
+                assert isinstance(body, ir.Expr)
                 return self._inline(body)
-            case ir.LetRead(let=name, indices=indices, primed=primed) if not self.lets[name].draws:
-                let = self.lets[name]
-                assert isinstance(let.dist, ir.Certain)
-                self.inlined += 1
-                body = rename_bound(let.dist.value, f"_{self.inlined}")
-                values = {let.binder.name: indices[0]} if let.binder else {}
-                return self._inline(substitute(prime(body) if primed else body, values))
         return map_children(node, self._inline)
 
-    def _collect(self, node: Any, bound: frozenset[str], inputs: dict[Any, _Input], scope: Scope) -> bool:
+    def _collect(self, node: Node, bound: frozenset[str], inputs: dict[Any, _Input], scope: Scope) -> bool:
         """Enter the values that ``node`` reads into ``inputs``; say whether all of them are finite inputs."""
         bound |= set(bound_names(node))
         match node:
@@ -343,8 +338,8 @@ class _Tabulator:
             )
         return True
 
-    def _replace_reads(self, node: Any, inputs: dict[Any, _Input]) -> Any:
-        if isinstance(node, ir.Expr) and (found := inputs.get(shape(node))) is not None:
+    def _replace_reads(self, node: ir.Expr, inputs: dict[Any, _Input]) -> ir.Expr:
+        if (found := inputs.get(shape(node))) is not None:
             return ir.Local(node.type, found.binder.name)
         return map_children(node, lambda child: self._replace_reads(child, inputs))
 

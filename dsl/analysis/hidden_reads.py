@@ -11,16 +11,8 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from hypgen.dsl import ir
-from hypgen.dsl.ir.walk import (
-    Node,
-    bound_names,
-    children,
-    free_locals,
-    prime,
-    rename_bound,
-    shape,
-    substitute,
-)
+from hypgen.dsl.ir.inline import Inliner, unnamed
+from hypgen.dsl.ir.walk import Node, bound_names, children, free_locals, shape
 
 # A tree with more leaves than this is joined into one: then everything counts as read together.
 _MAX_LEAVES = 64
@@ -80,7 +72,7 @@ class Touches:
         self._families = {e.name for e in model.elements if e.binder is not None}
         self._functions = {f.name: f for f in model.functions}
         self._lets = {x.name: x for x in model.lets}
-        self._inlined = 0
+        self._inliner = Inliner(self._functions, self._lets, mark="_t")
         self._trees: dict[ir.LetRead | ir.Call, Tree] = {}
         self._known: dict[int, tuple[Node, bool]] = {}  # by id, which the node itself keeps from being reused
         self._secret = self._secretive()
@@ -150,20 +142,11 @@ class Touches:
     def body(self, node: ir.LetRead | ir.Call | ir.LetIn | ir.LetDist) -> Node:
         """Return what a call, a let or a local let stands for."""
         match node:
-            case ir.LetIn(name=name, value=value, body=body) | ir.LetDist(name=name, value=value, body=body):
-                return substitute(body, {name: value})  # type: ignore[no-any-return]  # keeps the node's kind
-            case ir.Call(function=name, arguments=arguments):
-                function = self._functions[name]
-                inner: Node = function.body
-                names = [f.name for f in function.formals]
-            case ir.LetRead(let=name, indices=arguments):
-                let = self._lets[name]
-                inner = let.dist.value if isinstance(let.dist, ir.Certain) else let.dist
-                names = [] if let.binder is None else [let.binder.name]
-        self._inlined += 1
-        inner = rename_bound(inner, f"_t{self._inlined}")
-        inner = prime(inner) if node.primed else inner
-        return substitute(inner, dict(zip(names, arguments, strict=True)))  # type: ignore[no-any-return]
+            case ir.Call():
+                return self._inliner.call(node)
+            case ir.LetRead():
+                return self._inliner.let(node)
+        return unnamed(node)
 
     def _state_read(self, name: str, indices: tuple[ir.Expr, ...]) -> Tree:
         variable = self._variables[name]

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, replace
 from functools import cache
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar, overload
 
 from hypgen.dsl import ir
 from hypgen.dsl.types import BOOL
 
 Node: TypeAlias = ir.Expr | ir.Dist
+Kind = TypeVar("Kind", bound=ir.Expr | ir.Dist)
+Change: TypeAlias = Callable[[Any], Node]
+"""A function from nodes to nodes: an expression for an expression, a distribution for a distribution."""
 
 
 def children(node: Node) -> Iterator[Node]:
@@ -41,7 +44,7 @@ def walk(node: Node) -> Iterator[Node]:
         yield from walk(child)
 
 
-def map_children(node: Any, change: Callable[[Any], Any]) -> Any:
+def map_children(node: Kind, change: Change) -> Kind:
     """Return ``node`` with each direct child replaced by ``change(child)``."""
     changes = {}
     for item in fields(node):
@@ -52,7 +55,7 @@ def map_children(node: Any, change: Callable[[Any], Any]) -> Any:
     return replace(node, **changes) if changes else node
 
 
-def _map(value: Any, change: Callable[[Any], Any]) -> Any:
+def _map(value: Any, change: Change) -> Any:
     if isinstance(value, ir.Expr | ir.Dist):
         return change(value)
     if isinstance(value, tuple):
@@ -92,24 +95,29 @@ def shape(value: Any) -> Any:
     return (type(value).__name__, value) if isinstance(value, bool | int | float) else value
 
 
-def prime(expr: Any) -> Any:
-    """Return ``expr`` reading the next state wherever it reads the state before the step."""
-    changed = map_children(expr, prime)
+def prime(node: Kind) -> Kind:
+    """Return ``node`` reading the next state wherever it reads the state before the step."""
+    changed: Any = map_children(node, prime)
     if isinstance(changed, ir.StateRead | ir.LetRead | ir.Call) and not changed.primed:
-        return replace(changed, primed=True)
-    return changed
+        changed = replace(changed, primed=True)
+    primed: Kind = changed
+    return primed
 
 
-def substitute(expr: Any, values: dict[str, ir.Expr]) -> Any:
-    """Return ``expr`` with locals replaced by expressions whose own locals it does not bind."""
-    if isinstance(expr, ir.Local):
-        return values.get(expr.name, expr)
-    return map_children(expr, lambda child: substitute(child, values))
+@overload
+def substitute(node: ir.Expr, values: Mapping[str, ir.Expr]) -> ir.Expr: ...
+@overload
+def substitute(node: ir.Dist, values: Mapping[str, ir.Expr]) -> ir.Dist: ...
+def substitute(node: Node, values: Mapping[str, ir.Expr]) -> Node:
+    """Return ``node`` with locals replaced by expressions whose own locals it does not bind."""
+    if isinstance(node, ir.Local):
+        return values.get(node.name, node)
+    return map_children(node, lambda child: substitute(child, values))
 
 
-def rename_bound(expr: Any, suffix: str) -> Any:
-    """Return ``expr`` with ``suffix`` on every local that it introduces, so that none captures another's."""
-    bound = {name for node in walk(expr) for name in bound_names(node)}
+def rename_bound(node: Kind, suffix: str) -> Kind:
+    """Return ``node`` with ``suffix`` on every local that it introduces, so that none captures another's."""
+    bound = {name for inside in walk(node) for name in bound_names(inside)}
 
     def rename(node: Any) -> Any:
         node = map_children(node, rename)
@@ -124,7 +132,8 @@ def rename_bound(expr: Any, suffix: str) -> Any:
                 return replace(node, binders=tuple(ir.Binder(b.name + suffix, b.type) for b in binders))
         return node
 
-    return rename(expr)
+    renamed: Kind = rename(node)
+    return renamed
 
 
 def negated(condition: ir.Expr) -> ir.Expr:

@@ -12,8 +12,8 @@ import ir_samples
 import pytest
 from ir_samples import ROCK, both, const, equal
 
-from hypgen.codegen.cpp.expressions import RETURN
 from hypgen.codegen.cpp.function_builder import Builder
+from hypgen.codegen.cpp.sink import RETURN
 from hypgen.codegen.cpp.text import float32, literal, wrapped
 from hypgen.codegen.generate import generate
 from hypgen.codegen.layout.naming import Names, Scope, file_stem, snake_case
@@ -156,6 +156,17 @@ def test_long_lines_break_neither_in_strings_nor_in_comments() -> None:
 )
 def test_expression(expr: ir.Expr, text: str) -> None:
     assert printed(expr) == f"return {text};"
+
+
+def test_not_of_a_variant_test_leaves_its_operand_as_it_is() -> None:
+    door = ir_samples.DOOR
+    left, right = (ir.Const(door, code) for code in (0, 1))
+    chosen = ir.If(door, equal(A, const(3)), left, right)
+    is_left = ir.IsVariant(BOOL, door, "left", chosen)
+    text = "(a == 3 ? Door::left : Door::right) {} Door::left"
+    model = ir_samples.tiger()
+    assert printed(is_left, model) == f"return {text.format('==')};"
+    assert printed(ir.Unary(BOOL, "not", is_left), model) == f"return {text.format('!=')};"
 
 
 def test_what_a_condition_guards_is_computed_behind_it() -> None:

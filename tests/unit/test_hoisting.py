@@ -3,9 +3,12 @@
 import pytest
 
 from hypgen.codegen.generate import generate
+from hypgen.codegen.passes.hoisting import Hoisting
+from hypgen.dsl import ir
 from hypgen.dsl.messages.source import Source
 from hypgen.dsl.pipeline import lower
 from hypgen.dsl.syntax.parse import parse
+from hypgen.dsl.types import Int
 
 MODEL = """model M
 type Cell = 0 .. 9
@@ -50,3 +53,24 @@ def test_no_entry_is_read_before_the_condition_that_keeps_its_index_in_range() -
     header = generate(lower(parse(source), {}, source))["src/m.hpp"]
     without_bounds = header.replace("group_0_table", "").replace("earned_table", "")
     assert "_table" not in without_bounds
+
+
+@pytest.mark.parametrize(
+    ("local", "declaration"),
+    [
+        ("f", "fn half(f: Cell): float = f * 0.5"),
+        (
+            "i",
+            "element bits { hidden on: bool[Cell]\n init on = [i in Cell: true]\n on' = [i in Cell: on[i]] }",
+        ),
+        ("w", "element drawn { hidden n: Cell\n init n = 0\n n' ~ weighted(w in Cell: 1.0 + w) }"),
+        ("q", "reward several = count(q in Cell where q == bot.k)"),
+    ],
+)
+def test_a_narrowed_local_is_safe_nowhere(local: str, declaration: str) -> None:
+    """Whatever declares the local: the model, a distribution or an expression."""
+    text = MODEL.format(reward="0.0").replace("element bot", f"{declaration}\nelement bot")
+    source = Source("m.pomdp", text)
+    hoisting = Hoisting(lower(parse(source), {}, source))
+    assert hoisting.is_safe(ir.Local(Int(0, 9), local))
+    assert not hoisting.is_safe(ir.Local(Int(5, 9), local))

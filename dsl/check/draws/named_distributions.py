@@ -60,7 +60,7 @@ def inlined(node: ast.Call, item: ast.Function, scope: Scope, target: Type | Non
         f.name: e if isinstance(e, ir.Const) else ir.Local(f.type, f.name + suffix)
         for f, e in zip(formals, arguments, strict=True)
     }
-    dist: ir.Dist = rename_bound(_body(item, Scope(program, locals=bound, primed=scope.primed)), suffix)
+    dist = rename_bound(_body(item, Scope(program, locals=bound, primed=scope.primed)), suffix)
     for formal, argument in zip(formals, arguments, strict=True):
         dist = let_dist(formal.name + suffix, argument, dist)
     return fitted(dist, target, node.span, what)

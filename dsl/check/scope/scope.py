@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.ir.facts import Facts, learned, narrowed
-from hypgen.dsl.ir.walk import prime, substitute
+from hypgen.dsl.ir.inline import applied
 from hypgen.dsl.messages.report import mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
@@ -126,8 +126,7 @@ class Scope:
                     item = symbols.globals[name]
                     assert isinstance(item, ast.Function)
                     function = self.program.function(item)
-                values = dict(zip((f.name for f in function.formals), arguments, strict=True))
-                body = function.body
+                return applied(function.body, [f.name for f in function.formals], arguments, primed)
             case ir.LetRead(_, name, indices, primed):
                 element, _, own = name.partition(".")
                 declared = symbols.members.get(element, {}).get(own)
@@ -136,9 +135,6 @@ class Scope:
                 let = self.program.let(element, declared)
                 if not isinstance(let.dist, ir.Certain):
                     return None
-                values = {} if let.binder is None else {let.binder.name: indices[0]}
-                body = let.dist.value
-            case _:
-                return None
-        meaning: ir.Expr = substitute(prime(body) if primed else body, values)
-        return meaning
+                formals = [] if let.binder is None else [let.binder.name]
+                return applied(let.dist.value, formals, indices, primed)
+        return None
