@@ -116,8 +116,7 @@ void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decisio
   const RootResult root = evaluator_->begin_search(scenarios_, setup_);
   decision.status = root.status;
   sampled_ = count;
-  rollout_seconds_ =
-      std::chrono::duration<double>(Clock::now() - sampled).count() / static_cast<double>(count);
+  note_rollouts(Clock::now() - sampled, count);
   if (root.status != Status::kOk) return;
   const double share = 1.0 / root.row.count;
   decision.lower = share * from_fixed_sum(root.row.lower_sum);
@@ -157,7 +156,17 @@ EvaluatorStats Planner::evaluator_stats() {
 void Planner::plan_tree(Decision& decision, const RootResult& root) {
   search_.run(*evaluator_, root, setup_, root_actions_, decision);
   if (options_.signature && decision.late_threads == 0) decision.signature = search_.tree().signature(0);
-  if (!is_failure(decision.status)) decision.action = search_.best_action(root.default_action);
+  if (is_failure(decision.status)) return;
+  decision.action = search_.best_action(root.default_action);
+  if (decision.expansions == 0) return;
+  decision.looked = Looked::kTree;
+  decision.scenarios = options_.scenarios;
+}
+
+// Takes in how long so many rollouts took. Fewer than the evaluator has lanes take as long as that many.
+void Planner::note_rollouts(Clock::duration time, std::size_t count) {
+  const double filled = static_cast<double>(std::max(count, evaluator_->lanes()));
+  rollout_seconds_ = std::chrono::duration<double>(time).count() / filled;
 }
 
 Status Planner::evaluate(const LeafRequest& request, LeafResult& result) {

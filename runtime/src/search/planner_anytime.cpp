@@ -11,10 +11,9 @@ namespace hypgen {
 namespace {
 
 constexpr std::size_t kSurvivors = 16;      // actions that the tree starts with
-constexpr int kComparedShare = 4;           // of the time goes to comparing, as one part of so many
-constexpr int kFewComparedShare = 10;       // where there are no more actions than survive
-constexpr double kRootShare = 1.0 / 6.0;    // of the time that is left goes to the tree's root, at the most
-constexpr std::size_t kLeastScenarios = 8;  // of a tree
+constexpr int kComparedShare = 4;            // of the time goes to comparing, as one part of so many
+constexpr double kRootShare = 1.0 / 6.0;     // of the time that is left goes to the tree's root, at the most
+constexpr std::size_t kLeastScenarios = 16;  // of a tree
 
 }  // namespace
 
@@ -22,13 +21,14 @@ constexpr std::size_t kLeastScenarios = 8;  // of a tree
 // one step.
 void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root) {
   const Clock::time_point start = Clock::now();
-  const bool is_few = candidates_.capacity() <= kSurvivors;
-  const auto share = (setup_.deadline - start) / (is_few ? kFewComparedShare : kComparedShare);
-  compare_actions(belief, key, start + share, kSurvivors, decision);
+  compare_actions(belief, key, start + (setup_.deadline - start) / kComparedShare, kSurvivors, decision);
+  std::size_t count = affordable_scenarios(std::min(kSurvivors, candidates_.size()));
+  while (decision.status == Status::kOk && count < kLeastScenarios && Clock::now() < setup_.deadline) {
+    sample_gains(belief, key, setup_.deadline, decision);  // too dear for a tree
+  }
   if (is_failure(decision.status) || decision.status == Status::kDeviceLost) return;
   decision.action = compared_action(root.default_action);
   keep_survivors(root.default_action);
-  std::size_t count = affordable_scenarios(root_actions_.size());
   while (count >= kLeastScenarios && Clock::now() < setup_.deadline) {
     belief.sample(key, 0, count, scenarios_);
     const RootResult next = evaluator_->begin_search(scenarios_, setup_);
@@ -37,6 +37,7 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
     search_.run(*evaluator_, next, setup_, root_actions_, stage);
     const bool has_looked_ahead = stage.expansions > 1 && !is_failure(stage.status);
     stage.action = has_looked_ahead ? search_.best_action(next.default_action) : decision.action;
+    stage.looked = has_looked_ahead ? Looked::kTree : decision.looked;
     if (has_looked_ahead) stage.scenarios = count;
     if (options_.signature && stage.late_threads == 0) stage.signature = search_.tree().signature(0);
     stage.add_work(decision);

@@ -84,13 +84,13 @@ bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_poin
   counts.add_expansion(leaf, 0);
   counts.add_to(decision);
   ++leaf_sizes_[leaf.count];
-  take_gains(leaf);
-  const double rollouts = static_cast<double>(batch) * static_cast<double>(leaf.actions.size() + 1);
-  rollout_seconds_ = std::chrono::duration<double>(Clock::now() - start).count() / rollouts;
+  take_gains(leaf, decision);
+  note_rollouts(Clock::now() - start, batch * (leaf.actions.size() + 1));
   return true;
 }
 
-void Planner::take_gains(const LeafResult& leaf) {
+void Planner::take_gains(const LeafResult& leaf, Decision& decision) {
+  decision.looked = Looked::kOneStep;
   if (candidates_.empty()) {
     for (const ActionRow& row : leaf.actions) {
       candidates_.push_back({row.action, 0, 0.0, 0.0});

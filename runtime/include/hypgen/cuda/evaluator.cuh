@@ -46,6 +46,11 @@ class CudaEvaluator final : public LeafEvaluator {
 
   std::size_t threads() const override { return rings_.threads(); }
 
+  // Lanes that share a multiprocessor slow each other down, so that half of what is resident is counted.
+  std::size_t lanes() const override {
+    return static_cast<std::size_t>(sizes_.launch.simulate_blocks) * kSimulateBlock / 2;
+  }
+
   RootResult begin_search(const ScenarioBuffer& root, const SearchSetup& setup) override {
     release();
     const std::size_t count = root.size();

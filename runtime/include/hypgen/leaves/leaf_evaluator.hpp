@@ -140,6 +140,9 @@ class LeafEvaluator {
   // How many threads it serves: those of its options, or fewer if memory does not suffice.
   virtual std::size_t threads() const { return 1; }
 
+  // How many rollouts take no longer than one: those that its device runs at once.
+  virtual std::size_t lanes() const { return 1; }
+
   // Prepares the calling thread, before its first other call in a search. Sets its floating-point mode to the
   // default, as in another one (denormals flushed) results are other bits.
   virtual void attach(std::size_t thread);

@@ -23,6 +23,13 @@ constexpr bool wants_gpu(Mode mode) { return mode == Mode::kGpu || mode == Mode:
 constexpr bool has_many_threads(Mode mode) { return mode == Mode::kParallel || mode == Mode::kHyp; }
 constexpr bool may_have_threads(Mode mode) { return has_many_threads(mode) || mode == Mode::kPomcp; }
 
+// How far a decision has looked.
+enum class Looked {
+  kNowhere,  // the default policy acts
+  kOneStep,  // the actions' one-ply rollouts are compared
+  kTree,     // a tree has looked further
+};
+
 struct PlannerOptions {
   Mode mode = Mode::kDespot;
   std::uint64_t seed = 0;
@@ -54,6 +61,7 @@ struct Decision {
   Status status = Status::kOk;
   double lower = std::numeric_limits<double>::quiet_NaN();
   double upper = std::numeric_limits<double>::quiet_NaN();
+  Looked looked = Looked::kNowhere;
   std::size_t scenarios = 0;  // of the tree; 0: there was none
   std::uint64_t trials = 0;
   std::uint64_t expansions = 0;

@@ -83,7 +83,8 @@ class Planner {
   Status evaluate(const LeafRequest& request, LeafResult& result);
   bool sample_gains(const Belief& belief, StreamKey key, Clock::time_point end, Decision& decision);
   std::size_t batch_until(Clock::time_point end) const;
-  void take_gains(const LeafResult& leaf);
+  void note_rollouts(Clock::duration time, std::size_t count);
+  void take_gains(const LeafResult& leaf, Decision& decision);
   void halve();
   const Candidate& best_candidate() const;
 
@@ -101,7 +102,7 @@ class Planner {
   std::vector<int> actions_;               // theirs
   std::vector<int> root_actions_;          // that the tree starts with; empty: all
   std::uint64_t sampled_ = 0;              // scenarios that rollout mode has used
-  double rollout_seconds_ = 0.0;           // what one took lately
+  double rollout_seconds_ = 0.0;           // what one took lately, on a full evaluator
 };
 
 // Options for the evaluator of a planner.
