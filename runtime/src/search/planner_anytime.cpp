@@ -1,5 +1,5 @@
-// A tree search that has an answer at any time: first one-ply rollouts of all actions, then a tree over those that
-// survive, on as many scenarios as the time affords.
+// A tree search that has an answer at any time: first one-ply rollouts of all actions, then a tree over those
+// that survive, on as many scenarios as the time affords.
 
 #include <algorithm>
 
@@ -10,15 +10,15 @@ namespace hypgen {
 
 namespace {
 
-constexpr std::size_t kSurvivors = 16;      // actions that the tree starts with
+constexpr std::size_t kSurvivors = 16;       // actions that the tree starts with
 constexpr int kComparedShare = 4;            // of the time goes to comparing, as one part of so many
 constexpr double kRootShare = 1.0 / 6.0;     // of the time that is left goes to the tree's root, at the most
 constexpr std::size_t kLeastScenarios = 16;  // of a tree
 
 }  // namespace
 
-// `root` is that of a few scenarios. The tree replaces the comparison's answer where it has looked further than
-// one step.
+// `root` is that of a few scenarios. The tree replaces the comparison's answer where it has looked further
+// than one step.
 void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root) {
   const Clock::time_point start = Clock::now();
   compare_actions(belief, key, start + (setup_.deadline - start) / kComparedShare, kSurvivors, decision);
@@ -48,15 +48,16 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
   if (decision.status == Status::kOk) decision.status = Status::kDeadline;
 }
 
-// The compared actions that are left, with the default policy's; all actions where no more than those were legal.
+// The compared actions that are left, with the default policy's; all actions where no more than those were
+// legal.
 void Planner::keep_survivors(int default_action) {
   root_actions_ = actions_;
   const auto place = std::lower_bound(root_actions_.begin(), root_actions_.end(), default_action);
   if (place == root_actions_.end() || *place != default_action) root_actions_.insert(place, default_action);
 }
 
-// How many scenarios a tree may have, so that its root takes a share of the time that is left: bounds of the root,
-// and an expansion of so many actions.
+// How many scenarios a tree may have, so that its root takes a share of the time that is left: bounds of the
+// root, and an expansion of so many actions.
 std::size_t Planner::affordable_scenarios(std::size_t actions) const {
   const double seconds = std::chrono::duration<double>(setup_.deadline - Clock::now()).count();
   const double rolled = static_cast<double>(std::min<std::size_t>(actions, options_.rolled_at_root) + 2);

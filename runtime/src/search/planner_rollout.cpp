@@ -24,8 +24,8 @@ void Planner::plan_rollout(const Belief& belief, StreamKey key, Decision& decisi
   if (decision.status != Status::kModelNan) decision.action = compared_action(root.default_action);
 }
 
-// Samples the actions' gains until `end`, on common random numbers. Each round keeps the better half, as long as
-// more than `survivors` are left; the rounds share the time, or the trials, equally.
+// Samples the actions' gains until `end`, on common random numbers. Each round keeps the better half, as long
+// as more than `survivors` are left; the rounds share the time, or the trials, equally.
 void Planner::compare_actions(const Belief& belief, StreamKey key, Clock::time_point end,
                               std::size_t survivors, Decision& decision) {
   candidates_.clear();

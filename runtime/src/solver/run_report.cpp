@@ -62,10 +62,15 @@ std::string decided_rows(const RunTotals& totals) {
   const auto count = [](std::uint64_t number) { return static_cast<unsigned long long>(number); };
   const double scenarios =
       totals.trees > 0 ? static_cast<double>(totals.tree_scenarios) / static_cast<double>(totals.trees) : 0.0;
-  std::string text = row("steps decided by", format("tree %llu, one-ply rollouts %llu, default policy %llu",
-                                                    count(totals.trees), count(totals.compared), count(blind)));
+  std::string text =
+      row("steps decided by", format("tree %llu, one-ply rollouts %llu, default policy %llu",
+                                     count(totals.trees), count(totals.compared), count(blind)));
   if (totals.trees > 0) text += row("scenarios of a tree", format("mean %.1f", scenarios));
-  if (blind > 0) {
+  const auto nan = totals.plan_statuses.find(Status::kModelNan);
+  if (nan != totals.plan_statuses.end()) {
+    text += row("", format("%llu steps were not searched: a bound or reward of the model is NaN",
+                           count(nan->second)));
+  } else if (blind > 0) {
     text += row("", format("%llu steps had no time for a single comparison: raise --time, or lower --depth",
                            count(blind)));
   } else if (2 * totals.trees < steps && totals.mode != "rollout") {

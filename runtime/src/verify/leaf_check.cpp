@@ -138,9 +138,8 @@ class Growth {
       for (std::uint32_t i = 0; i < row.child_count && branches_.size() < kMostBranches; ++i) {
         const ChildRow& child = expected.children[row.first_child + i];
         if (child.terminal) continue;
-        branches_.push_back(
-            {expected.handle, result.handle, row.action, child.first, child.count, parent.depth + 1,
-             child.lower_sum});
+        branches_.push_back({expected.handle, result.handle, row.action, child.first, child.count,
+                             parent.depth + 1, child.lower_sum});
       }
     }
   }

@@ -106,10 +106,10 @@ struct Batch {
   typename M::History* histories;  // by node
   const LeafTask* tasks;
   const std::int32_t* wanted;
-  std::int32_t* legal;         // [leaf][max_actions]
-  std::uint32_t* legal_count;  // by leaf; a baseline is in the list but not counted
-  std::uint32_t* flags;        // by leaf
-  std::uint32_t* rolled;       // [leaf][max_actions]: places in `legal` of the actions that are rolled out
+  std::int32_t* legal;          // [leaf][max_actions]
+  std::uint32_t* legal_count;   // by leaf; a baseline is in the list but not counted
+  std::uint32_t* flags;         // by leaf
+  std::uint32_t* rolled;        // [leaf][max_actions]: places in `legal` of the actions that are rolled out
   std::uint32_t* rolled_count;  // by leaf
   double* promises;             // [leaf][max_actions]
   std::uint32_t* next_item;     // how many items have been taken, by pass

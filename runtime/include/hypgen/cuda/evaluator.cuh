@@ -11,8 +11,8 @@
 
 #include "hypgen/cuda/driver.cuh"
 #include "hypgen/cuda/sizes.cuh"
-#include "hypgen/leaves/leaf_evaluator.hpp"
 #include "hypgen/leaves/horizon_floors.hpp"
+#include "hypgen/leaves/leaf_evaluator.hpp"
 #include "hypgen/leaves/leaf_ring.hpp"
 #include "hypgen/model/model.hpp"
 

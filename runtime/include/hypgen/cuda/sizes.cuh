@@ -33,7 +33,8 @@ struct DeviceSizes {
     if (!worked(cudaFuncSetAttribute(reduce<M>, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                      static_cast<int>(most)),
                 "shared memory", error) ||
-        !worked(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&simulating, simulate<M, kLastPass>, kSimulateBlock, 0),
+        !worked(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&simulating, simulate<M, kLastPass>,
+                                                              kSimulateBlock, 0),
                 "GPU", error) ||
         !worked(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&reducing, reduce<M>, kReduceBlock,
                                                               launch.table_bytes),

@@ -55,7 +55,8 @@ class Slot {
 
   // Of device memory, that a slot takes besides its items.
   static std::size_t bytes_but_items(const LaunchShape& shape) {
-    return kRows * (sizeof(ActionRow) + sizeof(std::int32_t)) + kRolledRows * (sizeof(std::uint32_t) + sizeof(double)) + kMaxLeaves * sizeof(LeafTask) +
+    return kRows * (sizeof(ActionRow) + sizeof(std::int32_t)) +
+           kRolledRows * (sizeof(std::uint32_t) + sizeof(double)) + kMaxLeaves * sizeof(LeafTask) +
            kLeafWords * sizeof(std::uint32_t) + kWantedCapacity * sizeof(std::int32_t) + tables_bytes(shape);
   }
 
@@ -228,9 +229,9 @@ class Slot {
   void launch_together(const Batch<M>& batch, std::size_t items, int warps) {
     constexpr int kResidentWarps = 64;  // a multiprocessor
     const int most = shape_.multiprocessors * kResidentWarps / warps;
-    simulate_together<M, pass><<<blocks((items + kWarp - 1) / kWarp, most),
-                                 static_cast<unsigned>(warps) * kWarp, shape_.together_bytes, stream_>>>(
-        batch);
+    simulate_together<M, pass>
+        <<<blocks((items + kWarp - 1) / kWarp, most), static_cast<unsigned>(warps) * kWarp,
+           shape_.together_bytes, stream_>>>(batch);
   }
 
   bool clear(std::string& error) {
@@ -242,9 +243,9 @@ class Slot {
   cudaStream_t stream_ = nullptr;
   Event started_, ended_;
   int leaves_ = 0;
-  std::size_t items_ = 0;  // at most
+  std::size_t items_ = 0;         // at most
   std::size_t rolled_items_ = 0;  // at most
-  std::size_t units_ = 0;  // of `reduce`, at most
+  std::size_t units_ = 0;         // of `reduce`, at most
   std::uint32_t wanted_count_ = 0;
   std::uint32_t number_ = 0;
   std::uint64_t polls_ = 0;

@@ -129,7 +129,9 @@ class CpuWorker {
     if (is_lazy) {
       choose_rolled(request);
       std::size_t next = 0;
-      const auto raise = [&](int, const Outcome* outcomes) { raise_lowers(rolled_[next++], outcomes, count); };
+      const auto raise = [&](int, const Outcome* outcomes) {
+        raise_lowers(rolled_[next++], outcomes, count);
+      };
       if (!simulate_blocks(rolled_actions_, count, request.depth, true, raise)) return Status::kDeadline;
     }
     return rollout_.met_nan() ? Status::kModelNan : Status::kOk;
@@ -138,8 +140,8 @@ class CpuWorker {
   // Whether bounds of states at that depth take rollouts.
   bool rolls_out(int depth) const { return !M::kHasLower && depth < scene_.setup.depth_limit; }
 
-  // Simulates as many of the actions at once as outcomes fit and gives each action's outcomes to `take`; false if
-  // the deadline has passed.
+  // Simulates as many of the actions at once as outcomes fit and gives each action's outcomes to `take`;
+  // false if the deadline has passed.
   template <class Take>
   bool simulate_blocks(const std::vector<int>& actions, std::size_t count, int depth, bool rolls, Take take) {
     const std::size_t block = std::max<std::size_t>(1, outcomes_.size() / count);
@@ -151,8 +153,8 @@ class CpuWorker {
     return true;
   }
 
-  // Fills rolled_ with the places of the actions to roll out, ascending, and rolled_actions_ with the actions:
-  // those that promise most, ties going to the first, and the default policy's.
+  // Fills rolled_ with the places of the actions to roll out, ascending, and rolled_actions_ with the
+  // actions: those that promise most, ties going to the first, and the default policy's.
   void choose_rolled(const LeafRequest& request) {
     promises_.clear();
     for (const ActionRow& row : action_rows_) {
@@ -412,9 +414,9 @@ class CpuWorker {
   std::vector<std::int64_t> baseline_;
   std::vector<Outcome> outcomes_;
   std::vector<int> legal_;
-  std::vector<double> promises_;           // by place in legal_
-  std::vector<std::uint32_t> rolled_;      // places of the actions that are rolled out
-  std::vector<int> rolled_actions_;        // these actions
+  std::vector<double> promises_;       // by place in legal_
+  std::vector<std::uint32_t> rolled_;  // places of the actions that are rolled out
+  std::vector<int> rolled_actions_;    // these actions
   std::vector<ActionRow> action_rows_;
   std::vector<Gain> gains_;
   ActionGrouping<typename M::Key> grouping_;

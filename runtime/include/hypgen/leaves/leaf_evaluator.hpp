@@ -50,10 +50,11 @@ struct LeafRequest {
   int depth;
   Span<const int> actions;  // those to try, ascending; empty: all legal ones. Legal ones count only. They
                             // have to stay until the leaf is given
-  // How many actions are rolled out besides the default policy's: those that promise most (rolled_actions.hpp).
-  // kRollsAll at the root asks for gains too.
+  // How many actions are rolled out besides the default policy's: those that promise most
+  // (rolled_actions.hpp). kRollsAll at the root asks for gains too.
   std::uint32_t rolled = UINT32_MAX;
-  std::int64_t lower_sum = INT64_MIN;  // what is known of the leaf: an action that promises no more is not rolled
+  std::int64_t lower_sum =
+      INT64_MIN;  // what is known of the leaf: an action that promises no more is not rolled
 };
 
 // A group of scenarios that saw the same observation after an action. Groups stand in order of first

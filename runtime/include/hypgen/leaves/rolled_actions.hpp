@@ -1,9 +1,9 @@
 // The choice of the actions of a leaf that are rolled out: the same on every target, bit for bit.
 //
-// A rollout of the default policy costs far more than a step, and a trial goes on below one to three actions of
-// a node. So a leaf steps all actions and bounds them from above, and rolls out only those that a trial is likely
-// to take. The lower bound of any other action is the floor of its successors; a maximum over fewer lower bounds
-// is still a lower bound.
+// A rollout of the default policy costs far more than a step, and a trial goes on below one to three actions
+// of a node. So a leaf steps all actions and bounds them from above, and rolls out only those that a trial is
+// likely to take. The lower bound of any other action is the floor of its successors; a maximum over fewer
+// lower bounds is still a lower bound.
 #pragma once
 
 #include <cstdint>

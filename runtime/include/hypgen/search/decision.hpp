@@ -43,9 +43,9 @@ struct PlannerOptions {
   double exploration = 0.0;                                               // c_a; kPomcp: UCB1's constant
   std::uint32_t rolled = 3;           // actions of a leaf that are rolled out besides the default policy's
   std::uint32_t rolled_at_root = 16;  // the same at the root, if it is more
-  std::size_t in_flight = 1;                                              // F, trials at a time; 1 is DESPOT
-  std::size_t threads = 1;                                                // N, of the search
-  double gap = 1e-3;  // the search ends when the root's bounds are this close
+  std::size_t in_flight = 1;          // F, trials at a time; 1 is DESPOT
+  std::size_t threads = 1;            // N, of the search
+  double gap = 1e-3;                  // the search ends when the root's bounds are this close
   double gain_errors =
       1.0;                 // kRollout: standard errors of a gain that make another action than the default's
   double patience = 10.0;  // seconds of silence after which an evaluator has failed
