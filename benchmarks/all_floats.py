@@ -24,6 +24,7 @@ import numpy as np
 
 from hypgen.dsl.interpret.floats import exponentials, trigonometry
 from hypgen.dsl.interpret.floats.scalar_functions import canonical_bits
+from hypgen.runtime.builder.compile_flags import host_flags, nvcc_flags
 
 ROOT = Path(__file__).resolve().parent.parent
 FUNCTIONS = ("sqrt", "exp", "exp2", "log", "log2", "sin", "cos", "tan", "asin", "acos")
@@ -72,18 +73,11 @@ def main() -> None:
     parser.add_argument("functions", nargs="*", default=FUNCTIONS, help="default: all")
     names = parser.parse_args().functions
     with tempfile.TemporaryDirectory() as folder, multiprocessing.Pool(os.cpu_count()) as pool:
-        flags = ["-std=c++17", "-O3", "-ffp-contract=off"]
+        flags = ["-std=c++17", "-O3", *host_flags()]
         host = build("g++", flags, ROOT / "tests" / "unit" / "float_hash_main.cpp", folder)
         device = ""
         if shutil.which("nvcc") and shutil.which("nvidia-smi"):
-            flags = [
-                "-std=c++17",
-                "-O3",
-                "--fmad=false",
-                "-arch=native",
-                "-cudart=static",
-                "--expt-relaxed-constexpr",
-            ]
+            flags = [*nvcc_flags(), "-arch=native", "-cudart=static"]
             device = build("nvcc", flags, ROOT / "benchmarks" / "all_floats.cu", folder)
         print(
             "| function | chunks of 2^20 | host differs | GPU differs | seconds |\n|---|---|---|---|---|",

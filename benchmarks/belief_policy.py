@@ -1,4 +1,4 @@
-"""What two-robot RockSample's belief policy is worth: alone, and with one-ply rollouts from it.
+"""Measures two-robot RockSample's belief policy: alone, and with one-ply rollouts from it.
 
     python benchmarks/belief_policy.py                          # (20,20): 100 layouts, 10 episodes each
     python benchmarks/belief_policy.py --size 11 --layouts 20   # a quick look at (11,11)

@@ -10,6 +10,7 @@ import argparse
 import json
 import subprocess
 import tempfile
+import textwrap
 import tomllib
 from collections import Counter
 from dataclasses import dataclass
@@ -100,14 +101,20 @@ def run_stanc(stanc: str) -> None:
 HEADING = """\
 # What a newcomer's mistakes are answered
 
-{count} mistakes in a small model, each made by one edit of `benchmarks/mistakes/base.pomdp`, with the message
-that `hypgen check` prints. {shared} of them can be made in Stan as well: beside ours stands what {version}
-says of the same mistake in `base.stan`. Its messages are good, so they are the ones to beat. Long ones are
-cut here after {most} lines. `python benchmarks/mistakes.py` makes this page, and a test runs every mistake.
+This page shows the message that `hypgen check` prints for {count} mistakes in a small model. A
+message is good if its reader can mend the mistake with it. Each mistake is one edit of
+`benchmarks/mistakes/base.pomdp`.
 
-Each pair was judged by three questions: is the place exact, is the cause named, is there a remedy that works?
-The judges are the authors of one of the two; both messages are there to be read. A kind of mistake is only as
-comparable as two languages are: a few of stanc3's messages answer a near relative.
+{shared} mistakes can be made in Stan as well. Beside them stands what {version} says of
+the same mistake in `base.stan`. Its messages are good, so they are the ones to beat. The page cuts
+them after {most} lines.
+
+- **Command**: `python benchmarks/mistakes.py` makes this page. A test runs every mistake.
+- **Judgement**: each pair was judged by three questions. Is the place exact, is the cause named, is
+  there a remedy that works? The judges are the authors of one of the two. Both messages are there
+  to be read.
+- A kind of mistake is only as comparable as two languages are. A few of stanc3's messages answer a
+  near relative.
 
 | better | pairs |
 |---|---|
@@ -135,7 +142,7 @@ def page() -> str:
         if mistake.stan_text is not None:
             parts += ["stanc3:\n", block(said[mistake.what] or "(no message: it compiles)")]
             verdict = "No difference" if mistake.better == "equal" else f"Better: {mistake.better}"
-            parts.append(f"**{verdict}.** {mistake.why}\n")
+            parts.append(textwrap.fill(f"**{verdict}.** {mistake.why}", 100) + "\n")
     return "\n".join(parts)
 
 

@@ -1,11 +1,12 @@
-"""Measure the return of each planning mode on the same episodes and write the table to docs/results.
+"""Measure the return of each planning mode on the same episodes, for docs/results/quality_modes.md.
 
     python benchmarks/quality.py                 # all tasks, the settings of the published figures
     python benchmarks/quality.py tag --runs 20   # a quick look
 
 Episode i has the same start and the same world in every mode (the world's random stream depends on the
 seed and i alone), so modes are compared by paired differences. Each task's modes run as separate
-processes, ``--jobs`` at a time; more jobs than idle cores would take planning time from the search.
+processes, ``--jobs`` at a time; more jobs than idle cores would take planning time from the search. The
+tables are printed; every episode's return goes to docs/results/data.
 """
 
 from __future__ import annotations
@@ -130,14 +131,14 @@ def machine() -> str:
 
 
 def main() -> None:
-    """Run the chosen tasks and write docs/results/quality.md and .json."""
+    """Run the chosen tasks, print the table of each and write its returns."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("tasks", nargs="*", help=f"of {', '.join(t.name for t in TASKS)}; all by default")
     parser.add_argument("--runs", type=int, help="episodes of each task instead of the table's")
     parser.add_argument("--scenarios", type=int, default=500)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--output", type=Path, default=ROOT / "docs" / "results")
+    parser.add_argument("--output", type=Path, default=ROOT / "docs" / "results" / "data")
     options = parser.parse_args()
     tasks = [t for t in TASKS if not options.tasks or t.name in options.tasks]
     jobs = [(t, m) for t in tasks for m in t.modes]
@@ -151,18 +152,15 @@ def main() -> None:
 
 
 def write(task: Task, results: dict[str, dict], options: argparse.Namespace) -> None:
-    """Write one task's table and its raw returns."""
+    """Print one task's table and write its raw returns."""
     runs = options.runs or task.runs
     lines = [
-        f"# Return on {task.name}, by mode",
+        f"## {task.name}",
         "",
         f"Machine: {machine()}; {options.jobs} solver process(es) at a time, each single-threaded. "
         f"K = {options.scenarios}, seed {options.seed}.",
         "",
         *(f"    {' '.join(command(task, m, runs, options.scenarios, options.seed))}" for m in task.modes),
-        "",
-        "Returns are discounted from gamma^0, with 95 % intervals; the gain over the default policy is "
-        "paired by episode; bounds are the means of the first search's root bounds.",
         "",
         "| task | mode | runs | return | gain over default | root lower, upper | steps "
         "| expansions/s | simulations/s | scenarios a leaf | published |",
@@ -171,8 +169,8 @@ def write(task: Task, results: dict[str, dict], options: argparse.Namespace) -> 
         "",
         *(f"Episode statuses, {m}: {results[m]['statuses']}" + "  " for m in task.modes),
     ]
+    print("\n".join(lines))
     options.output.mkdir(parents=True, exist_ok=True)
-    (options.output / f"quality_{task.name}.md").write_text("\n".join(lines) + "\n")
     (options.output / f"quality_{task.name}.json").write_text(
         json.dumps({m: [round(v, 4) for v in results[m]["returns"]] for m in task.modes}) + "\n"
     )

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 import click
 
 from hypgen import __version__
-from hypgen.cli.shared import EXIT_CODES, Exit, say, show_model_error
+from hypgen.cli.exit_codes import EXIT_CODES, Exit
+from hypgen.cli.output import say, show_model_error
 from hypgen.dsl.messages.diagnostic import did_you_mean
 
 SECTIONS = {

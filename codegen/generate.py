@@ -5,12 +5,18 @@ from __future__ import annotations
 from hypgen.codegen.fill_templates import render, render_exact
 from hypgen.codegen.project import lower
 from hypgen.dsl import ir
+from hypgen.dsl.messages.watch import Watch, nobody
 
 
-def generate(model: ir.Model) -> dict[str, str]:
-    """Return the project's files, keyed by their paths; the same model gives the same bytes."""
-    header, main, project = lower(model)
-    return render(header, main, project)
+def generate(model: ir.Model, watch: Watch = nobody) -> dict[str, str]:
+    """Return the project's files, keyed by their paths; the same model gives the same bytes.
+
+    ``watch`` sees what each pass makes of the model.
+    """
+    header, main, project = lower(model, watch=watch)
+    files = render(header, main, project)
+    watch("print", files)
+    return files
 
 
 def generate_exact(model: ir.Model) -> dict[str, str]:

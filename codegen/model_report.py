@@ -1,4 +1,4 @@
-"""What the compiler makes of a model, as plain data: updates, draws, layout, rewards, bounds, belief."""
+"""The compiler's facts of a model, as plain data: updates, draws, layout, rewards, bounds, belief."""
 
 from __future__ import annotations
 

@@ -10,8 +10,10 @@ from pathlib import Path
 
 from hypgen.dsl import ir
 from hypgen.dsl.foreign.recognise import recognise
-from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError, did_you_mean
+from hypgen.dsl.messages import e00_files
+from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
 from hypgen.dsl.messages.source import Source, Span
+from hypgen.dsl.messages.watch import Watch, nobody
 from hypgen.dsl.syntax import ast, imports
 from hypgen.dsl.syntax.parse import parse, parse_expression
 
@@ -47,13 +49,15 @@ def load(
     instance: FilePath | None = None,
     settings: Iterable[str] = (),
     given: Source | None = None,
+    watch: Watch = nobody,
 ) -> Loaded:
     """Return the checked model of ``path``, which may be an instance file itself; raises ``ModelError``.
 
     ``settings`` are ``name=value`` texts. They win over the instance, and the last of a name wins. ``given``
-    stands for the content of ``path``, such as a text made from it.
+    stands for the content of ``path``, such as a text made from it. ``watch`` sees what
+    each pass makes of the text.
     """
-    loaded = load_any(path, instance=instance, settings=settings, given=given)
+    loaded = load_any(path, instance=instance, settings=settings, given=given, watch=watch)
     if isinstance(loaded, Loaded):
         return loaded
     raise _not_a_model(loaded.ast)
@@ -65,6 +69,7 @@ def load_any(
     instance: FilePath | None = None,
     settings: Iterable[str] = (),
     given: Source | None = None,
+    watch: Watch = nobody,
 ) -> Loaded | LoadedLibrary:
     """Return what ``load`` returns, or a library that has been checked by itself; raises ``ModelError``."""
     sources: dict[str, Source] = {}
@@ -74,15 +79,17 @@ def load_any(
 
     try:
         file, assigned = _read_files(os.fspath(path), instance, sources, given)
+        watch("parse", file)
         texts = len(sources)
         complete = imports.resolve(file, read)
+        watch("resolve-imports", complete)
         imported = list(sources.values())[texts:]
         overrides = {a.name: a.value for a in assigned} | _parse_settings(settings, sources)
-        from hypgen.dsl import pipeline
+        from hypgen.dsl import pipeline  # large, and nothing that only reads texts needs it
 
         if isinstance(complete, ast.ModelFile):
             warned: list[Diagnostic] = []
-            model = pipeline.lower(complete, overrides, sources[file.span.file], imported, warned)
+            model = pipeline.lower(complete, overrides, sources[file.span.file], imported, warned, watch)
             return Loaded(model, complete, sources, tuple(warned))
         if overrides or instance is not None:
             raise _not_a_model(complete)
@@ -102,14 +109,12 @@ def read_source(path: str, cited: Span | None = None) -> Source:
         with open(path, "rb") as stream:
             content = stream.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        raise _failure("E0001", f"there is no file '{path}'", _nearest_file(Path(path)), cited) from None
+        raise ModelError([e00_files.missing(path, _models_beside(Path(path)), cited)]) from None
     except IsADirectoryError:
-        remedy = "name a .pomdp file in it"
-        raise _failure("E0002", f"'{path}' is a folder, not a file", remedy, cited) from None
+        raise ModelError([e00_files.folder(path, cited)]) from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        remedy = "check the path and its permissions"
-        raise _failure("E0003", f"'{path}' cannot be read: {reason}", remedy, cited) from None
+        raise ModelError([e00_files.unreadable(path, reason, cited)]) from None
     return decode_source(path, content, cited)
 
 
@@ -127,18 +132,15 @@ def decode_source(path: str, content: bytes, cited: Span | None = None) -> Sourc
 
 def _decoded(path: str, content: bytes, cited: Span | None) -> Source:
     if len(content) > MAX_BYTES:
-        remedy = "a model is a description, not a table: declare large tables as params"
-        raise _failure("E0006", f"'{path}' is larger than {MAX_BYTES // 1_000_000} MB", remedy, cited)
+        raise ModelError([e00_files.too_large(path, MAX_BYTES, cited)])
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        message = f"'{path}' is not a text in UTF-8 (byte {error.start + 1} does not fit)"
-        raise _failure("E0004", message, "save the file as UTF-8", cited) from None
+        raise ModelError([e00_files.not_utf8(path, error.start + 1, cited)]) from None
     if "\0" in text:
-        remedy = "name a .pomdp file, saved as UTF-8"
-        raise _failure("E0004", f"'{path}' is a binary file, not a text", remedy, cited)
+        raise ModelError([e00_files.binary(path, cited)])
     if not text.strip():
-        raise _failure("E0005", f"'{path}' is empty", "start a model with `model Name`", cited)
+        raise ModelError([e00_files.empty(path, cited)])
     return Source(path, text.replace("\r\n", "\n").replace("\r", "\n"))
 
 
@@ -154,29 +156,24 @@ def _read_files(
     if isinstance(file, ast.ModelFile):
         return file, () if instance is None else _read_instance(os.fspath(instance), path, sources)
     if instance is not None:
-        remedy = "leave the second instance out, or name the model's own file"
-        raise _failure("E0012", f"'{path}' is an instance already", remedy, file.span)
+        raise ModelError([e00_files.second_instance(path, file.span)])
     model_path = _model_path(file)
     model = _read(model_path, sources, file.model_span)
-    if not isinstance(model, ast.ModelFile):
-        remedy, kind = "name a file that starts with `model Name`", "a library"
-        if isinstance(model, ast.InstanceFile):
-            remedy, kind = f'write `of "{model.model}"`', "an instance"
-        raise _failure("E0007", f"'{model_path}' is {kind}, not a model", remedy, file.model_span)
+    if isinstance(model, ast.InstanceFile):
+        raise ModelError([e00_files.instance_of_instance(model_path, model.model, file.model_span)])
+    if isinstance(model, ast.LibraryFile):
+        raise ModelError([e00_files.instance_of_library(model_path, file.model_span)])
     return model, _assignments(file)
 
 
 def _read_instance(path: str, model_path: str, sources: dict[str, Source]) -> tuple[ast.Assignment, ...]:
     file = _read(path, sources)
     if not isinstance(file, ast.InstanceFile):
-        remedy = 'an instance file starts with `instance name of "model.pomdp"`'
         kind = "a model" if isinstance(file, ast.ModelFile) else "a library"
-        raise _failure("E0008", f"'{path}' is {kind}, not an instance", remedy, None)
+        raise ModelError([e00_files.not_an_instance(path, kind)])
     expected = _model_path(file)
     if not os.path.exists(expected) or not os.path.samefile(expected, model_path):
-        remedy = f"use the instance with '{expected}', or change what it names"
-        message = f"this instance belongs to '{file.model}', not to '{model_path}'"
-        raise _failure("E0009", message, remedy, file.model_span)
+        raise ModelError([e00_files.instance_of_other(file.model, model_path, expected, file.model_span)])
     return _assignments(file)
 
 
@@ -193,16 +190,7 @@ def _assignments(file: ast.InstanceFile) -> tuple[ast.Assignment, ...]:
     first: dict[str, ast.Assignment] = {}
     twice = [a for a in file.assignments if first.setdefault(a.name, a) is not a]
     if twice:
-        raise ModelError(
-            Diagnostic(
-                "E0010",
-                f"'{a.name}' is set twice",
-                a.span,
-                "keep one of the two",
-                ((first[a.name].span, "set here before"),),
-            )
-            for a in twice
-        )
+        raise ModelError(e00_files.set_twice(a.name, a.span, first[a.name].span) for a in twice)
     return file.assignments
 
 
@@ -211,8 +199,7 @@ def _parse_settings(settings: Iterable[str], sources: dict[str, Source]) -> dict
     for setting in settings:
         match = _SETTING.fullmatch(setting)
         if match is None or not match[2].strip():
-            remedy = "write `name=value`, such as `--set n=11`"
-            raise _failure("E0011", f"the setting '{setting}' has no name or no value", remedy, None)
+            raise ModelError([e00_files.malformed_setting(setting)])
         source = Source(f"--set {match[1]}", match[2])
         sources[source.name] = source
         result[match[1]] = parse_expression(source)
@@ -220,21 +207,12 @@ def _parse_settings(settings: Iterable[str], sources: dict[str, Source]) -> dict
 
 
 def _not_a_model(file: ast.LibraryFile) -> ModelError:
-    message = f"'{file.span.file}' is the library '{file.name}', not a model"
-    remedy = "name a model that imports it; `hypgen check FILE` alone checks a library by itself"
-    return _failure("E0015", message, remedy, None)
+    return ModelError([e00_files.library_as_model(file.span.file, file.name)])
 
 
-def _nearest_file(path: Path) -> str:
-    """Return a remedy for a file that is not there: what its folder has instead."""
+def _models_beside(path: Path) -> list[str]:
+    """Return the names of the model files in a file's folder, as far as it can be read."""
     try:
-        names = [p.name for p in path.parent.iterdir() if p.suffix == ".pomdp"]
+        return [p.name for p in path.parent.iterdir() if p.suffix == ".pomdp"]
     except OSError:
-        return "check the name and the folder"
-    if f"{path.name}.pomdp" in names:
-        return f"did you mean '{path.name}.pomdp'?"
-    return did_you_mean(path.name, names) or "check the name and the folder"
-
-
-def _failure(code: str, message: str, remedy: str, span: Span | None) -> ModelError:
-    return ModelError([Diagnostic(code, message, span, remedy)])
+        return []

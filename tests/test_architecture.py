@@ -20,10 +20,10 @@ MAX_TEMPLATE_LINES = 150
 
 # What each layer may import besides itself, by the beginning of the module's name; "" stands for the layer.
 HYPGEN = {
-    "dsl": (),
+    "dsl": ("cache_folder",),
     "dsl.foreign": ("dsl.messages", "dsl.foreign"),
     "codegen": ("dsl.ir", "dsl.types", "dsl.messages"),
-    "runtime": (),
+    "runtime": ("cache_folder",),
     "cli": ("dsl", "codegen", "runtime", "play"),
 }
 OTHERS = {

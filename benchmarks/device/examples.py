@@ -23,7 +23,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-HOST_FLAGS = ["-O3", "-march=native", "-ffp-contract=off"]  # as the emitted CMakeLists.txt has them
 TOOLS = ("memcheck", "racecheck", "initcheck", "synccheck")
 SUMMARY = re.compile(r"(?:ERROR SUMMARY: (\d+) error|RACECHECK SUMMARY: (\d+) hazard)")
 NOISE = 12  # lines of a report that are shown
@@ -43,12 +42,13 @@ def commands(folder: Path, nvcc: str, arch: str) -> Commands:
     runtime = folder / "runtime"
     include = [f"-I{runtime / 'include'}", "-isystem", str(folder / "third_party")]
     flags = (runtime / "cmake" / "nvcc_flags.txt").read_text().split()
-    shared = [f"-Xcompiler={flag}" for flag in HOST_FLAGS]
+    host = ["-O3", "-march=native", *(runtime / "cmake" / "host_flags.txt").read_text().split()]
+    shared = [f"-Xcompiler={flag}" for flag in host]
     library = (
         Path(subprocess.check_output(["which", nvcc], text=True).strip()).resolve().parent.parent / "lib"
     )
     return Commands(
-        ["g++", "-std=c++17", *HOST_FLAGS, "-DHYPGEN_CUDA", *include],
+        ["g++", "-std=c++17", *host, "-DHYPGEN_CUDA", *include],
         [nvcc, f"-arch={arch}", "-lineinfo", *flags, *shared, *include],  # lines, for the sanitizers
         [nvcc, f"-arch={arch}", "-cudart", "static", f"-L{library}", "-Xcompiler=-pthread"],
     )

@@ -1,4 +1,4 @@
-"""Draws what sharing a step among warps gains: reads docs/results/gpu_warps.csv, writes gpu_warps.svg.
+"""Draws what sharing a step among warps gains: docs/results/data/gpu_warps.csv becomes gpu_warps.svg.
 
 python benchmarks/device/plot_warps.py        # needs matplotlib
 """
@@ -14,12 +14,12 @@ matplotlib.use("svg")
 matplotlib.rcParams["svg.hashsalt"] = "hypgen"  # the same file from run to run
 import matplotlib.pyplot as plt  # noqa: E402
 
-RESULTS = Path(__file__).resolve().parent.parent.parent / "docs" / "results"
+DATA = Path(__file__).resolve().parent.parent.parent / "docs" / "results" / "data"
 
 
 def main() -> None:
     """Draw a panel for each kind of batch, a line for each number of pedestrians."""
-    with (RESULTS / "gpu_warps.csv").open() as file:
+    with (DATA / "gpu_warps.csv").open() as file:
         rows = list(csv.DictReader(file))
     batches = list(dict.fromkeys((row["scenarios"], row["batch"]) for row in rows))
     figure, panels = plt.subplots(1, len(batches), figsize=(3.6 * len(batches), 3.2), sharey=True)
@@ -41,7 +41,7 @@ def main() -> None:
     panels[0].set_ylabel("leaves a second, against 1 warp")
     panels[-1].legend(title="pedestrians", fontsize=8)
     figure.tight_layout()
-    figure.savefig(RESULTS / "gpu_warps.svg", metadata={"Date": None})
+    figure.savefig(DATA / "gpu_warps.svg", metadata={"Date": None})
 
 
 if __name__ == "__main__":

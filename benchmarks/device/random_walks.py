@@ -28,11 +28,12 @@ import random_failures  # noqa: E402
 
 from hypgen.codegen.generate import generate  # noqa: E402
 from hypgen.dsl import ir  # noqa: E402
+from hypgen.runtime.builder.compile_flags import host_flags, nvcc_flags  # noqa: E402
 from hypgen.runtime.builder.cuda_tools import find_nvcc  # noqa: E402
 from hypgen.runtime.builder.tools import find_compiler  # noqa: E402
 
 # Not -march=native: the machine with the GPU is another one. Every H100's host has these instructions.
-HOST_FLAGS = ["-std=c++17", "-O2", "-march=x86-64-v3", "-ffp-contract=off", "-w"]
+HOST_FLAGS = ["-std=c++17", "-O2", "-march=x86-64-v3", *host_flags(), "-w"]
 # The digests' kernels are half a megabyte a model unless they are compressed for size.
 GPU = ["-gencode", "arch=compute_90,code=sm_90", "--compress-mode=size"]
 STATIC = ["-static-libstdc++", "-static-libgcc"]
@@ -113,7 +114,7 @@ def build(folder: Path, batches: int, jobs: int) -> Path:
     nvcc, compiler = find_nvcc(), str(find_compiler().path)
     include = [f"-I{RUNTIME / 'include'}", f"-I{HERE}", f"-I{folder}"]
     host = [compiler, *HOST_FLAGS, *include]
-    flags = (RUNTIME / "cmake" / "nvcc_flags.txt").read_text().split()
+    flags = nvcc_flags()
     shared = [f"-Xcompiler={flag}" for flag in HOST_FLAGS[1:]]
     device = [str(nvcc.path), *flags, "-w", *GPU, "-ccbin", compiler, *shared, *include]
     sources = [

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hypgen.cli.shared import Exit, exit_codes, model_options, show_diagnostics
+from hypgen.cli.exit_codes import Exit, exit_codes
+from hypgen.cli.model_arguments import model_options
+from hypgen.cli.output import show_diagnostics
 
 if TYPE_CHECKING:
     from hypgen.dsl import ir

@@ -9,18 +9,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hypgen.cli.shared import (
-    EXIT_CODES,
-    Exit,
+from hypgen.cli.building import build_exact, build_online
+from hypgen.cli.exit_codes import EXIT_CODES, Exit
+from hypgen.cli.model_arguments import (
     choose_cuda,
     load,
     model_options,
+    param_option,
     require_params,
-    say,
-    say_warnings,
     target_options,
 )
-from hypgen.cli.show.sarsop import MISSING, is_installed, play_sarsop
+from hypgen.cli.output import say, say_warnings
 from hypgen.play.played_programs import (
     LEFT_OUT,
     MOST_STEPS,
@@ -41,15 +40,12 @@ if TYPE_CHECKING:
 PLANNERS = ("default", "rollout", "despot", "parallel", "pomcp")
 GPU_PLANNERS = ("gpu", "hyp")
 EXACT = ("alpha", "qmdp", "blind")
-OTHERS = ("sarsop",)
 
 
 @click.command(epilog=EXIT_CODES)
 @model_options
 @target_options
-@click.option(
-    "--param", metavar="FILE", type=click.Path(path_type=Path), help="JSON file that sets the model's params."
-)
+@param_option
 @click.option("--runs", metavar="N", type=click.IntRange(1), default=20, show_default=True, help="Episodes.")
 @click.option(
     "--time",
@@ -71,7 +67,7 @@ OTHERS = ("sarsop",)
 @click.option(
     "--modes",
     metavar="LIST",
-    help=f"What to compare, of {','.join(PLANNERS + GPU_PLANNERS + EXACT + OTHERS)}.",
+    help=f"What to compare, of {','.join(PLANNERS + GPU_PLANNERS + EXACT)}.",
 )
 @click.option(
     "--solve-time",
@@ -79,7 +75,7 @@ OTHERS = ("sarsop",)
     type=click.FloatRange(0, 1e9),
     default=60.0,
     show_default=True,
-    help="Seconds to solve a small model for alpha, qmdp and blind, and again for sarsop.",
+    help="Seconds to solve a small model for alpha, qmdp and blind.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print all returns and the table as one JSON object.")
 def command(
@@ -104,8 +100,8 @@ def command(
     Episode i of a seed has the same start and the same draws for all, so that differences are paired:
     "minus the best" is the mean of them over the episodes. Where the model is small enough to be solved
     (see `hypgen solve`), policies on the exact belief play too: alpha (the vectors that prove the lower
-    bound), qmdp, the best blind policy, and, where scikit-decide is installed, what its SARSOP finds. The
-    last line is then an interval that holds the value of the best policy. Ctrl-C prints what is known so far.
+    bound), qmdp and the best blind policy. The last line is then an interval that holds the value of the
+    best policy. Ctrl-C prints what is known so far.
 
     \b
     Examples:
@@ -114,8 +110,7 @@ def command(
       hypgen compare examples/rock_sample.pomdp --trials 1000 --json
     """
     cuda = choose_cuda(target, arch, nvcc)
-    others = OTHERS if is_installed() else ()
-    asked = _asked(modes, PLANNERS + (GPU_PLANNERS if cuda else ()) + EXACT + others)
+    asked = _asked(modes, PLANNERS + (GPU_PLANNERS if cuda else ()) + EXACT)
     loaded = load(model, instance, settings)
     say_warnings(loaded)
     if param is None:
@@ -129,19 +124,13 @@ def command(
     comparison, show = Comparison(), _show(runs)
     interrupted = False
     try:
-        from hypgen.cli.commands.compile import build
-        from hypgen.codegen import generate
-
-        if planners := [mode for mode in asked if mode not in EXACT + OTHERS]:
-            solver = build(loaded, generate.generate(loaded.model), model, instance, cuda, False)
+        if planners := [mode for mode in asked if mode not in EXACT]:
+            solver = build_online(loaded, model, instance, cuda)
             for mode in planners:
                 play_mode(solver, comparison.add(mode), [*params, *episodes, *limits], show)
         kinds = [mode for mode in asked if mode in EXACT]
-        more = [mode for mode in asked if mode in OTHERS]
-        if (kinds or more) and (program := _exact(loaded, model, instance, kinds + more, comparison)):
+        if kinds and (program := _exact(loaded, model, instance, kinds, comparison)):
             play_exact(program, kinds, [*params, *episodes, f"--time={solve_time}"], show, comparison)
-            if more:
-                play_sarsop(program, solve_time, params, episodes, show, comparison)
     except KeyboardInterrupt:
         interrupted = True
     _print(comparison, left_out(*law, steps), steps, as_json)
@@ -156,10 +145,8 @@ def _asked(modes: str | None, known: tuple[str, ...]) -> list[str]:
         return list(known)
     asked = list(dict.fromkeys(mode.strip() for mode in modes.split(",")))
     for mode in asked:
-        if mode not in PLANNERS + GPU_PLANNERS + EXACT + OTHERS:
+        if mode not in PLANNERS + GPU_PLANNERS + EXACT:
             raise click.UsageError(f"There is no mode '{mode}': --modes takes some of {','.join(known)}.")
-        if mode in OTHERS and mode not in known:
-            raise click.UsageError(MISSING)
     return asked
 
 
@@ -167,7 +154,6 @@ def _exact(
     loaded: Loaded, model: Path, instance: Path | None, kinds: list[str], comparison: Comparison
 ) -> Path | None:
     """Return the program that plays policies on the exact belief, None where there cannot be one."""
-    from hypgen.cli.commands.solve import build_exact
     from hypgen.dsl.messages.diagnostic import ModelError
 
     try:
@@ -190,17 +176,12 @@ def _show(runs: int) -> Callable[[Policy], None]:
 
 
 def _print(comparison: Comparison, rest: float, steps: int, as_json: bool) -> None:
-    policies, value, sarsop = comparison.policies, comparison.solved, comparison.sarsop
+    policies, value = comparison.policies, comparison.solved
     if as_json:
         click.echo(json.dumps(numbers(comparison) | {"steps": steps, "left_out": rest}, indent=2))
     else:
         if any(policy.returns for policy in policies):
             click.echo(table(policies))
-        if sarsop is not None:
-            click.echo(
-                f"SARSOP's own bounds: {sarsop['lower']:.6g} .. {sarsop['upper']:.6g}, "
-                f"{sarsop['vectors']} vectors in {sarsop['seconds']:.1f} s"
-            )
         if value is not None:
             cut = f" ({steps} steps leave out {rest:.2g} of the sum of discounts)" if rest > LEFT_OUT else ""
             click.echo(f"value of the best policy: {outwards(value['lower'], value['upper'])}{cut}")

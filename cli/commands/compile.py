@@ -2,28 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
-import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from hypgen.cli.shared import (
-    EXIT_CODES,
-    Exit,
-    choose_cuda,
-    load,
-    model_options,
-    say,
-    say_warnings,
-    target_options,
-)
-
-if TYPE_CHECKING:
-    from hypgen.dsl.load import Loaded
-    from hypgen.runtime.builder.cuda_tools import CudaBuild
-    from hypgen.runtime.builder.solver import Step
+from hypgen.cli.building import build
+from hypgen.cli.exit_codes import EXIT_CODES, Exit
+from hypgen.cli.model_arguments import choose_cuda, load, model_options, target_options
+from hypgen.cli.output import say_warnings
 
 
 @click.command(epilog=EXIT_CODES)
@@ -88,33 +74,3 @@ def command(
         solver = output / "bin" / solver.name
     click.echo(solver)
     return Exit.OK
-
-
-def build(
-    loaded: Loaded,
-    files: dict[str, str],
-    model: Path,
-    instance: Path | None,
-    cuda: CudaBuild | None,
-    force: bool,
-) -> Path:
-    """Return the project's executable, telling the user what is built and why."""
-    from hypgen.runtime.builder.solver import build_solver
-
-    origin = " ".join(str(path.absolute()) for path in (model, instance) if path is not None)
-    with _spinner():
-        return build_solver(files, origin, _report, model=loaded.model.source_hash, cuda=cuda, again=force)
-
-
-def _report(step: Step) -> None:
-    """Say what is built and why."""
-    say(f"{step.what}: {'compiling (' + step.reason + ')' if step.reason else 'cached'}")
-
-
-def _spinner() -> contextlib.AbstractContextManager[object]:
-    """Return something that turns while the compiler runs, where a person watches."""
-    if not sys.stderr.isatty():
-        return contextlib.nullcontext()
-    from rich.console import Console
-
-    return Console(stderr=True).status("compiling")

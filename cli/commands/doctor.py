@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from hypgen import __version__
-from hypgen.cli.shared import EXIT_CODES, Exit
+from hypgen.cli.exit_codes import EXIT_CODES, Exit
 
 
 @click.command(epilog=EXIT_CODES)

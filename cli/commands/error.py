@@ -6,7 +6,7 @@ import textwrap
 
 import click
 
-from hypgen.cli.shared import EXIT_CODES, Exit
+from hypgen.cli.exit_codes import EXIT_CODES, Exit
 
 
 @click.command(epilog=EXIT_CODES)

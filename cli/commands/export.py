@@ -5,23 +5,13 @@ from __future__ import annotations
 import subprocess
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from hypgen.cli.shared import (
-    EXIT_CODES,
-    Exit,
-    load,
-    model_options,
-    require_params,
-    say,
-    say_warnings,
-    write_whole,
-)
-
-if TYPE_CHECKING:
-    from hypgen.dsl.foreign.enumerated.dump import Enumerated
+from hypgen.cli.building import build_exact
+from hypgen.cli.exit_codes import EXIT_CODES, Exit
+from hypgen.cli.model_arguments import load, model_options, require_params
+from hypgen.cli.output import say, say_warnings, write_whole
 
 
 @click.command(epilog=EXIT_CODES)
@@ -54,7 +44,7 @@ def command(
       hypgen export examples/tiger.pomdp
       hypgen export examples/rock_sample.pomdp -o rock_sample.POMDP
     """
-    from hypgen.cli.commands.solve import build_exact
+    from hypgen.dsl.foreign.enumerated import dump
     from hypgen.dsl.foreign.enumerated.write_cassandra import SeveralStartsError, export
 
     loaded = load(model, instance, settings)
@@ -64,12 +54,13 @@ def command(
         raise click.ClickException(f"{output} is there already: choose another name, or add --force.")
     program = build_exact(loaded, model, instance)
     with tempfile.TemporaryDirectory() as folder:
-        dump = Path(folder) / "model.jsonl"
+        path = Path(folder) / "model.jsonl"
         limit = [] if max_states is None else [f"--max-states={max_states}"]
-        done = subprocess.run([program, f"--dump={dump}", "--quiet", *limit], check=False)
+        done = subprocess.run([program, f"--dump={path}", "--quiet", *limit], check=False)
         if done.returncode:  # the program has said why
             return done.returncode
-        enumerated = read_dump(dump)
+        with path.open(encoding="utf-8") as lines:
+            enumerated = dump.read(lines)
     try:
         text = "\n".join(export(enumerated, model.name)) + "\n"
     except SeveralStartsError:
@@ -83,11 +74,3 @@ def command(
         write_whole(output, text, force)
         say(f"{model}: {len(enumerated.values)} states; written to {output}")
     return Exit.OK
-
-
-def read_dump(path: Path) -> Enumerated:
-    """Return the model that an exact program has written."""
-    from hypgen.dsl.foreign.enumerated.dump import read
-
-    with path.open(encoding="utf-8") as lines:
-        return read(lines)

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hypgen.cli.shared import Exit, exit_codes, say, show_model_error
+from hypgen.cli.exit_codes import Exit, exit_codes
+from hypgen.cli.output import say, show_model_error
 
 if TYPE_CHECKING:
     from hypgen.dsl.messages.source import Source

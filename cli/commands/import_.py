@@ -7,7 +7,9 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.shared import EXIT_CODES, Exit, describe_import, import_foreign, say, write_whole
+from hypgen.cli.exit_codes import EXIT_CODES, Exit
+from hypgen.cli.foreign_models import describe_import, import_foreign
+from hypgen.cli.output import say, write_whole
 
 
 @click.command("import", epilog=EXIT_CODES)

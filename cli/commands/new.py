@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.shared import EXIT_CODES, Exit
+from hypgen.cli.exit_codes import EXIT_CODES, Exit
 
 TEMPLATES = ("minimal", "robot", "memory")
 

@@ -8,15 +8,10 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.shared import (
-    EXIT_CODES,
-    choose_cuda,
-    load,
-    model_options,
-    require_params,
-    say_warnings,
-    target_options,
-)
+from hypgen.cli.building import build_online
+from hypgen.cli.exit_codes import EXIT_CODES
+from hypgen.cli.model_arguments import choose_cuda, load, model_options, require_params, target_options
+from hypgen.cli.output import say_warnings
 
 ANSWERED_WITHOUT_PARAMS = ("--param", "--help", "--version")
 
@@ -49,9 +44,6 @@ def command(
       hypgen run examples/tag.pomdp --target cpu
       hypgen run examples/tiger.pomdp -- --help
     """
-    from hypgen.cli.commands.compile import build
-    from hypgen.codegen import generate
-
     if str(model).startswith("-"):
         raise click.UsageError(f"The model comes first, before the solver's options (found '{model}').")
     cuda = choose_cuda(target, arch, nvcc)
@@ -59,7 +51,7 @@ def command(
     say_warnings(loaded)
     if not any(option.split("=")[0] in ANSWERED_WITHOUT_PARAMS for option in solver_options):
         require_params(loaded, " or --param FILE")
-    solver = build(loaded, generate.generate(loaded.model), model, instance, cuda, force)
+    solver = build_online(loaded, model, instance, cuda, force)
     sys.stdout.flush()
     sys.stderr.flush()
     # The solver takes this process's place: signals and the exit code need no forwarding.

@@ -11,7 +11,8 @@ from typing import IO, TYPE_CHECKING
 
 import click
 
-from hypgen.cli.shared import EXIT_CODES, Exit, load, model_options, require_params
+from hypgen.cli.exit_codes import EXIT_CODES, Exit
+from hypgen.cli.model_arguments import load, model_options, require_params
 
 if TYPE_CHECKING:
     from hypgen.cli.show.sim_report import Report

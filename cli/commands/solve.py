@@ -5,24 +5,18 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from hypgen.cli.shared import exit_codes, load, model_options, require_params, say_warnings
-
-if TYPE_CHECKING:
-    from hypgen.dsl.load import Loaded
+from hypgen.cli.building import build_exact
+from hypgen.cli.exit_codes import exit_codes
+from hypgen.cli.model_arguments import load, model_options, param_option, require_params
+from hypgen.cli.output import say_warnings
 
 
 @click.command(epilog=exit_codes("the model is too large, or a file cannot be written"))
 @model_options
-@click.option(
-    "--param",
-    metavar="FILE",
-    type=click.Path(path_type=Path),
-    help="JSON file that sets the model's params.",
-)
+@param_option
 @click.option(
     "--time",
     metavar="S",
@@ -101,15 +95,3 @@ def command(
     sys.stderr.flush()
     # As for `run`: signals and the exit code need no forwarding.
     os.execv(solver, [solver.name, *options])
-
-
-def build_exact(loaded: Loaded, model: Path, instance: Path | None, force: bool = False) -> Path:
-    """Return the exact solver's program for a model; refuse one whose outcomes cannot be tried one by one."""
-    from hypgen.cli.commands.compile import build
-    from hypgen.codegen import generate
-    from hypgen.codegen.passes.enumerable import not_enumerable
-    from hypgen.dsl.messages.diagnostic import ModelError
-
-    if found := not_enumerable(loaded.model):
-        raise ModelError(found, loaded.sources)
-    return build(loaded, generate.generate_exact(loaded.model), model, instance, None, force)

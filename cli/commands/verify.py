@@ -10,16 +10,17 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.shared import (
-    Exit,
+from hypgen.cli.building import build_online
+from hypgen.cli.exit_codes import Exit, exit_codes
+from hypgen.cli.model_arguments import (
     choose_cuda,
-    exit_codes,
     load,
     model_options,
+    param_option,
     require_params,
-    say_warnings,
     target_options,
 )
+from hypgen.cli.output import say_warnings
 
 MOST_LANES = 100_000_000
 
@@ -27,12 +28,7 @@ MOST_LANES = 100_000_000
 @click.command(epilog=exit_codes("something differs; the first walk and step are named"))
 @model_options
 @target_options
-@click.option(
-    "--param",
-    metavar="FILE",
-    type=click.Path(path_type=Path),
-    help="JSON file that sets the model's params.",
-)
+@param_option
 @click.option(
     "--seconds",
     metavar="S",
@@ -91,15 +87,12 @@ def command(
       hypgen verify examples/crowd_driving.pomdp --seconds 60 --seed 7
       hypgen verify examples/rock_sample.pomdp --target cuda --lanes 1000000
     """
-    from hypgen.cli.commands.compile import build
-    from hypgen.codegen import generate
-
     cuda = choose_cuda(target, arch, nvcc)
     loaded = load(model, instance, settings)
     say_warnings(loaded)
     if param is None:
         require_params(loaded, " or --param FILE")
-    solver = build(loaded, generate.generate(loaded.model), model, instance, cuda, force=False)
+    solver = build_online(loaded, model, instance, cuda)
     test = [str(solver), "--selftest", "--steps", str(steps), "--seed", str(seed)]
     test += ["--param", str(param)] if param is not None else []
     if lanes is None:

@@ -1,4 +1,4 @@
-"""What commands print: explanations, episodes, comparisons, findings, the error index.
+"""Text that commands print: explanations, episodes, comparisons, findings, the error index.
 
 Takes data of the other packages. Gives text.
 """

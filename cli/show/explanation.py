@@ -1,4 +1,4 @@
-"""What ``hypgen explain`` prints: the compiler's facts as headings and tables."""
+"""The text of ``hypgen explain``: the compiler's facts as headings and tables."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from hypgen.dsl.ir import Site
 from hypgen.dsl.messages.source import Span
@@ -13,25 +13,31 @@ from hypgen.dsl.types import Enum, Record, Type, Variant
 WIDTH = 110
 
 
-def dump(value: object) -> str:
-    """Return ``value`` as indented text.
+def dump(value: object, label: str = "") -> str:
+    """Return ``value`` as indented text, which starts with ``label``.
 
     Types appear as the language writes them: after a colon on a node of the IR. Spans are shown where a
     node is broken over lines, as line:column.
     """
-    return "\n".join(_lines(value, "", ""))
+    return "\n".join(_lines(value, "", label))
 
 
 def _lines(value: object, indent: str, label: str) -> Iterator[str]:
     """Yield the lines of ``value``, the first starting with ``label``."""
     flat = _flat(value)
-    if len(indent) + len(label) + len(flat) <= WIDTH or not (_is_node(value) or isinstance(value, tuple)):
+    compound = _is_node(value) or isinstance(value, tuple | Mapping)
+    if len(indent) + len(label) + len(flat) <= WIDTH or not compound:
         yield f"{indent}{label}{flat}"
         return
     if isinstance(value, tuple):
-        yield f"{indent}{label}".rstrip()
+        yield f"{indent}{label or '-'}".rstrip()
         for item in value:
             yield from _lines(item, indent + "  ", "")
+        return
+    if isinstance(value, Mapping):
+        yield f"{indent}{label}".rstrip()
+        for key, item in value.items():
+            yield from _lines(item, indent + "  ", f"{key}: ")
         return
     yield f"{indent}{label}{_head(value)}{_place(value)}"
     for name, item in _fields(value):
@@ -40,9 +46,15 @@ def _lines(value: object, indent: str, label: str) -> Iterator[str]:
 
 def _flat(value: object) -> str:
     """Return ``value`` on one line."""
-    if isinstance(value, tuple | frozenset):
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{key}: {_flat(item)}' for key, item in value.items())}}}"
+    if isinstance(value, tuple | frozenset | list):
         items = sorted(value) if isinstance(value, frozenset) else value
         return f"[{', '.join(map(_flat, items))}]"
+    if isinstance(value, Site):
+        return value.path
+    if isinstance(value, Span):
+        return f"{value.line}:{value.column}"
     if isinstance(value, ast.Name):
         return value.name
     if isinstance(value, ast.Literal):
@@ -93,4 +105,4 @@ def _fields(value: object) -> Iterator[tuple[str, object]]:
         shown = field.name if field.type == "bool" else item
         if field.name in ("enums", "records"):
             shown = tuple(map(_declaration, item))
-        yield field.name, shown.path if isinstance(shown, Site) else shown
+        yield field.name, shown

@@ -1,4 +1,4 @@
-"""What ``hypgen check --samples`` does: walks, watches, and says what it found."""
+"""The work of ``hypgen check --samples``: walks, watches, and says what it found."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hypgen.cli.shared import Exit, require_params, say
+from hypgen.cli.exit_codes import Exit
+from hypgen.cli.model_arguments import require_params
+from hypgen.cli.output import say
 from hypgen.dsl.interpret.sampling.sample_laws import check_densities, check_returns
 from hypgen.dsl.interpret.sampling.sample_model import Progress, Walk
 from hypgen.dsl.messages.render import to_json

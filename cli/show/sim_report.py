@@ -1,4 +1,4 @@
-"""How ``hypgen sim`` tells what happens: in words, or as JSON lines."""
+"""The report of ``hypgen sim``: in words, or as JSON lines."""
 
 from __future__ import annotations
 

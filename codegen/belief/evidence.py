@@ -1,4 +1,4 @@
-"""What was seen, weighed against a hypothesis about one member of a factor."""
+"""Evidence: what the agent saw, weighed against a hypothesis about one member of a factor."""
 
 from __future__ import annotations
 

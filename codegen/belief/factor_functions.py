@@ -1,6 +1,6 @@
 """The functions of the factored filter: exact posteriors, and particles of single factors.
 
-docs/design/0002, "The factored filter", fixes the operations; the interpreter repeats them bit for bit.
+docs/internals/beliefs.md fixes the operations; the interpreter repeats them bit for bit.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which initial values particles may draw anew as long as nothing has read them (``redraw.hpp``)."""
+"""Initial values that particles may draw anew as long as nothing has read them (``redraw.hpp``)."""
 
 from __future__ import annotations
 

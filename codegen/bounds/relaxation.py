@@ -1,4 +1,4 @@
-"""What bounds a model's rewards from above: groups of all agents together, or of agents that act apart."""
+"""The bound of a model's rewards: groups of all agents together, or of agents that act apart."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ updated from themselves and its component, without draws. A *token* is an entry 
 each, the *atoms*, as are the rewards that read it. An agent acts alone while the others idle: do what leaves
 tokens alone in every state. Who deals the valuable tokens of the state out among the agents in the best way
 and adds what each can earn alone bounds what they earn together if each token passes the check in ``_holds``;
-docs/design/0005-exact-models.md has the proof.
+docs/internals/exact-models.md has the proof.
 """
 
 from __future__ import annotations

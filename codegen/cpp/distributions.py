@@ -9,7 +9,7 @@ from hypgen.codegen.cpp.expressions import ADD, TERNARY, Append, ExprPrinter
 from hypgen.codegen.cpp.laws import bin_density_text, bin_text, count_text, draw_text
 from hypgen.codegen.cpp.sink import Sink
 from hypgen.codegen.cpp.text import code_of, integer, scalar, shifted
-from hypgen.codegen.passes import table_draws
+from hypgen.codegen.layout import nodes
 from hypgen.codegen.passes.expr_shapes import needs_statements
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import negated
@@ -72,11 +72,11 @@ class DistPrinter:
                 self._sample_weighted(dist, word, sink)
             case ir.Widened(dist=inner):
                 self.sample(inner, word, sink)
-            case table_draws.WeightedPick(value=value):
+            case nodes.WeightedPick(value=value):
                 drawn = printer.scope.unique("word")
                 self.code.add(f"const auto {drawn} = {word};")
                 self._at_position(_position(drawn, dist.bounds()), value, sink)
-            case table_draws.UniformPick(count=count, value=value):
+            case nodes.UniformPick(count=count, value=value):
                 self._at_position(f"dist::uniform({word}, {printer.text(count)})", value, sink)
             case _:
                 raise TypeError(f"no sampler for {type(dist).__name__}")
@@ -85,7 +85,7 @@ class DistPrinter:
         """Append what gives ``sink`` a pick's value."""
         local = self.printer.scope.unique("entry")
         self.code.add(f"const std::int32_t {local} = {position};")
-        self.printer.bind(table_draws.POSITION, local)
+        self.printer.bind(nodes.POSITION, local)
         self.printer.emit(value, sink)
 
     def _sample_table(self, dist: ir.Table, word: str, sink: Sink) -> None:
@@ -253,16 +253,16 @@ class DistPrinter:
                     lambda: self.density(inner, value, sink),
                     sink,
                 )
-            case table_draws.WeightedPick(probabilities=probabilities, value=picked):
+            case nodes.WeightedPick(probabilities=probabilities, value=picked):
                 masses = printer.scope.unique("masses")
                 code.add(f"dist::Masses {masses};")
                 for number, probability in enumerate(probabilities):
-                    printer.bind(table_draws.POSITION, str(number))
+                    printer.bind(nodes.POSITION, str(number))
                     code.add(f"{masses}.take({printer.text(probability)}, {self._is(picked, value)});")
-                printer.bind(table_draws.POSITION, str(len(probabilities)))
+                printer.bind(nodes.POSITION, str(len(probabilities)))
                 code.add(f"{masses}.take_rest({self._is(picked, value)});")
                 code.add(sink(f"{masses}.density()"))
-            case table_draws.UniformPick():
+            case nodes.UniformPick():
                 self._uniform_pick_density(dist, value, sink)
             case _:
                 raise TypeError(f"no density for {type(dist).__name__}")
@@ -311,12 +311,12 @@ class DistPrinter:
                 stack.enter_context(printer.block("else"))
             code.add(sink(f"{part}.density()"))
 
-    def _uniform_pick_density(self, dist: table_draws.UniformPick, value: str, sink: Sink) -> None:
+    def _uniform_pick_density(self, dist: nodes.UniformPick, value: str, sink: Sink) -> None:
         printer, code = self.printer, self.code
         count, equal = printer.scope.unique("count"), printer.scope.unique("equal")
         code.add(f"const std::int32_t {count} = {printer.text(dist.count)};")
         code.add(f"std::int32_t {equal} = 0;")
-        entry = printer.bind(table_draws.POSITION, printer.scope.unique("entry"))
+        entry = printer.bind(nodes.POSITION, printer.scope.unique("entry"))
         with printer.block(f"for (std::int32_t {entry} = 0; {entry} < {count}; ++{entry})"):
             code.add(f"{equal} += {self._is(dist.value, value)} ? 1 : 0;")
         code.join()
@@ -333,5 +333,5 @@ def _value(code: str, type_: Type) -> str:
 
 def _position(word: str, bounds: Sequence[int]) -> str:
     """Return how many of the bounds a word has reached; none reaches 2^32."""
-    reached = [f"dist::reached({word}, 0x{b:08X}u)" for b in bounds if b < table_draws.WORDS]
+    reached = [f"dist::reached({word}, 0x{b:08X}u)" for b in bounds if b < nodes.WORDS]
     return " + ".join(reached) or "0"

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 
 from hypgen.codegen.cpp.sink import Sink
 from hypgen.codegen.cpp.text import Code, code_of, float32, integer, literal, loop, scalar, stored
-from hypgen.codegen.layout.history_layout import BeliefCall, HistoryRead
 from hypgen.codegen.layout.naming import Names
+from hypgen.codegen.layout.nodes import ArrayBits, BeliefCall, HistoryRead
 from hypgen.codegen.passes.arguments import PARTS, Needs, NeedsAnalysis
 from hypgen.codegen.passes.expr_shapes import (
     branches,
@@ -23,7 +23,6 @@ from hypgen.codegen.passes.expr_shapes import (
     plain_loop,
     plain_variant,
 )
-from hypgen.codegen.passes.state_tables import ArrayBits
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import free_locals, negated
 from hypgen.dsl.types import INT32_MAX, INT32_MIN, Bool, Float, Int, Type, low_of, size_of

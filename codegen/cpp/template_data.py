@@ -81,5 +81,3 @@ class Project:
     target: str
     file: str
     hash: str
-    version: str
-    runtime_options: tuple[str, ...] = ()

@@ -1,4 +1,4 @@
-"""What the history keeps, as fields of a packed struct, and reads of it as reads of those fields.
+"""The history as fields of a packed struct, and reads of it as reads of those fields.
 
 ``last(..)`` becomes a choice between a field and its first value, so that printing, tables and costs need to
 know one kind of read only.
@@ -11,28 +11,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+from hypgen.codegen.layout.nodes import BeliefCall, HistoryRead
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import Node, free_locals, map_children, walk
 from hypgen.dsl.types import BOOL, FLOAT, Int, Type
 
 STARTED = "started"
 ACTION = "last_action"
-
-
-@dataclass(frozen=True)
-class HistoryRead(ir.Expr):
-    """A field of the history, as it is before the decision."""
-
-    field: str
-    indices: tuple[ir.Expr, ...] = ()
-
-
-@dataclass(frozen=True)
-class BeliefCall(ir.Expr):
-    """The mean that the function of a ``BeliefRead`` gives: of its number, called with its free locals."""
-
-    number: int
-    arguments: tuple[ir.Expr, ...]
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Where each variable lies: bit fields in 32-bit words, ``fixed`` variables apart from the rest.
+"""Places of variables: bit fields in 32-bit words, ``fixed`` variables apart from the rest.
 
 An element starts on a word of its own, and so do its variables of each stage that several threads may
 share: no two elements ever write the same word, and none writes a word that others read primed in that stage.

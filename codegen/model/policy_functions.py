@@ -12,7 +12,8 @@ from hypgen.codegen.cpp.text import code_of, scalar
 from hypgen.codegen.model.interface import HISTORY, PLACE, Interface
 from hypgen.codegen.model.model_functions import arguments, position
 from hypgen.dsl import ir
-from hypgen.dsl.ir.walk import Node, free_locals, map_children, walk
+from hypgen.dsl.ir.reads import reached
+from hypgen.dsl.ir.walk import Node, free_locals, map_children
 from hypgen.dsl.types import size_of
 
 _EVERY_ACTION = "for (int action = 0; action < kActionCount; ++action)"
@@ -117,12 +118,8 @@ def uncalled_lets(context: Context) -> set[str]:
     nodes += [] if model.lower is None else [model.lower]
     for read in context.beliefs.values():  # functions of their own
         nodes += [read.operand] if read.index is None else [read.operand, read.index]
-    called: set[str] = {let.name for let in policy.lets if let.draws}
-    while nodes:
-        for inner in walk(nodes.pop()):
-            if isinstance(inner, ir.LetRead) and inner.let in lets and inner.let not in called:
-                called.add(inner.let)
-                nodes.append(lets[inner.let].dist)
+    called = {let.name for let in policy.lets if let.draws}
+    called |= {node.let for node, _ in reached(nodes, {}, lets) if isinstance(node, ir.LetRead)}
     return lets.keys() - called
 
 

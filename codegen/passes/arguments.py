@@ -1,14 +1,14 @@
-"""What a generated function must be given: the parts of its argument list that its body reads."""
+"""Arguments of generated functions: the parts of the argument list that a body reads."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Set
+from collections.abc import Mapping
 
-from hypgen.codegen.layout.history_layout import BeliefCall, HistoryRead
 from hypgen.codegen.layout.naming import takes_word
-from hypgen.codegen.passes.state_tables import ArrayBits
+from hypgen.codegen.layout.nodes import ArrayBits, BeliefCall, HistoryRead
 from hypgen.dsl import ir
-from hypgen.dsl.ir.walk import Node, walk
+from hypgen.dsl.ir.reads import reached
+from hypgen.dsl.ir.walk import Node
 
 # In the order of an argument list.
 PARTS = ("params", "fixed", "state", "action", "history", "draws", "next")
@@ -23,23 +23,20 @@ class NeedsAnalysis:
         self.model = model
         self._beliefs = beliefs or {}
         self._fixed = {v.name for v in model.variables if v.fixed}
-        self._functions: dict[str, Needs] = {}
-        self._lets: dict[str, Needs] = {}
+        self._functions = {f.name: f for f in model.functions}
+        self._lets = {let.name: let for let in model.all_lets}
+        self._known: dict[str, Needs] = {}
 
     def of(self, *nodes: Node) -> Needs:
         """Return the parts that the nodes read; a distribution that takes a word needs the draws."""
         found: set[str] = set()
-        for node in nodes:
-            for inner in walk(node):
-                found |= self._directly(inner)
+        for node, primed in reached(nodes, self._functions, self._lets):
+            found |= self._directly(node, primed)
         return frozenset(found)
 
     def function(self, name: str) -> Needs:
         """Return what the model function is given."""
-        if name not in self._functions:
-            body = next(f.body for f in self.model.functions if f.name == name)
-            self._functions[name] = self.of(body)
-        return self._functions[name]
+        return self._body(f"fn {name}", self._functions[name].body)
 
     def belief(self, number: int) -> Needs:
         """Return what a belief's function is given: scratch states for hypotheses too."""
@@ -50,32 +47,28 @@ class NeedsAnalysis:
 
     def let(self, name: str) -> Needs:
         """Return what the let's function is given."""
-        if name not in self._lets:
-            self._lets[name] = self.of(next(e.dist for e in self.model.all_lets if e.name == name))
-        return self._lets[name]
+        return self._body(f"let {name}", self._lets[name].dist)
 
-    def _directly(self, node: Node) -> Set[str]:
+    def _body(self, owner: str, body: Node) -> Needs:
+        if owner not in self._known:
+            self._known[owner] = self.of(body)
+        return self._known[owner]
+
+    def _directly(self, node: Node, next_state: bool) -> Needs:
         match node:
             case ir.ParamRead():
-                return {"params"}
+                return frozenset({"params"})
             case ir.StateRead(variable=name, primed=primed):
-                return {"fixed" if name in self._fixed else "next" if primed else "state"}
+                part = "fixed" if name in self._fixed else "next" if primed or next_state else "state"
+                return frozenset({part})
             case ArrayBits():
-                return {"state"}
+                return frozenset({"state"})
             case ir.ActionRead():
-                return {"action"}
+                return frozenset({"action"})
             case HistoryRead():
-                return {"history"}
+                return frozenset({"history"})
             case BeliefCall(number=number):
                 return self.belief(number)
-            case ir.Call(function=name, primed=primed):
-                return _primed(self.function(name)) if primed else self.function(name)
-            case ir.LetRead(let=name, primed=primed):
-                return _primed(self.let(name)) if primed else self.let(name)
             case ir.Dist() if takes_word(node):
-                return {"draws"}
+                return frozenset({"draws"})
         return frozenset()
-
-
-def _primed(needs: Needs) -> Needs:
-    return frozenset("next" if part == "state" else part for part in needs)

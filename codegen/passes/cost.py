@@ -1,4 +1,7 @@
-"""What an expression costs to evaluate, in simple operations: enough to tell a walk from a table's load."""
+"""The cost of an expression, in simple operations: enough to tell a walk from a table's load.
+
+A function costs as much at each of its calls, which ``ir.reads`` goes through once.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether all outcomes of a model's draws can be tried one by one: docs/design/0005-exact-models.md."""
+"""Whether all outcomes of a model's draws can be tried one by one: docs/internals/exact-models.md."""
 
 from __future__ import annotations
 
@@ -6,22 +6,14 @@ from collections.abc import Iterator
 
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import children
+from hypgen.dsl.messages import e08_parts
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Span
 
 
 def not_enumerable(model: ir.Model) -> tuple[Diagnostic, ...]:
     """Return, for each draw with too many outcomes to try them all, what to do about it."""
-    return tuple(
-        Diagnostic(
-            "E0812",
-            f"'{name}' is drawn from a continuous law: it has too many values to try them all",
-            span,
-            "an exact solution needs draws of finitely many values, such as `binned(D, low, high)`; "
-            "`hypgen run` plans with any",
-        )
-        for name, span in continuous_draws(model)
-    )
+    return tuple(e08_parts.not_enumerable(name, span) for name, span in continuous_draws(model))
 
 
 def continuous_draws(model: ir.Model) -> Iterator[tuple[str, Span]]:

@@ -1,4 +1,4 @@
-"""What kind of C++ an expression becomes: an expression or statements."""
+"""The kind of C++ that an expression becomes: an expression or statements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which expressions may be evaluated outside of the conditions that stand around them.
+"""Expressions that may be evaluated outside of the conditions that stand around them.
 
 Conditions narrow the intervals of what is read where they hold: ``if x > 6 then log(x - 5) else 0`` needs a
 table of two entries, whose index is out of range wherever the condition fails. Inlining puts expressions in
@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
-from hypgen.codegen.layout.history_layout import HistoryRead
 from hypgen.codegen.layout.history_layout import fields as fields_of
+from hypgen.codegen.layout.nodes import HistoryRead
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import Node, children
 from hypgen.dsl.messages.source import Span

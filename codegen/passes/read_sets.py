@@ -1,7 +1,8 @@
-"""What an expression reads, member by member, and what it asks of the action.
+"""The reads of an expression, member by member, and what it asks of the action.
 
 ``rock[r].good`` with r the family's own binder is one member's flag; through an index that is only known in a
-step it is any member's. Functions and lets are followed with the arguments that they are given.
+step it is any member's. Functions and lets are followed with the arguments that they are given, which
+``ir.reads`` does not keep apart.
 """
 
 from __future__ import annotations

@@ -8,23 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from hypgen.codegen.layout import limits
-from hypgen.codegen.layout.history_layout import BeliefCall, HistoryRead
+from hypgen.codegen.layout.nodes import ArrayBits, BeliefCall, HistoryRead
 from hypgen.codegen.layout.state_layout import Field
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import walk
 from hypgen.dsl.types import Int, is_finite, size_of
-
-
-@dataclass(frozen=True)
-class ArrayBits(ir.Expr):
-    """All entries of a state variable as they lie in its word, the first entry lowest."""
-
-    variable: str
-
 
 StateInput: TypeAlias = ir.StateRead | ArrayBits
 

@@ -5,39 +5,10 @@ They stand for ``ir.Table`` and ``ir.UniformSet`` where ``tabulate`` has found t
 
 from __future__ import annotations
 
-import struct
-from dataclasses import dataclass
-
+from hypgen.codegen.layout.nodes import POSITION, UniformPick, WeightedPick
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import rename_bound, substitute
 from hypgen.dsl.types import BOOL, Bool, Int, size_of
-
-POSITION = "entry%"  # no local of the model is called so
-WORDS = 1 << 32
-
-
-@dataclass(frozen=True)
-class WeightedPick(ir.Dist):
-    """``value`` at a ``POSITION`` drawn by constant probabilities; the last position takes the rest."""
-
-    probabilities: tuple[ir.Const, ...]
-    value: ir.Expr
-
-    def bounds(self) -> tuple[int, ...]:
-        """Return for each position but the last how many words lie before its end."""
-        result, total = [], 0
-        for probability in self.probabilities:
-            total += _threshold(float(probability.value))
-            result.append(min(total, WORDS))
-        return tuple(result)
-
-
-@dataclass(frozen=True)
-class UniformPick(ir.Dist):
-    """``value`` at any ``POSITION`` below ``count``, which is at least 1, equally likely."""
-
-    count: ir.Expr
-    value: ir.Expr
 
 
 def weighted(dist: ir.Table) -> WeightedPick | None:
@@ -106,9 +77,3 @@ def _and(left: ir.Expr, right: ir.Expr) -> ir.Expr:
 
 def _equal(left: ir.Expr, right: ir.Expr) -> ir.Expr:
     return ir.Binary(BOOL, "eq", left, right)
-
-
-def _threshold(probability: float) -> int:
-    """Return ``math::threshold`` of a float32: how many words lie below a probability."""
-    scaled = struct.unpack("<f", struct.pack("<f", probability))[0] * WORDS
-    return 0 if not scaled > 0 else min(int(min(scaled, WORDS)), WORDS)

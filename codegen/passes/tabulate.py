@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from typing import Any, overload
 
 from hypgen.codegen.layout import limits
-from hypgen.codegen.layout.history_layout import BeliefCall, HistoryRead
 from hypgen.codegen.layout.naming import Names, Scope
+from hypgen.codegen.layout.nodes import POSITION, BeliefCall, HistoryRead
 from hypgen.codegen.layout.state_layout import pack
 from hypgen.codegen.passes import table_draws
 from hypgen.codegen.passes.cost import Costs
@@ -21,6 +21,7 @@ from hypgen.codegen.passes.hoisting import Hoisting, unguarded
 from hypgen.codegen.passes.state_tables import state_reads
 from hypgen.dsl import ir
 from hypgen.dsl.ir.inline import Inliner
+from hypgen.dsl.ir.reads import reached
 from hypgen.dsl.ir.walk import (
     Node,
     bound_names,
@@ -187,14 +188,8 @@ class _Tabulator:
         return None
 
     def _slow(self, node: Node) -> bool:
-        for inner in walk(node):
-            if isinstance(inner, ir.Unary | ir.Binary) and inner.op in _SLOW:
-                return True
-            if isinstance(inner, ir.Call) and self._slow(self.functions[inner.function].body):
-                return True
-            if isinstance(inner, ir.LetRead) and self._slow(self.lets[inner.let].dist):
-                return True
-        return False
+        inside = reached((node,), self.functions, self.lets)
+        return any(isinstance(inner, ir.Unary | ir.Binary) and inner.op in _SLOW for inner, _ in inside)
 
     def _table(self, node: ir.Expr, name: str, span: Span) -> ir.ParamRead | None:
         body, inputs = self._formula(node)
@@ -345,7 +340,7 @@ class _Tabulator:
 
 
 def _is_position(value: _Input) -> bool:
-    return isinstance(value.read, ir.Local) and value.read.name == table_draws.POSITION
+    return isinstance(value.read, ir.Local) and value.read.name == POSITION
 
 
 def _join(a: Type, b: Type) -> Type:

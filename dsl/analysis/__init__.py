@@ -1,4 +1,4 @@
-"""What follows from who reads what in a model: stages, orders, independence.
+"""Conclusions from who reads what in a model: stages, orders, independence.
 
 Takes expressions of ``ir`` and recorded reads. Gives orders, marks and factors; refuses circles.
 """

@@ -1,8 +1,9 @@
-"""Which hidden variables are independent of all others given what the agent has seen.
+"""Hidden variables that are independent of all others given what the agent has seen.
 
 The hidden variables of an element (of a family: of each member) are a factor if no init or update, and
-nothing that the agent learns from, brings them together with other hidden state; docs/design/0002 has the
-rules. What forbids it is kept for ``hypgen explain``, and for the message of a ``belief`` that needs it.
+nothing that the agent learns from, brings them together with other hidden state; docs/internals/beliefs.md
+has the rules. What forbids it is kept for ``hypgen explain``, and for the message of a ``belief`` that needs
+it.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import dataclass, field
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.hidden_reads import Leaf, Touches, Tree, leaves
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.uses import Uses
 from hypgen.dsl.ir.walk import negated, shape
 from hypgen.dsl.messages.source import Span
@@ -39,11 +41,14 @@ class _Seen:
     condition: ir.Expr | None = None
 
     @property
-    def owner(self) -> str:
-        """Return the declaration as the graph of reads calls it."""
-        return {"visible": f"update {self.name}", "observe": f"observe {self.name}"}.get(
-            self.kind, "terminal when"
-        )
+    def owner(self) -> Owner:
+        """Return the declaration as the graph of reads knows it."""
+        match self.kind:
+            case "visible" | "copied":
+                return Owner("update", self.name)
+            case "observe":
+                return Owner("observe", self.name)
+        return Owner("terminal")
 
     @property
     def words(self) -> str:
@@ -55,7 +60,7 @@ class _Seen:
 class _Draw:
     """A read of a draw: by whom, and together with which member (None: with none)."""
 
-    owner: str
+    owner: Owner
     binders: tuple[ir.Binder, ...]
     index: object
     unit: tuple[str, object] | None
@@ -80,9 +85,9 @@ class _Factors:
 
     def result(self) -> tuple[tuple[ir.Factor, ...], tuple[ir.Obstacle, ...]]:
         for assign in self.model.inits:
-            self._own(assign, f"init {assign.variable}")
+            self._own(assign, Owner("init", assign.variable))
         for assign in self.model.updates:
-            self._own(assign, f"update {assign.variable}")
+            self._own(assign, Owner("update", assign.variable))
         seen = list(self._seen())
         for item in seen:
             for leaf in leaves(item.tree):
@@ -94,22 +99,21 @@ class _Factors:
 
     # What forbids it -----------------------------------------------------------------------------
 
-    def _forbid(self, element: str, owner: str, read: str, reason: str) -> None:
+    def _forbid(self, element: str, owner: Owner, read: str, reason: str) -> None:
         if element not in self.obstacles:
             self.obstacles[element] = ir.Obstacle(element, self._span(owner, read), reason)
 
-    def _span(self, owner: str, read: str) -> Span:
+    def _span(self, owner: Owner, read: str) -> Span:
         """Return where ``owner`` comes to read ``read``, or where it is declared."""
         found = [r.path[-1].span for r in self.uses.closure(owner) if r.name == read]
-        kind, _, name = owner.partition(" ")
         declared: list[Span] = {
-            "update": [u.span for u in self.model.updates if u.variable == name],
-            "init": [i.span for i in self.model.inits if i.variable == name],
-            "observe": [o.span for o in self.model.observations if o.name == name],
-        }.get(kind, [s for k, s in self.model.spans.items() if k == "terminal"])
+            "update": [u.span for u in self.model.updates if u.variable == owner.name],
+            "init": [i.span for i in self.model.inits if i.variable == owner.name],
+            "observe": [o.span for o in self.model.observations if o.name == owner.name],
+        }.get(owner.kind, [s for k, s in self.model.spans.items() if k == "terminal"])
         return (found or declared or [self.variables[read].span])[0]
 
-    def _own(self, assign: ir.Assign, owner: str) -> None:
+    def _own(self, assign: ir.Assign, owner: Owner) -> None:
         """Check that what gives a hidden variable its value reads the member's own hidden state only."""
         variable = self.variables[assign.variable]
         if variable.visible:
@@ -295,11 +299,11 @@ def _position(index: ir.Expr | None, element: ir.Element) -> ir.Expr:
     )
 
 
-def _words(owner: str) -> str:
+def _words(owner: Owner) -> str:
     """Return a declaration as a message calls it."""
-    kind, _, name = owner.partition(" ")
-    return {
-        "update": f"the update of '{name}'",
-        "init": f"the init of '{name}'",
-        "observe": f"'observe {name.rsplit('.', 1)[-1]}'",
-    }.get(kind, f"'{owner}'")
+    match owner.kind:
+        case "update" | "init" as kind:
+            return f"the {kind} of '{owner.name}'"
+        case "observe":
+            return f"'observe {owner.name.rsplit('.', 1)[-1]}'"
+    return f"'{owner}'"

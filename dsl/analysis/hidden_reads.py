@@ -1,12 +1,13 @@
-"""Whose hidden state an expression reads, given the action and what is visible.
+"""Hidden state that an expression reads, given the action and what is visible.
 
 The answer is a tree: a leaf holds the members (of elements) and the draws that are read together; a choice
 is a condition on known things between two trees. Calls and lets are followed, so that what they read counts.
+``ir.reads`` would say what is read, and not what is read together.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -75,39 +76,27 @@ class Touches:
         self._inliner = Inliner(self._functions, self._lets, mark="_t")
         self._trees: dict[ir.LetRead | ir.Call, Tree] = {}
         self._known: dict[int, tuple[Node, bool]] = {}  # by id, which the node itself keeps from being reused
-        self._secret = self._secretive()
-
-    def _secretive(self) -> set[str]:
-        """Return the functions and lets that reach hidden state or a draw."""
-        bodies: dict[str, Node] = {f.name: f.body for f in self._functions.values()}
-        bodies |= {x.name: x.dist for x in self._lets.values()}
-        found = {x.name for x in self._lets.values() if x.draws}
-        while True:
-            more = {
-                n
-                for n, b in bodies.items()
-                if n not in found and any(self._reveals(i, found) for i in _walk(b))
-            }
-            if not more:
-                return found
-            found |= more
-
-    def _reveals(self, node: Node, secret: Collection[str]) -> bool:
-        match node:
-            case ir.StateRead(variable=name):
-                return not self._variables[name].visible
-            case ir.Call(function=name) | ir.LetRead(let=name):
-                return name in secret
-        return False
 
     def secret(self, node: Node) -> bool:
         """Return whether ``node`` reads, on any path, hidden state or a draw."""
         known = self._known.get(id(node))
         if known is None:
+            # What a belief averages over is no secret: it is known to the agent.
             inside = () if isinstance(node, ir.BeliefRead) else children(node)
-            found = self._reveals(node, self._secret) or any(map(self.secret, inside))
+            found = self._reveals(node) or any(map(self.secret, inside))
             self._known[id(node)] = known = (node, found)
         return known[1]
+
+    def _reveals(self, node: Node) -> bool:
+        match node:
+            case ir.StateRead(variable=name):
+                return not self._variables[name].visible
+            case ir.Call(function=name):
+                return self.secret(self._functions[name].body)
+            case ir.LetRead(let=name):
+                let = self._lets.get(name)  # the policy's lets read what is known
+                return let is not None and (let.draws or self.secret(let.dist))
+        return False
 
     def tree(self, node: Node) -> Tree:
         """Return what ``node`` reads."""
@@ -161,14 +150,6 @@ class Touches:
         if index is not None and self.secret(index):
             return Part(owner, None, draw, read, "through an index that is not known")
         return Part(owner, index, draw, read)
-
-
-def _walk(node: Node) -> Iterator[Node]:
-    """Yield ``node`` and everything inside it that its value tells of: not what a belief averages over."""
-    yield node
-    if not isinstance(node, ir.BeliefRead):
-        for child in children(node):
-            yield from _walk(child)
 
 
 def _choice(condition: ir.Expr, then: Tree, otherwise: Tree) -> Tree:

@@ -6,15 +6,17 @@ the index ``j`` under a condition ``j < i``, or ``i - 1``, with ``i`` the member
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.stages import Edges, dependencies_first, find_cycle
 from hypgen.dsl.analysis.uses import Uses
 from hypgen.dsl.ir.walk import children, rename_bound, substitute
-from hypgen.dsl.messages.report import Mistake, Report, mistake
+from hypgen.dsl.messages import e04_variables
+from hypgen.dsl.messages.report import Mistake, Report
 
 _LESS = {"lt": (0, 1), "gt": (1, 0)}
 _NOT_LESS = {"ge": (0, 1), "le": (1, 0)}
@@ -32,18 +34,18 @@ class Definitions:
 
 
 def order_inits(
-    inits: list[ir.Assign],
+    inits: Sequence[ir.Assign],
     variables: Mapping[str, ir.Variable],
     definitions: Definitions,
     uses: Uses,
     report: Report,
-) -> list[ir.Assign]:
+) -> tuple[ir.Assign, ...]:
     """Return the inits, visible variables first, each after those that it reads, with their ``group``."""
     of = {i.variable: i for i in inits}
     edges: Edges = {
         i.variable: {
             r.name: r
-            for r in reversed(uses.closure(f"init {i.variable}"))
+            for r in reversed(uses.closure(Owner("init", i.variable)))
             if r.kind == "variable" and r.name in of
         }
         for i in inits
@@ -59,17 +61,15 @@ def order_inits(
         unproven = [(n, m) for n in names for m in inside[n] if "any" in where[n].get(m, {"any"})]
         if unproven and family:
             report.add(_unproven(*unproven[0], inside))
-            return inits
+            return tuple(inits)
         same = {n: {m: r for m, r in inside[n].items() if "own" in where[n].get(m, {"own"})} for n in names}
         cycle = find_cycle(same)
         if cycle:
             report.add(_cyclic(cycle, same))
-            return inits
+            return tuple(inits)
         group = names[0] if len(names) > 1 else None
         order += [replace(of[n], group=group) for n in dependencies_first(same)]
-    return [i for i in order if variables[i.variable].visible] + [
-        i for i in order if not variables[i.variable].visible
-    ]
+    return tuple(sorted(order, key=lambda i: not variables[i.variable].visible))
 
 
 def _components(edges: Edges) -> list[list[str]]:
@@ -136,7 +136,8 @@ def _reads(
 ) -> Iterator[tuple[ir.StateRead, Pairs]]:
     """Yield all reads of state, through calls and lets, with the pairs of locals known to be in order.
 
-    ``values`` are what the locals of the body stand for, in the init's own locals.
+    ``values`` are what the locals of the body stand for, in the init's own locals. ``ir.reads`` keeps neither
+    the conditions around a read nor what stands for the locals in its indices.
     """
     match node:
         case ir.StateRead():
@@ -204,22 +205,11 @@ def _ordered(condition: ir.Expr, holds: bool, values: dict[str, ir.Expr]) -> Pai
 
 def _unproven(name: str, other: str, edges: Edges) -> Mistake:
     reach = edges[name][other]
-    return mistake(
-        "E0412",
-        f"the init of '{name}' reads '{other}' of members that may have no value yet",
-        reach.span,
-        "members get their values in order: read lower ones only, as in all(j in T where j < i: ..)",
-        [(reach.path[-1].span, f"'{other}' is read here")] if len(reach.path) > 1 else [],
-    )
+    read = reach.path[-1].span if len(reach.path) > 1 else None
+    return Mistake(e04_variables.unordered_inits(name, other, reach.span, read))
 
 
 def _cyclic(cycle: list[str], edges: Edges) -> Mistake:
-    path = " -> ".join([*cycle, cycle[0]])
-    message = f"the inits need each other: {path}"
-    if len(cycle) == 1:
-        message = f"the init of '{cycle[0]}' reads '{cycle[0]}' itself, which has no value yet"
     reads = [edges[a][b] for a, b in zip(cycle, [*cycle[1:], cycle[0]], strict=True)]
-    notes = [
-        (r.path[-1].span, f"'{name}' needs '{r.name}' here") for name, r in zip(cycle, reads, strict=True)
-    ]
-    return mistake("E0406", message, reads[0].span, "draw one of them without the other", notes)
+    places = [r.path[-1].span for r in reads]
+    return Mistake(e04_variables.circular_inits(cycle, reads[0].span, places))

@@ -1,14 +1,16 @@
-"""What follows from who reads what: stages, the observation key, the filter's rules."""
+"""Conclusions from who reads what: stages, the observation key, the filter's rules."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.uses import Reach, Uses
 from hypgen.dsl.ir import key_digits
-from hypgen.dsl.messages.report import Mistake, Report, mistake
+from hypgen.dsl.messages import e04_variables, e05_reads, e08_parts
+from hypgen.dsl.messages.report import Mistake, Report
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import Float
 
@@ -18,13 +20,13 @@ Edges = dict[str, dict[str, Reach]]
 MOST_KEY_WORDS = 4096
 
 
-def stage_updates(updates: list[ir.Assign], uses: Uses, report: Report) -> list[ir.Assign]:
+def stage_updates(updates: Sequence[ir.Assign], uses: Uses, report: Report) -> tuple[ir.Assign, ...]:
     """Return the updates with ``reads`` and ``stage``: the longest path of primed reads that leads there."""
     names = {u.variable for u in updates}
     edges: Edges = {
         u.variable: {
             r.name: r
-            for r in reversed(uses.closure(f"update {u.variable}"))
+            for r in reversed(uses.closure(Owner("update", u.variable)))
             if r.kind == "variable" and r.primed and r.name in names
         }
         for u in updates
@@ -32,11 +34,11 @@ def stage_updates(updates: list[ir.Assign], uses: Uses, report: Report) -> list[
     cycle = find_cycle(edges)
     if cycle:
         report.add(_cyclic_updates(cycle, edges))
-        return updates
+        return tuple(updates)
     stages: dict[str, int] = {}
     for name in dependencies_first(edges):
         stages[name] = 1 + max((stages[other] for other in edges[name]), default=-1)
-    return [replace(u, stage=stages[u.variable], reads=frozenset(edges[u.variable])) for u in updates]
+    return tuple(replace(u, stage=stages[u.variable], reads=frozenset(edges[u.variable])) for u in updates)
 
 
 def find_cycle(edges: Mapping[str, Iterable[str]]) -> list[str]:
@@ -78,27 +80,23 @@ def dependencies_first(edges: Edges) -> list[str]:
 
 
 def _cyclic_updates(cycle: list[str], edges: Edges) -> Mistake:
-    path = " -> ".join(f"{n}'" for n in [*cycle, cycle[0]])
     reads = [edges[a][b] for a, b in zip(cycle, [*cycle[1:], cycle[0]], strict=True)]
-    notes = [
-        (r.path[-1].span, f"'{name}'' needs '{r.name}'' here") for name, r in zip(cycle, reads, strict=True)
-    ]
-    remedy = "read the value before the step, without the prime, at one of these places"
-    return mistake("E0405", f"the updates need each other: {path}", reads[0].span, remedy, notes)
+    places = [r.path[-1].span for r in reads]
+    return Mistake(e04_variables.circular_updates(cycle, reads[0].span, places))
 
 
 def mark_variables(
-    variables: list[ir.Variable],
-    updates: list[ir.Assign],
+    variables: Sequence[ir.Variable],
+    updates: Sequence[ir.Assign],
     uses: Uses,
-    others: list[str],
-) -> list[ir.Variable]:
+    others: Sequence[Owner],
+) -> tuple[ir.Variable, ...]:
     """Return the variables with ``determined`` and ``copied``; ``updates`` are staged.
 
     ``others`` are the declarations besides updates whose draws the agent learns something of.
     """
     visible = {v.name for v in variables if v.visible}
-    reach = {u.variable: uses.closure(f"update {u.variable}") for u in updates}
+    reach = {u.variable: uses.closure(Owner("update", u.variable)) for u in updates}
     determined = {v.name for v in variables if v.visible and v.fixed}
     for update in sorted(updates, key=lambda u: u.stage):
         certain = update.variable in visible and isinstance(update.dist, ir.Certain)
@@ -117,10 +115,12 @@ def mark_variables(
         if kept == copied:
             break
         copied = kept
-    return [replace(v, determined=v.name in determined, copied=v.name in copied) for v in variables]
+    return tuple(replace(v, determined=v.name in determined, copied=v.name in copied) for v in variables)
 
 
-def check_visible_floats(variables: list[ir.Variable], uses: Uses, others: list[str], report: Report) -> None:
+def check_visible_floats(
+    variables: Sequence[ir.Variable], uses: Uses, others: Sequence[Owner], report: Report
+) -> None:
     """Report visible floats that the filter would have to weigh: a float's value has no probability."""
     hidden = {v.name for v in variables if not v.visible}
     shared = set().union(*(_draws(uses.closure(o)) for o in others)) if others else set()
@@ -128,7 +128,7 @@ def check_visible_floats(variables: list[ir.Variable], uses: Uses, others: list[
         weighed = variable.visible and not (variable.determined or variable.copied)
         if not weighed or not isinstance(variable.type, Float):
             continue
-        owner = f"update {variable.name}"
+        owner = Owner("update", variable.name)
         reads = uses.closure(owner)
         cause = next((r for r in reads if r.kind == "variable" and r.name in hidden), None)
         why = "reads hidden state"
@@ -138,15 +138,8 @@ def check_visible_floats(variables: list[ir.Variable], uses: Uses, others: list[
             why = "shares a draw with what the agent does not see"
         if cause is None:
             continue  # it has no update, which is reported where that is missing
-        report.add(
-            mistake(
-                "E0504",
-                f"the visible float '{variable.name}' {why}: {cause.route(owner)}",
-                cause.span,
-                "make it hidden and observe a finite value of it, or give it a range type",
-                [(variable.span, f"'{variable.name}' is declared visible here")],
-            )
-        )
+        route = cause.route(str(owner))
+        report.add(Mistake(e05_reads.weighed_float(variable.name, why, route, cause.span, variable.span)))
 
 
 def _known(reach: Reach, visible: set[str], determined: set[str]) -> bool:
@@ -163,7 +156,9 @@ def _draws(reads: list[Reach]) -> set[str]:
     return {r.name for r in reads if r.kind == "draw"}
 
 
-def key_fields(observations: list[ir.Observation], variables: list[ir.Variable]) -> tuple[ir.KeyField, ...]:
+def key_fields(
+    observations: Sequence[ir.Observation], variables: Sequence[ir.Variable]
+) -> tuple[ir.KeyField, ...]:
     """Return the digits of the observation key."""
     observed = [ir.KeyField(o.name, True, o.type, tuple(b.type for b in o.binders)) for o in observations]
     seen = [
@@ -177,14 +172,7 @@ def check_key(key: tuple[ir.KeyField, ...], model_span: Span, report: Report) ->
     if key_digits.word_count(key, most=MOST_KEY_WORDS) <= MOST_KEY_WORDS:
         return
     largest = max(key, key=lambda f: f.size.bit_length() * f.length).name
-    report.add(
-        mistake(
-            "E0806",
-            f"what the agent sees in a step takes more than {MOST_KEY_WORDS * 64} bits",
-            model_span,
-            f"make observations smaller, '{largest}' first: coarser types, or fewer of them",
-        )
-    )
+    report.add(Mistake(e08_parts.large_observation(MOST_KEY_WORDS * 64, largest, model_span)))
 
 
 def check_sites(sites: Iterable[tuple[ir.Site, Span]], report: Report) -> None:
@@ -193,11 +181,4 @@ def check_sites(sites: Iterable[tuple[ir.Site, Span]], report: Report) -> None:
     for site, span in sites:
         other = seen.setdefault(site.id, site)
         if other.path != site.path:
-            report.add(
-                mistake(
-                    "E0807",
-                    f"the draws '{other.path}' and '{site.path}' happen to have the same id",
-                    span,
-                    "rename one of the two",
-                )
-            )
+            report.add(Mistake(e08_parts.same_draw_id(site.path, other.path, span)))

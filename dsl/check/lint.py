@@ -1,26 +1,24 @@
-"""What is allowed and yet doubtful: names that nothing uses, ``==`` on floats, sensors that hide no noise.
+"""Warnings of doubtful text: names that nothing uses, ``==`` on floats, sensors that hide no noise.
 
 Names are judged by the text as it was written; a library's are not, for others may use them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
+from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.check.scope.symbols import kind_of
-from hypgen.dsl.check.terms.references import walk
 from hypgen.dsl.ir import operators
-from hypgen.dsl.ir.walk import walk as walk_ir
+from hypgen.dsl.ir.reads import reached
+from hypgen.dsl.messages import e03_types, w_warnings
 from hypgen.dsl.messages.diagnostic import Diagnostic
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
+from hypgen.dsl.syntax.walk import walk
 
 _JUDGED = ast.Const | ast.Param | ast.TypeAlias | ast.EnumDecl | ast.RecordDecl | ast.Function
 _Name = tuple[str | None, str]
@@ -79,9 +77,8 @@ def _unused(file: ast.ModelFile) -> Iterator[Diagnostic]:
 
 
 def _never_used(name: str, item: ast.Item, span: Span) -> Diagnostic:
-    verb = "reads" if isinstance(item, ast.Param | ast.Variable | ast.Let | ast.Memory) else "uses"
-    message = f"'{name}' is {kind_of(item)} that nothing {verb}"
-    return Diagnostic("W01", message, span, "remove it, or use it where it was meant to matter")
+    is_value = isinstance(item, ast.Param | ast.Variable | ast.Let | ast.Memory)
+    return w_warnings.never_used(name, kind_of(item), is_value, span)
 
 
 def _mentions(
@@ -108,22 +105,11 @@ def _idle(model: ir.Model) -> Iterator[Diagnostic]:
     """Yield the rewards that every policy earns alike: the same in each step of episodes that do not end."""
     if model.terminal != operators.FALSE:
         return
-    functions = {f.name: f.body for f in model.functions}
-
-    def varies(e: ir.Expr | ir.Dist) -> bool:
-        parts = list(walk_ir(e))
-        if any(isinstance(part, ir.StateRead | ir.LetRead | ir.ActionRead) for part in parts):
-            return True
-        return any(varies(functions[part.function]) for part in parts if isinstance(part, ir.Call))
-
+    functions = {f.name: f for f in model.functions}
     for reward in model.rewards:
-        if not varies(reward.value):
-            yield Diagnostic(
-                "W05",
-                f"'{reward.name}' is the same whatever is done, and nothing ends an episode early",
-                reward.span,
-                "let it depend on the state or the action, or end episodes with `terminal when`",
-            )
+        parts = reached((reward.value,), functions, {})
+        if not any(isinstance(part, ir.StateRead | ir.LetRead | ir.ActionRead) for part, _ in parts):
+            yield w_warnings.idle_reward(reward.name, reward.span)
 
 
 # Floats ------------------------------------------------------------------------------------------
@@ -133,25 +119,19 @@ def check_float_equalities(program: Program) -> None:
     """Report observations that compare floats for equality: sampler and density would disagree."""
     for owner in program.float_equalities:
         for start in program.uses.owners():
-            if start.startswith("observe ") and owner in program.uses.nodes(start):
+            if start.kind == "observe" and owner in program.uses.nodes(start):
                 for span in program.float_equalities[owner]:
-                    program.report.attempt(partial(_refuse_equality, start, span))
+                    program.report.attempt(partial(_refuse_equality, start.name, span))
 
 
 def _refuse_equality(observation: str, span: Span) -> None:
-    raise mistake(
-        "E0314",
-        f"'{observation.removeprefix('observe ')}' tests floats for equality, which rounding decides",
-        span,
-        "compare with a tolerance, abs(a - b) < 0.001, or with < and >",
-    )
+    raise Mistake(e03_types.observation_compares_floats(observation, span))
 
 
 def _float_equalities(program: Program) -> Iterator[Diagnostic]:
     for spans in program.float_equalities.values():
         for span in spans:
-            message = "floats are tested for equality, which rounding decides"
-            yield Diagnostic("W02", message, span, "compare with a tolerance, abs(a - b) < 0.001")
+            yield w_warnings.float_equality(span)
 
 
 # Observations ------------------------------------------------------------------------------------
@@ -163,16 +143,10 @@ def _reversible(model: ir.Model) -> Iterator[Diagnostic]:
     functions = {f.name: f for f in model.functions}
     for observation in model.observations:
         for value in _certain(observation.dist):
-            draw = next(iter(_draws([value], lets, functions, set())), None)
+            read = [x.let for x, _ in reached((value,), functions, lets) if isinstance(x, ir.LetRead)]
+            draw = next((lets[name] for name in read if name in lets and lets[name].draws), None)
             if draw is not None:
-                yield Diagnostic(
-                    "W03",
-                    f"'{observation.name}' shows the draw '{draw.name}' as it is, so that the particle "
-                    "filter must drop all that drew something else",
-                    observation.span,
-                    "draw in the observation itself, or observe the draw with noisy(.., p)",
-                    ((draw.span, f"'{draw.name}' is drawn here"),),
-                )
+                yield w_warnings.shown_draw(observation.name, draw.name, observation.span, draw.span)
                 break
 
 
@@ -186,24 +160,3 @@ def _certain(dist: ir.Dist) -> Iterator[ir.Expr]:
             yield from _certain(otherwise)
         case ir.LetDist(_, _, _, body):
             yield from _certain(body)
-
-
-def _draws(
-    values: Iterable[ir.Expr | ir.Dist],
-    lets: Mapping[str, ir.Let],
-    functions: Mapping[str, ir.Function],
-    seen: set[str],
-) -> Iterator[ir.Let]:
-    """Yield the lets that draw and that the values read, through functions and other lets too."""
-    for value in values:
-        for part in walk_ir(value):
-            if isinstance(part, ir.LetRead) and part.let in lets and part.let not in seen:
-                seen.add(part.let)
-                let = lets[part.let]
-                if let.draws:
-                    yield let
-                else:
-                    yield from _draws([let.dist], lets, functions, seen)
-            if isinstance(part, ir.Call) and f"fn {part.function}" not in seen:
-                seen.add(f"fn {part.function}")
-                yield from _draws([functions[part.function].body], lets, functions, seen)

@@ -1,8 +1,9 @@
 """The model's declarations, each checked when first needed and once.
 
 A const may size a type that a function's formal has, which a const calls; so there is no fixed order.
-``Program`` computes what is asked for, reports a declaration's mistakes at the declaration, and tells every
-user of a wrong one by a ``Mistake`` without diagnostics.
+``CheckedProgram`` computes what is asked for, reports a declaration's mistakes at the declaration, and tells
+every user of a wrong one by a ``Mistake`` without diagnostics. It stands above all checks and wires them to
+each other: they know it as the protocol ``Program`` (``scope.scope``).
 """
 
 from __future__ import annotations
@@ -12,17 +13,18 @@ from functools import cached_property
 from typing import TypeVar
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.uses import Uses
 from hypgen.dsl.check.constants import constants, settings
 from hypgen.dsl.check.draws import distributions, named_distributions
 from hypgen.dsl.check.expressions import expressions
-from hypgen.dsl.check.expressions.belief_reads import Asked
 from hypgen.dsl.check.parts import declarations, policies
 from hypgen.dsl.check.scope import type_expressions
-from hypgen.dsl.check.scope.scope import Falling, Scope
+from hypgen.dsl.check.scope.scope import Asked, Falling, Scope
 from hypgen.dsl.check.scope.symbols import Symbols
 from hypgen.dsl.check.terms import recursion
-from hypgen.dsl.messages.report import Mistake, Report, mistake
+from hypgen.dsl.messages import e02_names
+from hypgen.dsl.messages.report import Mistake, Report
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
@@ -30,7 +32,7 @@ from hypgen.dsl.types import Type
 T = TypeVar("T")
 
 
-class Program:
+class CheckedProgram:
     """A model file under its settings, with everything that has been checked so far."""
 
     def __init__(
@@ -41,7 +43,7 @@ class Program:
         self.symbols = symbols
         self.report = report
         self.uses = Uses()
-        self.float_equalities: dict[str, dict[Span, None]] = {}  # where each declaration has them
+        self.float_equalities: dict[Owner, dict[Span, None]] = {}  # where each declaration has them
         self.unrolled: dict[str, ir.Function] = {}  # copies of recursive functions
         self.literals: list[ir.ConstantArray] = []  # of definitions whose entries are listed
         self.beliefs: list[Asked] = []
@@ -59,14 +61,7 @@ class Program:
         if key in self._active:
             cycle = list(self._active)[list(self._active).index(key) :]
             self._failed.update(cycle)
-            path = " -> ".join([*cycle, key])
-            raise mistake(
-                "E0208",
-                f"{key} is defined by itself: {path}",
-                self._active[key],
-                "break the circle: what one of them needs must not come from itself",
-                [(self._active[k], f"{k} is declared here") for k in cycle[1:]],
-            )
+            raise Mistake(e02_names.circular_declaration([(k, self._active[k]) for k in cycle]))
         self._active[key] = span
         try:
             value = compute()

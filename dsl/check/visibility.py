@@ -1,4 +1,4 @@
-"""Which declaration may read what: hidden state, the next state, the action and draws.
+"""Rules of who may read what: hidden state, the next state, the action and draws.
 
 The rules follow reads through functions and lets, and a mistake names the path.
 """
@@ -6,15 +6,14 @@ The rules follow reads through functions and lets, and a mistake names the path.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.uses import Reach
-from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.check.scope.scope import Program
+from hypgen.dsl.messages import e04_variables, e05_reads, e07_draws
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 
 @dataclass(frozen=True)
@@ -33,14 +32,13 @@ class Allowance:
     own_draws: bool = False
 
 
-# What a let of the policy is called: no element has this name.
-OF_POLICY = "policy."
 _EVERYTHING = {"hidden": True, "primed": True, "action": True, "draws": True}
 _ALLOWED = {
-    "policy default": Allowance("the default policy", history=True, own_draws=True),
-    "first": Allowance("the first value of a policy's memory"),
-    "update": Allowance("the update of a policy's memory", history=True),
-    "legal when": Allowance("'legal when'", action=True),
+    "policy": Allowance("the default policy", history=True, own_draws=True),
+    "policy let": Allowance("the default policy", history=True, own_draws=True),
+    "first memory": Allowance("the first value of a policy's memory"),
+    "next memory": Allowance("the update of a policy's memory", history=True),
+    "legal": Allowance("'legal when'", action=True),
     "bound upper": Allowance("bound upper", hidden=True),
     "bound tail": Allowance("bound tail", hidden=True),
     "bound lower": Allowance("bound lower", history=True),
@@ -51,8 +49,8 @@ _ALLOWED = {
 }
 
 
-def check_reads(program: Program, variables: dict[str, ir.Variable], owners: list[str]) -> None:
-    """Report what each of ``owners`` (``init rover.x``, ``legal when``) reads and must not."""
+def check_reads(program: Program, variables: dict[str, ir.Variable], owners: list[Owner]) -> None:
+    """Report what each of ``owners`` reads and must not."""
     for owner in owners:
         allowed = _allowance(owner, variables)
         reported: set[tuple[str, Span]] = set()
@@ -69,61 +67,45 @@ def check_reads(program: Program, variables: dict[str, ir.Variable], owners: lis
     _check_primed_draws(program)
 
 
-def _allowance(owner: str, variables: dict[str, ir.Variable]) -> Allowance:
-    if owner.startswith("belief "):
-        asking = _allowance(owner.partition(" of ")[2], variables)
-        return replace(asking, what="a belief", hidden=True)
-    if owner.startswith("init "):
-        variable = variables.get(owner.removeprefix("init "))
-        return _ALLOWED["visible init" if variable is not None and variable.visible else "hidden init"]
-    if owner.startswith(f"let {OF_POLICY}"):
-        return _ALLOWED["policy default"]
-    if owner.startswith("memory "):
-        return _ALLOWED["update" if owner.endswith("'") else "first"]
-    if owner.startswith("invariant "):
-        return _ALLOWED["invariant"]
-    return _ALLOWED.get(owner, _ALLOWED["step"])
+def _allowance(owner: Owner, variables: dict[str, ir.Variable]) -> Allowance:
+    kind: str = owner.kind
+    if owner.asker is not None:
+        return replace(_allowance(owner.asker, variables), what="a belief", hidden=True)
+    if owner.kind == "init":
+        variable = variables.get(owner.name)
+        kind = "visible init" if variable is not None and variable.visible else "hidden init"
+    if owner.kind == "bound":
+        kind = f"bound {owner.name}"
+    return _ALLOWED.get(kind, _ALLOWED["step"])
 
 
 def _told_at_let(reach: Reach) -> bool:
     """Return whether a let of the policy leads to the read, which is then checked as the let's own."""
-    through = any(u.name.startswith(OF_POLICY) for u in reach.path[:-1])
-    return through and not reach.name.startswith(OF_POLICY)
+    of_policy = [u.kind in ("policy let", "policy draw") for u in reach.path]
+    return any(of_policy) and not of_policy[-1]
 
 
 def _refusal(
-    owner: str, allowed: Allowance, reach: Reach, variables: dict[str, ir.Variable]
+    owner: Owner, allowed: Allowance, reach: Reach, variables: dict[str, ir.Variable]
 ) -> Mistake | None:
-    asking = owner.startswith("belief ")
-    route = reach.route(f"a belief in {owner.partition(' of ')[2]}" if asking else owner)
+    route = reach.route(str(owner) if owner.asker is None else f"a belief in {owner.asker}")
     notes = [(reach.path[-1].span, f"'{reach.name}' is read here")] if len(reach.path) > 1 else []
     if reach.kind == "action" and not allowed.action:
-        remedy = "state the value without the action"
-        if allowed.history:
-            remedy = f"it is about to be chosen: last({reach.name}, first) is that of the step before"
-        return mistake("E0411", f"{allowed.what} cannot read the action: {route}", reach.span, remedy, notes)
-    if reach.kind == "draw" and reach.name.startswith(OF_POLICY) and not allowed.own_draws:
-        remedy = "the policy draws only where it is followed; read what came of it, last(action, first)"
-        message = f"{allowed.what} cannot read a draw of the policy: {route}"
-        return mistake("E0503", message, reach.span, remedy, notes)
-    if reach.kind == "draw" and not (allowed.draws or reach.name.startswith(OF_POLICY)):
-        remedy = "draws that lets name belong to a step; draw directly, or read the state"
-        return mistake("E0503", f"{allowed.what} cannot read a draw: {route}", reach.span, remedy, notes)
+        return Mistake(
+            e04_variables.action_unknown(allowed.what, route, reach.name, allowed.history, reach.span, notes)
+        )
+    if reach.kind == "policy draw" and not allowed.own_draws:
+        return Mistake(e05_reads.draw_of_policy(allowed.what, route, reach.span, notes))
+    if reach.kind == "draw" and not allowed.draws:
+        return Mistake(e05_reads.draw(allowed.what, route, reach.span, notes))
     if reach.kind != "variable" or reach.name not in variables:
         return None
     if reach.primed and not allowed.primed:
-        remedy = "remove the prime: there is no next state here"
-        return mistake(
-            "E0407", f"{allowed.what} cannot read the next state: {route}", reach.span, remedy, notes
-        )
+        return Mistake(e04_variables.next_state_unknown(allowed.what, route, reach.span, notes))
     if not variables[reach.name].visible and not allowed.hidden:
-        code = "E0502" if owner.startswith("init ") else "E0501"
-        remedy = "read visible variables only, or declare this one visible"
-        if allowed.history:
-            remedy = "read visible variables, last(..) and memory, or declare this one visible"
         declared = (variables[reach.name].span, f"'{reach.name}' is declared hidden here")
-        message = f"{allowed.what} cannot read hidden state: {route}"
-        return mistake(code, message, reach.span, remedy, [*notes, declared])
+        refusal = e05_reads.hidden_state_in_init if owner.kind == "init" else e05_reads.hidden_state
+        return Mistake(refusal(allowed.what, route, allowed.history, reach.span, notes, declared))
     return None
 
 
@@ -133,10 +115,5 @@ def _check_primed_draws(program: Program) -> None:
         for reach in program.uses.closure(owner):
             if reach.kind == "draw" and reach.primed and reach.path[0].primed:
                 program.report.add(
-                    mistake(
-                        "E0704",
-                        f"a draw cannot be primed: {reach.route(owner)}",
-                        reach.span,
-                        "remove the prime, or prime the variables alone",
-                    )
+                    Mistake(e07_draws.primed_read_of_draw(reach.route(str(owner)), reach.span))
                 )

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 
 from hypgen.dsl.foreign.recognise import recognise
-from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
+from hypgen.dsl.messages import e09_other_formats
+from hypgen.dsl.messages.diagnostic import ModelError
 from hypgen.dsl.messages.source import Source
 
 MAX_BYTES = 32_000_000
@@ -26,17 +27,13 @@ def read(path: str | os.PathLike[str]) -> bytes | None:
     except OSError:
         return None
     if len(content) > MAX_BYTES:
-        message = f"'{name}' is larger than {MAX_BYTES // 1_000_000} MB, the most that can be imported"
-        remedy = "give what is 0 not at all, and rows that are alike once, with `*`"
-        raise ModelError([Diagnostic("E0912", message, None, remedy)])
+        raise ModelError([e09_other_formats.large_file(name, MAX_BYTES)])
     return content
 
 
 def refusal(path: str) -> ModelError:
     """Return what to tell about a file that is in no format known here."""
-    message = f"'{path}' is neither in Cassandra's format nor POMDPX"
-    remedy = "a model of this language needs no import"
-    return ModelError([Diagnostic("E0913", message, None, remedy)])
+    return ModelError([e09_other_formats.unknown_format(path)])
 
 
 def source_of(path: str, content: bytes) -> Source:

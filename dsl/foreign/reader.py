@@ -15,7 +15,8 @@ from hypgen.dsl.foreign.tables.foreign_model import ForeignModel
 from hypgen.dsl.foreign.tables.names import model_name
 from hypgen.dsl.foreign.tables.trouble import Trouble
 from hypgen.dsl.foreign.writer.write import write
-from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
+from hypgen.dsl.messages import e01_syntax, e09_other_formats
+from hypgen.dsl.messages.diagnostic import ModelError
 
 MAX_TEXT = 4_000_000  # what a model file of this language may have
 
@@ -37,22 +38,13 @@ def import_text(path: str, content: bytes, name: str | None, horizon: int | None
     found = recognise(source)
     if found is None:  # the beginning alone was readable in another encoding
         raise refusal(path)
-    model = (read_cassandra if found.code == "E0130" else read_pomdpx).read(source)
+    model = (read_cassandra if found.code == e01_syntax.CASSANDRA else read_pomdpx).read(source)
     if model.discount == 1 and horizon is None:
-        message = "the discount is 1, so that values are sums without end"
         limited = shlex.quote(f"{Path(path).stem}_100.pomdp")
-        remedy = (
-            f"`hypgen import {shlex.quote(path)} --horizon 100 -o {limited}` "
-            f"ends episodes after 100 steps; then take {limited}"
-        )
         place = re.search(r"\bdiscount\b", source.text, re.IGNORECASE)
         span = Trouble(source).span(place.start(), 8) if place else found.span
-        raise ModelError([Diagnostic("E0908", message, span, remedy)], {path: source})
+        raise ModelError([e09_other_formats.endless_sums(shlex.quote(path), limited, span)], {path: source})
     text = write(model, name or model_name(Path(path).stem), Path(path).name, horizon)
     if len(text) > MAX_TEXT:
-        message = (
-            f"as a model of this language the file has {len(text) / 1e6:.1f} MB, more than {MAX_TEXT / 1e6:g}"
-        )
-        remedy = "make the model smaller"
-        raise ModelError([Diagnostic("E0912", message, found.span, remedy)], {path: source})
+        raise ModelError([e09_other_formats.large_model(len(text), MAX_TEXT, found.span)], {path: source})
     return Imported(model, text)

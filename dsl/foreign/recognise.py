@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from hypgen.dsl.messages import e01_syntax
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Source, Span
 
@@ -13,23 +14,17 @@ _CASSANDRA = re.compile(
 )
 _XML = re.compile(r"<\?xml|<!|<pomdpx", re.IGNORECASE)
 
-_REMEDY = (
-    "`hypgen import FILE -o NEW.pomdp` writes it as a model of this language; "
-    "run, sim, compile and the like take the file as it is"
-)
-
 
 def recognise(source: Source) -> Diagnostic | None:
     """Return what to tell the author of a Cassandra or POMDPX file, or None if it may be ours."""
     start = _BLANK.match(source.text).end()  # type: ignore[union-attr]  # matches the empty string too
     if match := _CASSANDRA.match(source.text, start):
-        message = "this is a file in Cassandra's POMDP format (flat lists of states and numbers)"
-        return Diagnostic("E0130", message, _span(source, match), _REMEDY)
+        return e01_syntax.cassandra_file(_span(source, match))
     match = _XML.match(source.text, start)
     if match and "<pomdpx" in source.text[start : start + 4096].lower():
-        return Diagnostic("E0131", "this is a POMDPX file (XML)", _span(source, match), _REMEDY)
+        return e01_syntax.pomdpx_file(_span(source, match))
     if match:
-        return Diagnostic("E0131", "this is an XML file, perhaps POMDPX", _span(source, match), _REMEDY)
+        return e01_syntax.xml_file(_span(source, match))
     return None
 
 

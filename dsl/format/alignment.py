@@ -1,4 +1,4 @@
-"""Which tokens of different lines are aligned with each other in the author's text, and stay so."""
+"""Tokens of different lines that the author has aligned with each other, and that stay so."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the formatter puts tokens and comments: indentation, columns that stay aligned, comments.
+"""Places of tokens and comments: indentation, columns that stay aligned, comments.
 
 Newlines carry no meaning in the language, so lines are the author's and stay; only columns change. What the
 author has aligned with a token of a line above (``else`` under ``then``, one ``=>`` under another) stays so.

@@ -1,4 +1,4 @@
-"""What the formatter knows of each token: how far it stands from the one before, and what it starts."""
+"""Facts of each token: how far it stands from the one before, and what it starts."""
 
 from __future__ import annotations
 

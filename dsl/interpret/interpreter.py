@@ -1,8 +1,8 @@
 """The reference semantics of a model, in numpy, for many lanes at once.
 
 Slow beside generated code and written independently of it, so that the two check each other bit for bit.
-Each method is the function of the same name that a generated model has (docs/design/0001-cpu-pipeline.md,
-"the Model concept"), for ``lanes`` scenarios instead of one.
+Each method is the function of the same name that a generated model has (the contract in
+``runtime/include/hypgen/model/model.hpp``), for ``lanes`` scenarios instead of one.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The exact posterior of each factor, in each lane: what the agent knows of hidden state.
 
-docs/design/0002, "The factored filter", fixes every operation, so that generated code gives the same bits.
+docs/internals/beliefs.md fixes every operation, so that generated code gives the same bits.
 Numbers are float64 in the agent's belief and float32 in the history of policies.
 """
 

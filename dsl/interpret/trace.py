@@ -1,6 +1,6 @@
-"""What a run of a model looks like, step by step: the table that a solver's ``--trace`` writes too.
+"""A run of a model, step by step: the table that a solver's ``--trace`` writes too.
 
-docs/design/0001-cpu-pipeline.md, "Files that test against each other", gives the columns.
+docs/internals/contracts.md says how lanes act; ``columns`` names the columns.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which hidden variables of a model are independent: a part of the intermediate representation."""
+"""Factors: hidden variables that are independent, a part of the intermediate representation."""
 
 from __future__ import annotations
 

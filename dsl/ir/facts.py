@@ -1,4 +1,4 @@
-"""What conditions show of numbers: intervals of reads, of expressions and of differences."""
+"""Facts that conditions show of numbers: intervals of reads, of expressions and of differences."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from hypgen.dsl import ir
 from hypgen.dsl.ir import operators
+from hypgen.dsl.ir.walk import shape, walk
 from hypgen.dsl.types import Float, Int, intervals
 
 Ends = tuple[float, float]
@@ -28,6 +29,8 @@ _READS = (
     ir.ActionRead,
     ir.MemoryRead,
 )
+# Facts are kept of what consists of these alone.
+_NOTED = (*_READS, ir.Const, ir.Call, ir.ToFloat, ir.Unary, ir.Binary, ir.Clamp, ir.VariantArgument)
 _MOST_CLAMPS = 4
 
 
@@ -61,44 +64,8 @@ def narrowed(e: ir.Expr, facts: Facts) -> ir.Expr:
 
 
 def key(e: ir.Expr) -> Hashable:
-    """Return what identifies an expression whatever is known of its type, or None."""
-    match e:
-        case ir.Const(_, value):
-            return (type(value).__name__, value)
-        case ir.Local(_, name):
-            return ("local", name)
-        case ir.FieldRead(_, _, name, operand):
-            return _joined(("field", name), (operand,))
-        case ir.StateRead(_, name, indices, primed):
-            return _joined(("state", name, primed), indices)
-        case ir.LetRead(_, name, indices, primed):
-            return _joined(("let", name, primed), indices)
-        case ir.ParamRead(_, name, indices):
-            return _joined(("param", name), indices)
-        case ir.TableRead(_, name, indices):
-            return _joined(("table", name), indices)
-        case ir.ActionRead(_, indices):
-            return _joined(("action",), indices)
-        case ir.MemoryRead(_, name, indices):
-            return _joined(("memory", name), indices)
-        case ir.Call(_, name, arguments, primed):
-            return _joined(("call", name, primed), arguments)
-        case ir.ToFloat(_, operand):
-            return _joined(("float",), (operand,))
-        case ir.Unary(_, op, operand):
-            return _joined((op,), (operand,))
-        case ir.Binary(_, op, left, right):
-            return _joined((op,), (left, right))
-        case ir.Clamp(_, operand, low, high):
-            return _joined(("clamp", low, high), (operand,))
-        case ir.VariantArgument(_, _, variant, operand):
-            return _joined(("argument", variant), (operand,))
-    return None
-
-
-def _joined(head: tuple[Hashable, ...], parts: tuple[ir.Expr, ...]) -> Hashable:
-    keys = tuple(map(key, parts))
-    return None if None in keys else (*head, *keys)
+    """Return what identifies an expression whatever is known of its type; None if nothing is noted of it."""
+    return shape(e) if all(isinstance(inner, _NOTED) for inner in walk(e)) else None
 
 
 def _learn(condition: ir.Expr, holds: bool, facts: dict[Hashable, Ends], body: Body) -> None:

@@ -1,4 +1,4 @@
-"""Where the digits of an observation key lie.
+"""Places of the digits of an observation key.
 
 A key whose values are at most 2^64 in number is one word, the first digit the most significant. A longer one
 is several words, filled in order: a digit that no longer fits into its word starts the next, and within a

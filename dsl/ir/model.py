@@ -66,7 +66,7 @@ class Variable:
 
     ``determined``: visible, and the same in all scenarios that agree on visible state and action, so that it
     is not part of the observation key. ``copied``: visible, and drawn from nothing that anything hidden
-    reads, so that the filter takes the observed value at weight 1. docs/design/0001 has the exact rules.
+    reads, so that the filter takes the observed value at weight 1. docs/internals/contracts.md has the rules.
     """
 
     name: str

@@ -87,8 +87,8 @@ def free_locals(node: Node) -> set[str]:
 def shape(value: Any) -> Any:
     """Return a key that is equal for expressions that differ at most in the intervals of their types."""
     if isinstance(value, ir.Expr):
-        parts = [shape(getattr(value, f.name)) for f in fields(value) if f.name not in ("type", "span")]
-        return (type(value).__name__, *parts)
+        kind: Any = ir.Clamp if isinstance(value, ir.Checked) else type(value)  # they give the same
+        return (kind.__name__, *[shape(getattr(value, name)) for name in _attributes(kind)])
     if isinstance(value, tuple):
         return tuple(shape(entry) for entry in value)
     # 0, 0.0 and False are equal in Python and not in the model.

@@ -7,7 +7,7 @@ that something used here is known to be wrong and has been reported at its own p
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
@@ -21,16 +21,9 @@ _NOWHERE = Span("", 0, 0, 0, 0)
 class Mistake(Exception):
     """One or more mistakes that keep a construct from having a meaning; none if already reported."""
 
-    def __init__(self, diagnostics: Iterable[Diagnostic] = ()) -> None:
-        self.diagnostics = tuple(diagnostics)
+    def __init__(self, *diagnostics: Diagnostic) -> None:
+        self.diagnostics = diagnostics
         super().__init__("; ".join(d.message for d in self.diagnostics))
-
-
-def mistake(
-    code: str, message: str, span: Span | None, remedy: str, notes: Iterable[tuple[Span, str]] = ()
-) -> Mistake:
-    """Return a ``Mistake`` with one diagnostic, for the caller to raise."""
-    return Mistake([Diagnostic(code, message, span, remedy, tuple(notes))])
 
 
 def gather(thunks: Sequence[Callable[[], T]]) -> list[T]:
@@ -45,7 +38,7 @@ def gather(thunks: Sequence[Callable[[], T]]) -> list[T]:
             failed = True
             found += error.diagnostics
     if failed:
-        raise Mistake(found)
+        raise Mistake(*found)
     return results
 
 
@@ -56,7 +49,7 @@ def unreachable(thunk: Callable[[], object]) -> None:
     except Mistake as error:
         kept = [d for d in error.diagnostics if not d.code.startswith("E06")]
         if kept:
-            raise Mistake(kept) from None
+            raise Mistake(*kept) from None
 
 
 class Report:

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable
 from dataclasses import replace
 
+from hypgen.dsl.messages import e00_files
 from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
@@ -58,14 +59,10 @@ class _Resolver:
         imported = self._read(path, item.path_span)
         if not isinstance(imported, ast.LibraryFile):
             kind = "a model" if isinstance(imported, ast.ModelFile) else "an instance"
-            message = f"'{path}' is {kind}, and only libraries can be imported"
-            remedy = "move what both need into a file that starts with `library Name`"
-            raise ModelError([Diagnostic("E0013", message, item.path_span, remedy)])
+            raise ModelError([e00_files.not_a_library(path, kind, item.path_span)])
         return self.items(imported, [*chain, path])
 
 
 def _cycle(item: ast.Import, cycle: list[str]) -> ModelError:
-    path = " -> ".join(os.path.basename(p) for p in cycle)
-    remedy = "remove one of the imports; what both files need can stand in a third"
-    message = f"the files import each other in a circle: {path}"
-    return ModelError([Diagnostic("E0014", message, item.path_span, remedy)])
+    names = [os.path.basename(p) for p in cycle]
+    return ModelError([e00_files.circular_import(names, item.path_span)])

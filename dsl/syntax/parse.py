@@ -6,12 +6,13 @@ import os
 import re
 from functools import cache
 from importlib import resources
-from pathlib import Path
 from typing import cast
 
 from lark import Lark, Token, Tree, UnexpectedInput
 
+from hypgen.cache_folder import cache_folder
 from hypgen.dsl.foreign.recognise import recognise
+from hypgen.dsl.messages import e01_syntax
 from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
 from hypgen.dsl.messages.source import Source, Span
 from hypgen.dsl.syntax import ast
@@ -72,9 +73,7 @@ def _check_length(source: Source) -> None:
             line = source.text.count("\n", 0, token.start()) + 1
             column = token.start() - source.text.rfind("\n", 0, token.start())
             span = Span(source.name, line, column, line, column + len(token.group()))
-            remedy = "declare large tables as params without a value, and give them in a file of params"
-            message = f"the file is too long: it has more than {MAX_TOKENS} words, numbers and signs"
-            raise ModelError([Diagnostic("E0140", message, span, remedy)], {source.name: source})
+            raise ModelError([e01_syntax.too_long(MAX_TOKENS, span)], {source.name: source})
 
 
 def _position(diagnostic: Diagnostic) -> tuple[int, int]:
@@ -89,9 +88,7 @@ def _check_depth(tree: Tree[Token], source: Source) -> None:
         if depth > MAX_DEPTH:
             at = node.meta
             span = Span(source.name, at.line, at.column, at.end_line, at.end_column)
-            remedy = "name a part of it with `fn` or `let`, or run over values with `sum`, `any` or `all`"
-            message = f"this is nested more than {MAX_DEPTH} levels deep (an operator is a level)"
-            raise ModelError([Diagnostic("E0135", message, span, remedy)], {source.name: source})
+            raise ModelError([e01_syntax.too_deep(MAX_DEPTH, span)], {source.name: source})
         pending.extend(
             (c, depth + 1) for c in reversed(node.children) if isinstance(c, Tree) and not c.meta.empty
         )
@@ -116,9 +113,8 @@ def _cache_file() -> str | None:
 
     Lark compares the file with the grammar and its own version, and rebuilds what does not match.
     """
-    own, user = os.environ.get("HYPGEN_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     try:
-        directory = Path(own).expanduser() if own else Path(user).expanduser() / "hypgen"
+        directory = cache_folder()
         directory.mkdir(parents=True, exist_ok=True)
     except (OSError, RuntimeError):
         return None

@@ -8,7 +8,8 @@ from typing import Any
 
 from lark import Token, Tree
 
-from hypgen.dsl.messages.diagnostic import Diagnostic, did_you_mean
+from hypgen.dsl.messages import e01_syntax
+from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Source, Span
 from hypgen.dsl.syntax import ast
 
@@ -95,9 +96,7 @@ class _Builder:
     def library_file(self, span: Span, name: Token, *items: Any) -> ast.LibraryFile:
         for item in _flat(items):
             if not isinstance(item, _LIBRARY_ITEMS):
-                message = f"a library cannot have {_called(item)}"
-                remedy = "move it to the model; a library has const, type, enum, record, fn and import"
-                self.diagnostics.append(Diagnostic("E0139", message, item.span, remedy))
+                self.diagnostics.append(e01_syntax.foreign_to_library(_called(item), item.span))
         return ast.LibraryFile(span, str(name), _flat(items))
 
     def instance_file(
@@ -255,8 +254,7 @@ class _Builder:
         return 0
 
     def _number_too_large(self, span: Span) -> None:
-        remedy = "integers have 32 bits and other numbers are float32: choose a larger unit"
-        self.diagnostics.append(Diagnostic("E0136", "this number is too large", span, remedy))
+        self.diagnostics.append(e01_syntax.number_too_large(span))
 
     def real(self, span: Span, digits: Token) -> ast.Literal:
         value = float(digits)
@@ -288,12 +286,9 @@ class _Builder:
     ) -> ast.Quantified:
         at = self.span_of(kind)
         if kind not in QUANTIFIERS:
-            remedy = did_you_mean(kind, QUANTIFIERS) or "use one of " + " ".join(QUANTIFIERS)
-            self.diagnostics.append(Diagnostic("E0137", f"'{kind}' cannot run over values", at, remedy))
+            self.diagnostics.append(e01_syntax.unknown_quantifier(kind, QUANTIFIERS, at))
         elif body is None and kind not in _WITHOUT_BODY:
-            message = f"'{kind}' says over what it runs but not of what"
-            remedy = f"write what after a colon, as in `{kind}(r in Rock: value[r])`"
-            self.diagnostics.append(Diagnostic("E0138", message, span, remedy))
+            self.diagnostics.append(e01_syntax.missing_body(kind, span))
         return ast.Quantified(span, str(kind), binders, where, body, otherwise)
 
     def where(self, _: Span, condition: ast.Expr | None) -> ast.Expr | None:

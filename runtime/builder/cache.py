@@ -18,18 +18,11 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from hypgen.cache_folder import cache_folder
 from hypgen.runtime.builder.errors import ToolchainError
 
 KEPT_ENTRIES = 64  # of one kind; those used last stay
 LEFTOVER_SECONDS = 24 * 3600.0  # a temporary folder this old belongs to a process that was killed
-
-
-def cache_dir() -> Path:
-    """Return where hypgen keeps builds: ``$HYPGEN_CACHE_DIR``, else the user's cache folder."""
-    if own := os.environ.get("HYPGEN_CACHE_DIR"):
-        return Path(own).expanduser().absolute()
-    base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    return Path(base).expanduser().absolute() / "hypgen"
 
 
 def digest(*parts: str | bytes) -> str:
@@ -44,7 +37,7 @@ def digest(*parts: str | bytes) -> str:
 
 def folder(kind: str) -> Path:
     """Return the folder of all entries of a kind, made if need be."""
-    path = cache_dir() / kind
+    path = cache_folder() / kind
     try:
         path.mkdir(parents=True, exist_ok=True)
         writable = os.access(path, os.W_OK)
@@ -60,7 +53,7 @@ def folder(kind: str) -> Path:
 
 def entry(kind: str, key: str) -> Path | None:
     """Return the entry if it is there, and note its use."""
-    path = cache_dir() / kind / key
+    path = cache_folder() / kind / key
     if not path.is_dir():
         return None
     with contextlib.suppress(OSError):  # a cache that others own may be read only
@@ -92,7 +85,7 @@ def make(kind: str, key: str, build: Callable[[Path], None], *, again: bool = Fa
 def read_record(kind: str, name: str) -> dict[str, str]:
     """Return the record of this name, empty if there is none that can be read."""
     try:
-        record = json.loads((cache_dir() / kind / f"{name}.json").read_text(encoding="utf-8"))
+        record = json.loads((cache_folder() / kind / f"{name}.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
     return record if isinstance(record, dict) else {}
@@ -106,7 +99,7 @@ def write_record(kind: str, name: str, record: dict[str, str]) -> None:
     ):
         path = Path(temporary) / "record"
         path.write_text(json.dumps(record, indent=1), encoding="utf-8")
-        path.replace(cache_dir() / kind / f"{name}.json")
+        path.replace(cache_folder() / kind / f"{name}.json")
 
 
 @contextlib.contextmanager

@@ -7,6 +7,7 @@ import shlex
 import subprocess
 from pathlib import Path
 
+from hypgen.cache_folder import cache_folder
 from hypgen.runtime.builder import cache
 from hypgen.runtime.builder.cuda_tools import CudaBuild, nvcc_command
 from hypgen.runtime.builder.errors import BuildError, ToolchainError
@@ -47,7 +48,7 @@ def _blame_machine(done: subprocess.CompletedProcess[str], tools: Tools, log: Pa
         raise ToolchainError(f"the compiler was killed; see {log}", "free some memory and try again")
     if "No space left on device" in done.stdout:
         raise ToolchainError(
-            "the disk is full", f"make room in '{cache.cache_dir()}' and in the temporary folder"
+            "the disk is full", f"make room in '{cache_folder()}' and in the temporary folder"
         )
     probe = log.with_suffix(".cpp")
     probe.write_text(PROBE, encoding="utf-8")

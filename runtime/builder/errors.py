@@ -1,4 +1,4 @@
-"""What can go wrong between a generated project and a solver."""
+"""Errors between a generated project and a solver."""
 
 from __future__ import annotations
 

@@ -11,11 +11,13 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
+from hypgen import __version__
 from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.solver import runtime_files, solver_name
 from hypgen.runtime.builder.tools import find_json
 
-MARKER = ".hypgen-project"  # lists the files that hypgen wrote, so that only those are ever replaced
+# Names hypgen's version and the files that it wrote, so that only those are ever replaced.
+MARKER = ".hypgen-project"
 TARGET_FILE = "target.cmake"
 SYSTEM_LICENCE = Path("/usr/share/doc/nlohmann-json3-dev/copyright")
 
@@ -85,7 +87,7 @@ def _stage(files: Mapping[str, str], executable: Path | None, stage: Path) -> li
     if executable is not None:
         shutil.copy(executable, _parent(stage / "bin" / solver_name(files)))
     written = sorted(path.relative_to(stage).as_posix() for path in stage.rglob("*") if path.is_file())
-    listing = json.dumps({"files": [*written, MARKER]}, indent=1)
+    listing = json.dumps({"hypgen": __version__, "files": [*written, MARKER]}, indent=1)
     (stage / MARKER).write_text(listing + "\n", encoding="utf-8")
     return [*written, MARKER]
 

@@ -17,13 +17,13 @@ from pathlib import Path
 
 from hypgen.runtime.builder import cache
 from hypgen.runtime.builder.commands import call
+from hypgen.runtime.builder.compile_flags import nvcc_flags
 from hypgen.runtime.builder.cuda_tools import CudaBuild, nvcc_command
 from hypgen.runtime.builder.tools import Tools, cpu_features, find_eigen, find_tools
 
 RUNTIME_FOLDER = Path(__file__).parent.parent
-RUNTIME_PARTS = ("CMakeLists.txt", "cmake", "include", "src")
+RUNTIME_PARTS = ("CMakeLists.txt", "LICENSE", "NOTICE", "cmake", "include", "src")
 EXACT_MAIN = "src/exact.cpp"  # a project with it is the exact solver's program
-NVCC_FLAGS = "cmake/nvcc_flags.txt"  # what CMake reads too
 CHANGES = {
     "model": "the model or its settings changed",
     "code": "hypgen generates other code for it",
@@ -100,13 +100,14 @@ def solver_name(files: Mapping[str, str]) -> str:
 
 
 def runtime_files() -> dict[str, Path]:
-    """Return the runtime's C++ sources, keyed by their path below the runtime's folder."""
+    """Return the runtime's sources and licence, without READMEs, by their path below the runtime's folder."""
     paths = (
         path
         for part in RUNTIME_PARTS
         for path in (RUNTIME_FOLDER / part, *(RUNTIME_FOLDER / part).rglob("*"))
     )
-    return {path.relative_to(RUNTIME_FOLDER).as_posix(): path for path in sorted(paths) if path.is_file()}
+    files = (path for path in sorted(paths) if path.is_file() and path.suffix != ".md")
+    return {path.relative_to(RUNTIME_FOLDER).as_posix(): path for path in files}
 
 
 def _components(tools: Tools) -> dict[str, str]:
@@ -230,8 +231,7 @@ def _compile(
     link = [*archives, "-pthread"]
     if cuda is not None:
         units = {name: [*command, "-DHYPGEN_CUDA"] for name, command in units.items()}
-        texts = (RUNTIME_FOLDER / NVCC_FLAGS).read_text(encoding="utf-8").split()
-        device = [*nvcc_command(cuda, texts, tools.compiler.path, flags), *include]
+        device = [*nvcc_command(cuda, nvcc_flags(), tools.compiler.path, flags), *include]
         units |= {name: device for name in sorted(files) if name.endswith(".cu")}
         link += [f"-L{cuda.nvcc.library}", "-lcudart_static", "-ldl", "-lrt"]
 

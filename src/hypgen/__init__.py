@@ -1,3 +1,3 @@
 """hypgen compiles declarative POMDP models into native online planners."""
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from hypgen.runtime.builder.compile_flags import host_flags
 from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.tools import find_tools
 
@@ -31,7 +32,7 @@ def beliefs(
     (folder / "model.hpp").write_text(header)
     program = str(folder / "belief")
     names = [f'-DHEADER="{folder / "model.hpp"}"', f"-DMODEL={model}", f"-DBELIEF={belief}", f"-I{INCLUDE}"]
-    flags = ["-std=c++17", "-O1", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffp-contract=off"]
+    flags = ["-std=c++17", "-O1", "-Wall", "-Wextra", "-Wconversion", "-Werror", *host_flags()]
     subprocess.run([compiler, *flags, *names, str(HERE / "belief_main.cpp"), "-o", program], check=True)
     run = [program, str(particles), str(steps)]
     rows = subprocess.run(run, check=True, capture_output=True, text=True).stdout.splitlines()

@@ -18,11 +18,12 @@ from hypgen.dsl.messages.diagnostic import ModelError
 from hypgen.dsl.messages.source import Source
 from hypgen.dsl.pipeline import lower
 from hypgen.dsl.syntax.parse import parse
+from hypgen.runtime.builder.compile_flags import host_flags
 from hypgen.runtime.builder.tools import find_compiler
 
 INCLUDE = Path(__file__).parent.parent.parent / "runtime" / "include"
 # Most of a compiler's time goes into optimising; what is compared does not depend on it.
-FLAGS = ("-std=c++17", "-O1", "-ffp-contract=off", "-w")
+FLAGS = ("-std=c++17", "-O1", *host_flags(), "-w")
 SEED = 20261122
 LANES = 20  # walks with steps that warps share
 

@@ -12,6 +12,7 @@ from hypgen.codegen.bounds.relaxation import relax
 from hypgen.codegen.generate import generate
 from hypgen.codegen.layout import limits
 from hypgen.dsl.load import load
+from hypgen.runtime.builder.compile_flags import host_flags
 from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.tools import find_tools
 
@@ -60,7 +61,7 @@ def compared(model: str, settings: tuple[str, ...], folder: Path) -> list[float]
         "-Wextra",
         "-Wconversion",
         "-Werror",
-        "-ffp-contract=off",
+        *host_flags(),
         "-pthread",
     ]
     program = str(folder / "compare")

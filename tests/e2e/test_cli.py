@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.cli import main, shared
+from hypgen import __version__
+from hypgen.cli import main
+from hypgen.cli.exit_codes import Exit
 from hypgen.runtime.builder.errors import BuildError
 
 ROOT = Path(__file__).parent.parent.parent
@@ -25,7 +27,7 @@ def hypgen(*arguments: str, **environment: str) -> subprocess.CompletedProcess[s
 
 
 def test_version() -> None:
-    assert hypgen("--version").stdout == "hypgen, version 0.1.0\n"
+    assert hypgen("--version").stdout == f"hypgen, version {__version__}\n"
 
 
 @pytest.mark.parametrize("name", main.COMMANDS)
@@ -154,7 +156,7 @@ def test_cpp_errors_are_a_bug_and_stay_in_the_log(
 
 
 def test_an_interrupt_ends_with_130(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert fail(monkeypatch, KeyboardInterrupt()) == shared.Exit.INTERRUPTED == 130
+    assert fail(monkeypatch, KeyboardInterrupt()) == Exit.INTERRUPTED == 130
 
 
 def test_a_reader_that_goes_away_is_no_bug() -> None:

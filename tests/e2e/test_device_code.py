@@ -13,6 +13,7 @@ import pytest
 from hypgen.codegen.generate import generate
 from hypgen.dsl.load import load
 from hypgen.runtime.builder import cache, cuda_tools, solver, tools
+from hypgen.runtime.builder.compile_flags import host_flags, nvcc_flags
 from hypgen.runtime.builder.cuda_tools import CudaBuild
 from hypgen.runtime.builder.errors import ToolchainError
 
@@ -36,10 +37,10 @@ def compile_device_units(example: Path, cuda: CudaBuild, folder: Path) -> str:
     for name, text in generate(load(example).model).items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
-    flags = (ROOT / "runtime" / solver.NVCC_FLAGS).read_text().split()
+    flags = nvcc_flags()
     # What the compiler accepts and warns of is the same; optimised, all examples take minutes.
     flags += [*WARNINGS, "--Ofast-compile=max"] if numbers_of(cuda) >= (13, 0) else WARNINGS
-    command = cuda_tools.nvcc_command(cuda, flags, tools.find_compiler().path, ["-ffp-contract=off"])
+    command = cuda_tools.nvcc_command(cuda, flags, tools.find_compiler().path, host_flags())
     include = [f"-I{folder / 'src'}", f"-I{ROOT / 'runtime' / 'include'}"]
     said = ""
     for unit in sorted((folder / "src").glob("*.cu")):

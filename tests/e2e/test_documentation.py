@@ -9,7 +9,7 @@ from hypgen.cli import main
 from hypgen.dsl.types import builtin_names
 
 ROOT = Path(__file__).parent.parent.parent
-PAGES = ("README.md", "docs/language.md")
+PAGES = ("README.md", "docs/reference/language.md")
 LEFT_OUT = {"action": "action unused_action: bool", "discount": "discount 0.5"}
 
 
@@ -35,7 +35,7 @@ def test_fragment(name: str, text: str, tmp_path: Path, capfd: pytest.CaptureFix
 
 
 def test_every_word_of_the_language_has_an_example() -> None:
-    page = (ROOT / "docs" / "language.md").read_text()
+    page = (ROOT / "docs" / "reference" / "language.md").read_text()
     examples = "\n".join(re.findall(r"```pomdp[a-z-]*\n(.*?)```", page, re.DOTALL))
     examples = re.sub(r"#.*", "", examples)
     grammar = (ROOT / "dsl" / "syntax" / "pomdp.lark").read_text()
@@ -50,7 +50,7 @@ def test_every_word_of_the_language_has_an_example() -> None:
 
 
 def test_an_import_of_the_library_that_is_shown(tmp_path: Path) -> None:
-    page = (ROOT / "docs" / "language.md").read_text()
+    page = (ROOT / "docs" / "reference" / "language.md").read_text()
     (library,) = re.findall(r"```pomdp-library\n(.*?)```", page, re.DOTALL)
     (model,) = re.findall(r"```pomdp-import\n(.*?)```", page, re.DOTALL)
     (tmp_path / "grids.pomdp").write_text(library)

@@ -1,4 +1,4 @@
-"""What docs/tools.md shows is what the commands print; HYPGEN_UPDATE=1 writes it anew."""
+"""What docs/guide/tools.md shows is what the commands print; HYPGEN_UPDATE=1 writes it anew."""
 
 import os
 import re
@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent.parent
-PAGE = ROOT / "docs" / "tools.md"
+PAGE = ROOT / "docs" / "guide" / "tools.md"
 BLOCK = re.compile(r"```console\n\$ (.*)\n(?:[^`].*\n|\n)*```\n")
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from hypgen.codegen.generate import generate
 from hypgen.dsl.load import load
+from hypgen.runtime.builder.compile_flags import host_flags
 from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.solver import build_solver
 from hypgen.runtime.builder.tools import find_tools
@@ -31,7 +32,7 @@ def unoptimised(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[str], li
     except ToolchainError as error:
         pytest.skip(f"needs a C++ compiler: {error}")
     folder = tmp_path_factory.mktemp("unoptimised")
-    flags = ["-std=c++17", "-O0", "-ffp-contract=off", f"-I{RUNTIME / 'include'}", f"-I{tools.json_include}"]
+    flags = ["-std=c++17", "-O0", *host_flags(), f"-I{RUNTIME / 'include'}", f"-I{tools.json_include}"]
     command = [str(tools.compiler.path), *flags]
 
     def compile_source(source: Path) -> Path:

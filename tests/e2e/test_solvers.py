@@ -87,7 +87,7 @@ def test_verify_says_what_was_compared_and_what_was_left_out() -> None:
 
 
 def test_the_documentation_has_every_option_and_field_of_the_solver(tmp_path: Path) -> None:
-    page = (ROOT / "docs" / "solver.md").read_text()
+    page = (ROOT / "docs" / "guide" / "solver.md").read_text()
     listed = set(re.findall(r"^  (--[a-z-]+)", hypgen("run", TIGER, "--", "--help").stdout, re.MULTILINE))
     assert listed == set(re.findall(r"`(--[a-z-]+)[^`]*`", page.split("## JSON lines")[0]))
     lines = tmp_path / "lines.jsonl"

@@ -1,4 +1,4 @@
-"""docs/tutorial.md, from top to bottom: its model grows, and its commands print what it shows.
+"""docs/guide/tutorial.md, from top to bottom: its model grows, and its commands print what it shows.
 
 ``HYPGEN_UPDATE=1 pytest tests/e2e/test_tutorial.py`` writes the page anew; review the difference.
 """
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from test_documentation_output import output
 
-PAGE = Path(__file__).parent.parent.parent / "docs" / "tutorial.md"
+PAGE = Path(__file__).parent.parent.parent / "docs" / "guide" / "tutorial.md"
 PART = re.compile(r"```(pomdp|pomdp-part) (\S+)\n(.*?)```\n|```console\n\$ ([^\n]*)\n.*?```\n", re.DOTALL)
 
 

@@ -16,7 +16,6 @@ HERE = Path(__file__).parent
 EXAMPLES = HERE.parent.parent / "examples"
 MODELS = [
     "rock_sample.pomdp",
-    "rs_11_11.pomdp",
     "tag.pomdp",
     "tiger.pomdp",
     "tiger_memory.pomdp",

@@ -105,7 +105,10 @@ TEST_F(EvaluatorTest, RowsStayUntilRelease) {
 // Each thread expands leaves below parents of all, and gives the rows that one thread gives.
 TEST_F(EvaluatorTest, ThreadsGiveTheSameRows) {
   constexpr std::size_t kThreads = 4;
-  EvaluatorOptions options{kScenarios, std::size_t{1} << 22, 0.95, 20};
+  EvaluatorOptions options;
+  options.max_scenarios = kScenarios;
+  options.memory_bytes = std::size_t{1} << 22;
+  options.max_depth = 20;
   options.in_flight = options.threads = kThreads;
   evaluator_ = solver_.instance->make_evaluator(options);
   ASSERT_EQ(evaluator_->threads(), kThreads);
@@ -113,7 +116,12 @@ TEST_F(EvaluatorTest, ThreadsGiveTheSameRows) {
   const LeafResult root = expand(root_request());
   const ActionRow check = root.actions[root.actions.size() - 1];
   const ChildRow group = root.children[check.first_child];
-  const LeafRequest request{0, root.handle, check.action, group.first, group.count, 1, {}};
+  LeafRequest request;
+  request.parent = root.handle;
+  request.action = check.action;
+  request.first = group.first;
+  request.count = group.count;
+  request.depth = 1;
   std::vector<LeafResult> results(kThreads);
   std::vector<std::thread> threads;
   for (std::size_t t = 0; t < kThreads; ++t) {
@@ -141,7 +149,10 @@ TEST_F(EvaluatorTest, ThreadsGiveTheSameRows) {
 }
 
 TEST_F(EvaluatorTest, TreesWithLeavesOfSeveralThreadsAreTheSame) {
-  EvaluatorOptions options{kScenarios, std::size_t{1} << 24, 0.95, 20};
+  EvaluatorOptions options;
+  options.max_scenarios = kScenarios;
+  options.memory_bytes = std::size_t{1} << 24;
+  options.max_depth = 20;
   options.in_flight = kMostInFlight;
   const auto one = solver_.instance->make_evaluator(options);
   options.threads = 5;
@@ -152,7 +163,10 @@ TEST_F(EvaluatorTest, TreesWithLeavesOfSeveralThreadsAreTheSame) {
 }
 
 TEST_F(EvaluatorTest, ServesFewerThreadsWithLittleMemory) {
-  EvaluatorOptions options{kScenarios, 1, 0.95, 20};
+  EvaluatorOptions options;
+  options.max_scenarios = kScenarios;
+  options.memory_bytes = 1;
+  options.max_depth = 20;
   options.threads = 16;
   EXPECT_EQ(solver_.instance->make_evaluator(options)->threads(), 1U);
 }
@@ -231,7 +245,11 @@ TEST_F(EvaluatorTest, SaysWhenItsMemoryIsFull) {
   evaluator_->begin_search(scenarios_, setup_);
   const LeafResult root = expand(root_request());
   ASSERT_EQ(root.status, Status::kOk);
-  const LeafRequest child{0, root.handle, SmallRockSample::kEast, 0, kScenarios, 1, {}};
+  LeafRequest child;
+  child.parent = root.handle;
+  child.action = SmallRockSample::kEast;
+  child.count = kScenarios;
+  child.depth = 1;
   Status status = Status::kOk;
   for (int i = 0; i < 50 && status == Status::kOk; ++i) status = expand(child).status;
   EXPECT_EQ(status, Status::kMemoryFull);

@@ -26,13 +26,14 @@ from hypgen.codegen.project import context_of
 from hypgen.dsl import ir
 from hypgen.dsl.load import load
 from hypgen.dsl.types import BOOL, FLOAT, INT, Enum, Float, Int, Record, Type, Variant, size_of
+from hypgen.runtime.builder.compile_flags import host_flags
 from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.tools import find_compiler
 
 ROOT = Path(__file__).parent.parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.pomdp"))
 SAMPLES = (ir_samples.tiger, ir_samples.rocks, ir_samples.wanderer)
-FLAGS = ["-std=c++17", "-O1", "-c", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-ffp-contract=off"]
+FLAGS = ["-std=c++17", "-O1", "-c", "-Wall", "-Wextra", "-Wconversion", "-Werror", *host_flags()]
 
 A, B, C = (ir.Local(Int(0, 9), name) for name in "abc")
 X, Y, Z = (ir.Local(FLOAT, name) for name in "xyz")

@@ -1,11 +1,12 @@
-"""Every diagnostic code has an example that shows it and one that is right; docs/errors.md is made of them.
+"""Every diagnostic code has an example that shows it and a right one; docs/reference/errors is made of them.
 
-``HYPGEN_UPDATE=1 pytest tests/unit/test_error_index.py`` writes the page anew; review the difference.
+``HYPGEN_UPDATE=1 pytest tests/unit/test_error_index.py`` writes its pages anew; review the difference.
 """
 
 import itertools
 import os
 import re
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -26,7 +27,7 @@ from hypgen.dsl.messages.source import Source
 from hypgen.dsl.types import PROB
 
 ROOT = Path(__file__).parent.parent.parent
-PAGE = ROOT / "docs" / "errors.md"
+PAGES = ROOT / "docs" / "reference" / "errors"
 ENTRIES = entries()
 FIFTH = ir.Const(PROB, 0.2)
 SAMPLED = {"W04", *(code for code in ENTRIES if code.startswith("C"))}
@@ -47,13 +48,22 @@ CLASSES = {
 HEADING = """\
 # Messages
 
-What each code means, with a model that shows it, what is printed, and the model put right. `hypgen error
-CODE` prints the same in the terminal. Made by `HYPGEN_UPDATE=1 pytest tests/unit/test_error_index.py` from
-`cli/errors/`, which is the place to change.
+Every message of hypgen has a code. A page for each group of codes says what each code means. It
+shows a model that has the mistake, what hypgen prints, and the model put right. `hypgen error CODE`
+prints the same in the terminal. Tests make these pages from `cli/show/errors/`, which is the place
+to change: `HYPGEN_UPDATE=1 pytest tests/unit/test_error_index.py`.
 """
 GOES_ON = """\
-An example is the file `example.pomdp`. Unless it begins with `model` or the like, its first line is
-`model Example`, not shown, and it goes on with this, less what it declares itself:
+## The examples
+
+An example is the file `example.pomdp`. Unless it begins with `model`, `instance` or `library`, the
+page leaves out its first line, `model Example`. The example goes on with the following
+declarations, except those that it makes itself:
+"""
+GROUP = """\
+# {title}
+
+[All messages](README.md) | [how an example goes on](README.md#the-examples)
 """
 
 
@@ -191,24 +201,34 @@ def block(example: Example) -> str:
     return f"```\n{text}\n```\n"
 
 
-def page(messages: Messages) -> str:
-    """Return docs/errors.md."""
-    links = " · ".join(f"[{title}](#{re.sub('[^a-z]+', '-', title.lower())})" for title in CLASSES.values())
-    parts = [HEADING, f"{links}\n", GOES_ON, f"```\n{BEGINNING}```\n"]
+def wrapped(text: str) -> str:
+    return textwrap.fill(text, 100, break_long_words=False, break_on_hyphens=False)
+
+
+def pages(messages: Messages) -> dict[str, str]:
+    """Return the pages of docs/reference/errors by name: the index and one for each group of codes."""
+    result, index = {}, [HEADING]
     for prefix, title in CLASSES.items():
-        parts.append(f"## {title}\n")
-        for entry in (e for e in ENTRIES.values() if e.code.startswith(prefix)):
+        group = [entry for entry in ENTRIES.values() if entry.code.startswith(prefix)]
+        parts, rows = [GROUP.format(title=title)], ["| code | meaning |", "|---|---|"]
+        for entry in group:
             shown = re.sub(r"(?m)^(.{160}).*$", r"\1 ...", messages[entry.code][1]).rstrip("\n")
-            parts += [f"### {entry.code}\n", f"{entry.meaning}\n", block(entry.wrong), f"```\n{shown}\n```\n"]
+            parts += [f"## {entry.code}\n", f"{wrapped(entry.meaning)}\n"]
+            parts += [block(entry.wrong), f"```\n{shown}\n```\n"]
             parts += ["Right:\n", block(entry.right)] if entry.right else []
-    return "\n".join(parts)
+            rows.append(f"| [{entry.code}]({prefix.lower()}.md#{entry.code.lower()}) | {entry.meaning} |")
+        result[f"{prefix.lower()}.md"] = "\n".join(parts)
+        index += [f"## [{title}]({prefix.lower()}.md)\n", *rows, ""]
+    result["README.md"] = "\n".join([*index, GOES_ON, f"```\n{BEGINNING}```\n"])
+    return result
 
 
-def test_the_page_is_up_to_date(messages: Messages) -> None:
-    text = page(messages)
+def test_the_pages_are_up_to_date(messages: Messages) -> None:
+    made = pages(messages)
     if os.environ.get("HYPGEN_UPDATE") == "1":
-        PAGE.write_text(text)
-    assert PAGE.read_text() == text
+        for name, text in made.items():
+            (PAGES / name).write_text(text)
+    assert {path.name: path.read_text() for path in PAGES.iterdir()} == made
 
 
 def test_a_code_is_explained_in_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:

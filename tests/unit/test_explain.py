@@ -9,11 +9,15 @@ from pathlib import Path
 
 import ir_samples
 import pytest
+from click.testing import CliRunner
 
+from hypgen.cli.commands.explain import STAGES, SUMMARIES, command
 from hypgen.cli.show.explanation import describe
+from hypgen.codegen.generate import generate
 from hypgen.codegen.model_report import explain
 from hypgen.dsl import ir
 from hypgen.dsl.load import load
+from hypgen.dsl.messages.diagnostic import ModelError
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import Float, Int
 
@@ -130,3 +134,63 @@ def test_too_many_values_are_not_drawn_when_read(tmp_path: Path) -> None:
     large = tmp_path / "large.pomdp"
     large.write_text(text.replace("0 .. 9", "0 .. 4096"))
     assert explain(load(large).model)["belief"]["drawn_when_read"] == []
+
+
+EXAMPLES = Path(__file__).parent.parent.parent / "examples"
+
+
+def stage(name: str, model: Path = EXAMPLES / "tiger.pomdp") -> str:
+    """Return what ``hypgen explain --stage`` prints."""
+    result = CliRunner().invoke(command, [str(model), "--stage", name], standalone_mode=False)
+    if result.exception is not None:
+        raise result.exception
+    return result.stdout
+
+
+def test_the_stages_are_the_compilers_passes_in_order() -> None:
+    seen: list[str] = []
+    loaded = load(EXAMPLES / "tiger.pomdp", watch=lambda name, _: seen.append(name))
+    generate(loaded.model, lambda name, _: seen.append(name))
+    assert seen == list(STAGES)
+
+
+@pytest.mark.parametrize("name", [*STAGES, *SUMMARIES])
+def test_every_stage_prints_something(name: str) -> None:
+    assert stage(name).strip()
+    assert stage(name) == stage(name)
+
+
+def test_a_stage_prints_what_its_pass_made() -> None:
+    light_dark = EXAMPLES / "light_dark.pomdp"
+    assert "  hearing: a param\n" in stage("collect-symbols")
+    assert "TypeName(Vec)" in stage("resolve-imports", light_dark)
+    assert "at.x" not in stage("resolve-imports", light_dark)
+    assert "Variable(at.x, TypeName(float, m))" in stage("flatten-records", light_dark)
+    assert stage("flatten-records") == "This pass changes nothing here.\n"
+    assert stage("check-visibility") == "This pass changes nothing here.\n"
+    assert stage("collect-sites").startswith("sites: [[init:room.tiger, 15:3], [room.tiger, 16:3]")
+    assert stage("make-key") == "key: [KeyField{Door}(heard, observed)]\n"
+    assert stage("find-factors").startswith("factors:\n  Factor\n    element: room\n")
+
+
+def test_names_of_larger_pieces_stand_for_stages() -> None:
+    assert stage("ast") == stage("resolve-imports")
+    assert stage("ir").startswith("Model\n  name: Tiger\n")
+    assert stage("cpp").startswith("// src/")
+    assert stage("cpp") in stage("print") and len(stage("cpp")) < len(stage("print"))
+
+
+def test_a_stage_before_a_mistake_is_printed(tmp_path: Path) -> None:
+    wrong = tmp_path / "wrong.pomdp"
+    wrong.write_text((EXAMPLES / "tiger.pomdp").read_text().replace("uniform(Door)", "uniform(Dor)"))
+    result = CliRunner().invoke(command, [str(wrong), "--stage", "collect-symbols"], standalone_mode=False)
+    assert "  room.tiger: a variable\n" in result.stdout
+    assert isinstance(result.exception, ModelError)
+
+
+def test_help_lists_the_stages_and_the_nearest_is_named() -> None:
+    text = CliRunner().invoke(command, ["--help"]).output
+    assert all(f"\n    {name} " in text for name in (*STAGES, *SUMMARIES))
+    wrong = CliRunner().invoke(command, ["m.pomdp", "--stage", "chek-parts"])
+    assert wrong.exit_code == 2
+    assert "there is no stage 'chek-parts'. Did you mean 'check-parts'?" in wrong.output

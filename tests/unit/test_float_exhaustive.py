@@ -14,6 +14,7 @@ import pytest
 from float_reference import FUNCTIONS
 
 from hypgen.dsl.interpret.floats.scalar_functions import canonical_bits
+from hypgen.runtime.builder.compile_flags import host_flags
 
 HERE = Path(__file__).parent
 INCLUDE = HERE.parent.parent / "runtime" / "include"
@@ -28,7 +29,7 @@ needs_compiler = pytest.mark.skipif(shutil.which("g++") is None, reason="needs a
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("float_hash") / "float_hash"
-    flags = ["-std=c++17", "-O3", "-ffp-contract=off", "-Wall", "-Wextra", "-Wconversion", "-Werror"]
+    flags = ["-std=c++17", "-O3", *host_flags(), "-Wall", "-Wextra", "-Wconversion", "-Werror"]
     subprocess.run(
         ["g++", *flags, f"-I{INCLUDE}", str(HERE / "float_hash_main.cpp"), "-o", str(path)], check=True
     )

@@ -14,6 +14,7 @@ from hypgen.dsl.interpret.floats import exponentials as fe
 from hypgen.dsl.interpret.floats import normal as fn
 from hypgen.dsl.interpret.floats import scalar_functions as fm
 from hypgen.dsl.interpret.floats import trigonometry as ft
+from hypgen.runtime.builder.compile_flags import host_flags
 
 HERE = Path(__file__).parent
 INCLUDE = HERE.parent.parent / "runtime" / "include"
@@ -160,7 +161,7 @@ def expected_columns(pairs: npt.NDArray[np.float32]) -> list[npt.NDArray[np.int6
 def test_the_header_gives_the_same_bits(level: str, tmp_path: Path) -> None:
     pairs = samples(800_000, 4)
     pairs.tofile(tmp_path / "in")
-    flags = ["-std=c++17", level, "-march=native", "-ffp-contract=off"]
+    flags = ["-std=c++17", level, "-march=native", *host_flags()]
     warnings = ["-Wall", "-Wextra", "-Wconversion", "-Werror"]
     program = str(tmp_path / "float_math")
     source = str(HERE / "float_math_main.cpp")

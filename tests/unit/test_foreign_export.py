@@ -1,7 +1,6 @@
 """Enumerated models in Cassandra's format: what the lines say, and that reading them back gives the same."""
 
 import json
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -82,8 +81,11 @@ def test_starts_that_can_be_told_apart_are_refused(
     model.starts = [[(0, 1.0)], [(1, 1.0)]]
     with pytest.raises(SeveralStartsError):
         exported(model)
-    monkeypatch.setattr("hypgen.cli.commands.solve.build_exact", lambda *_: shutil.which("true"))
-    monkeypatch.setattr("hypgen.cli.commands.export.read_dump", lambda _: model)
+    program = tmp_path / "program"
+    program.write_text('#!/bin/sh\n: > "${1#--dump=}"\n')
+    program.chmod(0o755)
+    monkeypatch.setattr("hypgen.cli.commands.export.build_exact", lambda *_: program)
+    monkeypatch.setattr("hypgen.dsl.foreign.enumerated.dump.read", lambda _: model)
     assert main.run(["export", str(ROOT / "examples" / "tiger.pomdp")]) == 2
     assert "starts in 2 ways that the agent can tell apart" in capsys.readouterr().err
     model.starts = [[(0, 1.0)]]

@@ -1,5 +1,6 @@
-"""The row of SARSOP in ``hypgen compare``: what is told to scikit-decide, and what is made of its vectors."""
+"""The benchmark beside SARSOP: what is told to scikit-decide, and what is made of its vectors."""
 
+import importlib
 import importlib.util
 import json
 import subprocess
@@ -7,11 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
-from hypgen.cli.commands import compare
-from hypgen.dsl.foreign.enumerated.policy_file import ClassVectors, policy_lines
-
+FOLDER = Path(__file__).parents[2] / "benchmarks" / "exact"
 # The agent sees at the start whether it is in the lit room (0) or the dark one (1, 2), where a switch is up
 # or down. Pulling ends the episode for 2, 4 or -1; in the dark it may wait, or look how the switch is.
 DARK = [{"type": "row", "state": s, "action": 0, "reward": 0.0, "outcomes": [[0, s, 1.0]]} for s in (1, 2)]
@@ -36,25 +34,21 @@ MODEL = [
 ]  # fmt: skip
 
 
-def test_equal_vectors_are_written_once() -> None:
-    classes = [ClassVectors([0], [(1, (2.0,)), (0, (2.0,)), (0, (0.5,))]), ClassVectors([1, 2], [])]
-    assert list(policy_lines(7, classes)) == [
+def test_equal_vectors_are_written_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(FOLDER))
+    policy_file = importlib.import_module("policy_file")
+    lit = policy_file.ClassVectors([0], [(1, (2.0,)), (0, (2.0,)), (0, (0.5,))])
+    dark = policy_file.ClassVectors([1, 2], [])
+    assert list(policy_file.policy_lines(7, [lit, dark])) == [
         "hypgen-policy-1\n", "7 2\n", "2 0\n", "1 0 2.0\n", "0 0 0.5\n", "0 0\n",
     ]  # fmt: skip
 
 
-def test_what_is_missing_is_said_before_anything_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compare, "is_installed", lambda: False)
-    done = CliRunner().invoke(compare.command, ["no.pomdp", "--target", "cpu", "--modes", "alpha,sarsop"])
-    assert done.exit_code == 2
-    assert "'sarsop' needs scikit-decide: pip install 'hypgen[sarsop]'" in done.output
-
-
 def test_sarsop_solves_what_starts_in_several_ways(tmp_path: Path) -> None:
     if importlib.util.find_spec("skdecide") is None:
-        pytest.skip("scikit-decide is not installed: pip install 'hypgen[sarsop]'")
+        pytest.skip("scikit-decide is not installed: pip install scikit-decide")
     (tmp_path / "model.jsonl").write_text("".join(json.dumps(line) + "\n" for line in MODEL))
-    child = [sys.executable, "-m", "hypgen.cli.show.sarsop_child", str(tmp_path), "10", "1e-6"]
+    child = [sys.executable, str(FOLDER / "sarsop_domain.py"), str(tmp_path), "10", "1e-6"]
     subprocess.run(child, check=True, capture_output=True)
     bounds = json.loads((tmp_path / "bounds.json").read_text())
     # In the dark: look, and pull if it looks up, which is likelier to be right by then.

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from hypgen.cache_folder import cache_folder
 from hypgen.runtime.builder import cache, exported_project, solver
 from hypgen.runtime.builder import tools as toolchain
 from hypgen.runtime.builder.errors import BuildError, ToolchainError
@@ -92,10 +93,10 @@ def test_an_old_cmake_is_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_cache_folder_follows_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("HYPGEN_CACHE_DIR")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
-    assert cache.cache_dir() == tmp_path / "xdg" / "hypgen"
+    assert cache_folder() == tmp_path / "xdg" / "hypgen"
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert cache.cache_dir() == tmp_path / ".cache" / "hypgen"
+    assert cache_folder() == tmp_path / ".cache" / "hypgen"
 
 
 def test_a_cache_that_cannot_be_written_names_the_variable(own_cache: Path) -> None:

@@ -1,4 +1,4 @@
-"""The four protocols of a tree that several threads change without a lock (docs/design/0004-many-threads.md).
+"""The four protocols of a tree that several threads change without a lock (docs/internals/many-threads.md).
 
 Small models of them, walked through in every order in which their threads' accesses to shared memory can
 follow each other. A thread is a generator: it yields an access and is sent what that gave. It may return

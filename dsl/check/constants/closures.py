@@ -11,16 +11,14 @@ import operator
 import struct
 from collections.abc import Callable, Iterator
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hypgen.dsl import ir
+from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.ir.operators import COMPARISONS
 from hypgen.dsl.ir.walk import children
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Bool, Float, Int, Type, low_of, size_of
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 Value = bool | int | float
 Values = dict[str, Any]

@@ -5,21 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import prod
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants.closures import Closures, Code, Irregular, Value, combinations
 from hypgen.dsl.check.scope.fit_type import check_as, fit
+from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.terms.quantifiers import bind_all
-from hypgen.dsl.check.terms.references import walk
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.messages import e06_ranges, e08_parts
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.walk import walk
 from hypgen.dsl.types import BOOL, Bool, Float, Int, Type, size_of
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.scope.scope import Scope
 
 _MAX_STEPS = 1 << 26  # of closures: some ten seconds
 _MAX_CHECKED = 1 << 13  # entries that may be checked one by one: a second
@@ -65,7 +63,7 @@ def values(
     except Irregular:
         pass
     except Mistake as error:
-        if count > _MAX_CHECKED or any(d.code == "E0609" for d in error.diagnostics):
+        if count > _MAX_CHECKED or any(d.code == e06_ranges.TOO_MANY_STEPS for d in error.diagnostics):
             raise
     names = [b.name for b in binders]
     env = {n: e.value for n, e in scope.locals.items() if isinstance(e, ir.Const)}
@@ -94,12 +92,7 @@ def values(
 def _checked(node: ast.Expr, scope: Scope, t: Type, what: str) -> ir.Const:
     e = check_as(node, scope, t, what)
     if not isinstance(e, ir.Const):
-        raise mistake(
-            "E0810",
-            f"{what} is not known when the model is compiled",
-            node.span,
-            "use literals, consts and functions of them only",
-        )
+        raise Mistake(e08_parts.not_constant(what, node.span))
     return e
 
 
@@ -124,12 +117,7 @@ def fits(value: Value, t: Type) -> bool:
 
 def _require_steps(steps: int, span: Span, what: str) -> None:
     if steps > _MAX_STEPS:
-        raise mistake(
-            "E0609",
-            f"{what} takes too many steps to compute",
-            span,
-            "use smaller types, or fewer values inside each other; a param can be read from a file",
-        )
+        raise Mistake(e06_ranges.many_steps_of_constant(what, span))
 
 
 def _runs_over_values(node: ast.Expr) -> bool:

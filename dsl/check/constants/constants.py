@@ -5,21 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from math import prod
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants import constant_entries, distances, value_lists
 from hypgen.dsl.check.constants.closures import Value
 from hypgen.dsl.check.scope import grid_literals
-from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.check.terms.quantifiers import bind_all, bind_types, values_of
-from hypgen.dsl.messages.report import Mistake, gather, mistake
-from hypgen.dsl.messages.source import Span
+from hypgen.dsl.messages import e03_values, e06_ranges
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Array, Type, flat_indices, size_of
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 _MAX_ENTRIES = 1 << 20  # a second or more
 
@@ -57,9 +53,7 @@ def entries_of(
     """Return the entries of an array written as ``node``, row-major."""
     if not indices:
         if isinstance(node, ast.ArrayLiteral | ast.Comprehension):
-            raise _wrong_shape(
-                name, "takes one value here, not an array", node.span, f"a value of type {element}"
-            )
+            raise Mistake(e03_values.array_for_value(name, element, node.span))
         return (constant_entries.scalar(node, scope, element, f"'{name}'").value,)
     if grid_literals.is_grid(node):
         if not grid_literals.has_glyphs(element):
@@ -69,21 +63,10 @@ def entries_of(
         case ast.Literal(_, str()) if len(indices) == 1:
             return grid_literals.row(node, element, indices[0], name)
         case ast.Literal(span, str()):
-            *above, last = map(size_of, indices)
-            rows = " by ".join(map(str, above))
-            raise _wrong_shape(
-                name, f"is a grid of {rows} rows", span, f"a list of strings, each of {last} glyphs"
-            )
+            raise Mistake(e03_values.one_string_for_grid(name, indices, span))
         case ast.ArrayLiteral(span, items):
-            expected = size_of(indices[0])
-            if len(items) != expected:
-                given = f"{len(items)} {'is' if len(items) == 1 else 'are'} given"
-                raise _wrong_shape(
-                    name,
-                    f"takes {expected} entries, but {given}",
-                    span,
-                    f"one for each value of {indices[0]}",
-                )
+            if len(items) != size_of(indices[0]):
+                raise Mistake(e03_values.wrong_length(name, indices[0], len(items), span))
             parts = gather([partial(entries_of, i, scope, element, indices[1:], name) for i in items])
             return tuple(v for part in parts for v in part)
         case ast.Quantified(_, "distance"):
@@ -96,8 +79,7 @@ def entries_of(
             array = scope.program.const(source)
             if isinstance(array, ir.ConstantArray) and (array.type, array.indices) == (element, indices):
                 return array.values
-    wanted = " by ".join(str(size_of(i)) for i in indices)
-    raise _wrong_shape(name, f"is an array of {wanted} entries", node.span, "write [a, b, ..] or [i in T: e]")
+    raise Mistake(e03_values.value_for_array(name, indices, node.span))
 
 
 def _comprehension(
@@ -107,12 +89,7 @@ def _comprehension(
     require_indices(node, binders, indices[: len(binders)], name)
     count = prod(map(size_of, indices))
     if count > _MAX_ENTRIES:
-        raise mistake(
-            "E0605",
-            f"'{name}' has {count} entries, more than the {_MAX_ENTRIES} that a comprehension may give",
-            node.span,
-            "use smaller index types",
-        )
+        raise Mistake(e06_ranges.many_entries_of_comprehension(name, count, _MAX_ENTRIES, node.span))
     if len(binders) == len(indices):
         bound = tuple(zip(node.binders, binders, strict=True))
         return tuple(constant_entries.values(node.body, bound, scope, element, f"'{name}'"))
@@ -129,11 +106,4 @@ def require_indices(
 ) -> None:
     """Raise unless the binders of ``node`` run over the index types of the array ``name``."""
     if tuple(b.type for b in binders) != indices:
-        wanted = ", ".join(f"{b} in {t}" for b, t in zip("ijklmnpqrstuvw", indices, strict=False))
-        raise _wrong_shape(
-            name, f"is indexed by {', '.join(map(str, indices))}", node.span, f"write [{wanted}: ..]"
-        )
-
-
-def _wrong_shape(name: str, message: str, span: Span, remedy: str) -> Mistake:
-    return mistake("E0309", f"'{name}' {message}", span, f"give {remedy}" if remedy[0] != "w" else remedy)
+        raise Mistake(e03_values.other_indexes(name, indices, node.span))

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import heapq
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants import constant_entries
 from hypgen.dsl.check.constants.closures import Value, value_at
+from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.terms.quantifiers import bind_types
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages import e03_units, e06_ranges
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, FLOAT, INT, PROB, Bool, Enum, Float, Int, Record, Type, size_of
 from hypgen.dsl.types.intervals import float32
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.scope.scope import Scope
 
 _MAX_NODES = 1 << 10
 _MAX_WORK = 1 << 24  # links followed from all sources: some ten seconds
@@ -33,35 +31,15 @@ def table(
     binders = bind_types(node.binders, scope)
     types = tuple(b.type for b in binders)
     if types != indices or len(types) != 2 or types[0] != types[1] or not isinstance(element, Int | Float):
-        raise mistake(
-            "E0313",
-            f"'distance' runs over pairs of a type and gives a table of them, which '{name}' is not",
-            node.span,
-            "write const d: float[T, T] = distance(a in T, b in T where linked(a, b): cost)",
-        )
+        raise Mistake(e03_units.distance_of_other(name, node.span))
     if node.where is None:
-        raise mistake(
-            "E0313",
-            "'distance' does not say which values are linked",
-            node.span,
-            "write distance(a in T, b in T where linked(a, b): cost)",
-        )
+        raise Mistake(e03_units.distance_without_links(node.span))
     count = size_of(types[0])
     if count > _MAX_NODES:
-        raise mistake(
-            "E0609",
-            f"the distances between {count} values take too long to compute",
-            node.span,
-            f"use a type of {_MAX_NODES} values or fewer, or give the table in a file of params",
-        )
+        raise Mistake(e06_ranges.many_nodes(count, _MAX_NODES, node.span))
     links = _links(node, node.where, binders, scope, element, count)
     if sum(map(len, links)) * count > _MAX_WORK:
-        raise mistake(
-            "E0609",
-            f"the distances along {sum(map(len, links))} links take too long to compute",
-            node.span,
-            "link each value to its neighbours only, or give the table in a file of params",
-        )
+        raise Mistake(e06_ranges.many_links(sum(map(len, links)), node.span))
     otherwise = None
     if node.otherwise is not None:
         otherwise = constant_entries.scalar(node.otherwise, scope, element, "the value after 'else'").value
@@ -91,13 +69,8 @@ def _links(
     costs = list(constant_entries.values(node.body, bound, scope, t, "the cost", (where, linked)))
     if min(costs) < 0:
         worst = costs.index(min(costs))
-        pair = [shown(binders[0].type, value_at(binders[0].type, x)) for x in divmod(worst, count)]
-        raise mistake(
-            "E0610",
-            f"the cost from {pair[0]} to {pair[1]} is {min(costs):g}",
-            node.body.span,
-            "shortest paths need costs of 0 or more",
-        )
+        start, end = (shown(binders[0].type, value_at(binders[0].type, x)) for x in divmod(worst, count))
+        raise Mistake(e06_ranges.negative_cost(start, end, min(costs), node.body.span))
     return [[(b, costs[a * count + b]) for b, _ in targets] for a, targets in enumerate(links)]
 
 
@@ -110,23 +83,13 @@ def _entry(
 ) -> Value:
     """Return a distance as a value of the table."""
     if distance is None and otherwise is None:
-        raise mistake(
-            "E0610",
-            f"no way leads from {pair[0]} to {pair[1]}",
-            node.span,
-            "say how far that is: add 'else value'",
-        )
+        raise Mistake(e06_ranges.no_way(*pair, node.span))
     if distance is None:
         assert otherwise is not None
         return otherwise
     value = float32(distance) if isinstance(element, Float) else distance
     if not constant_entries.fits(value, element):
-        raise mistake(
-            "E0601",
-            f"the distance from {pair[0]} to {pair[1]} is {value:g}, which does not fit {element}",
-            node.span,
-            "give the table a wider type, such as float or int",
-        )
+        raise Mistake(e06_ranges.distance_outside_range(*pair, value, element, node.span))
     return value
 
 

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants.constant_entries import scalar
-from hypgen.dsl.check.scope.scope import Scope
-from hypgen.dsl.check.scope.symbols import duplicate, kind_of
-from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.check.scope.scope import Program, Scope
+from hypgen.dsl.check.scope.symbols import kind_of
+from hypgen.dsl.messages import e02_names, e08_parts
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import FLOAT, INT
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 
 def _single(kind: str, program: Program) -> ast.Setting | None:
     found = [i for i in program.file.items if isinstance(i, ast.Setting) and i.kind == kind]
     if len(found) > 1:
-        raise duplicate(kind, found[1].span, found[0].span)
+        raise Mistake(e02_names.duplicate(kind, found[1].span, found[0].span))
     return found[0] if found else None
 
 
@@ -28,10 +23,10 @@ def discount(program: Program) -> float:
     """Return the discount: exactly as written if it is a literal."""
     item = _single("discount", program)
     if item is None:
-        raise mistake("E0803", "the model has no discount", program.file.span, "add a line: discount 0.95")
+        raise Mistake(e08_parts.no_discount(program.file.span))
     value = _constant(item, program, "the discount").value
     if not 0 < value <= 1:
-        raise mistake("E0804", f"the discount is {value:g}", item.value.span, "it lies in 0 < discount <= 1")
+        raise Mistake(e08_parts.wrong_discount(value, item.value.span))
     if isinstance(item.value, ast.Literal):
         return float(item.value.value)
     return float(value)
@@ -45,9 +40,7 @@ def horizon(program: Program) -> int | None:
     scope = Scope(program, evaluate=True, constant=True)
     value = int(scalar(item.value, scope, INT, "the horizon").value)
     if value < 1:
-        raise mistake(
-            "E0804", f"the horizon is {value}", item.value.span, "it is a number of steps, 1 or more"
-        )
+        raise Mistake(e08_parts.wrong_horizon(value, item.value.span))
     return value
 
 
@@ -63,19 +56,8 @@ def refuse_unknown(program: Program) -> None:
         if name in known:
             continue
         if name in declared:
-            error = mistake(
-                "E0809",
-                f"'{name}' is {kind_of(declared[name])}, which cannot be set",
-                value.span,
-                "settings are for consts and params",
-                [(declared[name].span, f"'{name}' is declared here")],
-            )
+            item = declared[name]
+            error = Mistake(e08_parts.setting_of_other(name, kind_of(item), value.span, item.span))
         else:
-            error = mistake(
-                "E0808",
-                f"the model has no const or param '{name}'",
-                value.span,
-                did_you_mean(name, known)
-                or (f"it has {', '.join(known)}" if known else "remove this setting"),
-            )
+            error = Mistake(e08_parts.unknown_setting(name, known, value.span))
         program.report.add(error)

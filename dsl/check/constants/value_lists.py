@@ -11,8 +11,9 @@ from collections.abc import Iterator
 from functools import partial
 
 from hypgen.dsl.check.constants.closures import Value
-from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.messages import e03_values
+from hypgen.dsl.messages.diagnostic import Diagnostic
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Bool, Enum, Float, Int, Type, intervals
@@ -28,13 +29,7 @@ def listed(node: ast.Expr, element: Type, count: int, name: str) -> tuple[Value,
     rows = gather([partial(_row, text, span, element, known) for text, span in _strings(node)])
     values = tuple(value for row in rows for value in row)
     if len(values) != count:
-        given = f"{len(values)} {'is' if len(values) == 1 else 'are'}"
-        raise mistake(
-            "E0309",
-            f"'{name}' takes {count} entries, but {given} listed",
-            node.span,
-            "give one for each value of its indexes, in order",
-        )
+        raise Mistake(e03_values.wrong_number_listed(name, count, len(values), node.span))
     return values
 
 
@@ -45,12 +40,7 @@ def _strings(node: ast.Expr) -> Iterator[tuple[str, Span]]:
     elif isinstance(node, ast.Literal) and isinstance(node.value, str):
         yield node.value, node.span
     else:
-        raise mistake(
-            "E0311",
-            "strings stand beside other entries here",
-            node.span,
-            "write all entries in strings, or none",
-        )
+        raise Mistake(e03_values.string_beside_others(node.span))
 
 
 def _known(element: Type) -> dict[str, Value]:
@@ -64,17 +54,17 @@ def _known(element: Type) -> dict[str, Value]:
 
 def _row(text: str, span: Span, element: Type, known: dict[str, Value]) -> list[Value]:
     result: list[Value] = []
-    mistakes: list[Mistake] = []
+    found: list[Diagnostic] = []
     for match in _WORD.finditer(text):
         value = known.get(match.group())
         if value is None:
             value = _number(match.group(), element)
         if value is None:
-            mistakes.append(_no_entry(match, span, element, known))
+            found.append(_no_entry(match, span, element, known))
         else:
             result.append(value)
-    if mistakes:
-        raise Mistake([d for m in mistakes[:3] for d in m.diagnostics])
+    if found:
+        raise Mistake(*found[:3])
     return result
 
 
@@ -90,17 +80,7 @@ def _number(word: str, element: Type) -> Value | None:
     return None
 
 
-def _no_entry(match: re.Match[str], string: Span, element: Type, known: dict[str, Value]) -> Mistake:
+def _no_entry(match: re.Match[str], string: Span, element: Type, known: dict[str, Value]) -> Diagnostic:
     column = string.column + 1 + match.start()
     span = Span(string.file, string.line, column, string.line, column + len(match.group()))
-    remedy = "a string lists numbers, separated by blanks"
-    if isinstance(element, Enum):
-        remedy = "list the names of variants, separated by blanks"
-        remedy += ', or give them glyphs, as in enum Cell { floor ".", wall "#" }'
-        if not any(v.argument is None for v in element.variants):
-            remedy = "write a list"
-    elif isinstance(element, Bool):
-        remedy = "list true and false, separated by blanks"
-    nearest = did_you_mean(match.group(), known)
-    kind = f"enum '{element}'" if isinstance(element, Enum) else f"'{element}'"
-    return mistake("E0311", f"'{match.group()}' is no value of {kind}", span, nearest or remedy)
+    return e03_values.unknown_entry(match.group(), element, known, span)

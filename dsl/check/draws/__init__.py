@@ -1,4 +1,4 @@
-"""What may stand after ``~``: distributions over the type that their place asks for.
+"""Distributions after ``~``, over the type that their place asks for.
 
 Takes a syntax node, a scope and a target type. Gives a distribution of ``ir``.
 """

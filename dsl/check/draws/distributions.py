@@ -12,14 +12,15 @@ from hypgen.dsl.check.draws.named_distributions import inlined
 from hypgen.dsl.check.draws.number_draws import refuse_unlimited
 from hypgen.dsl.check.expressions.expressions import enter_prime, require_state
 from hypgen.dsl.check.scope.draw_syntax import bind_value, is_draw, named_draw, refuse_fields
-from hypgen.dsl.check.scope.fit_type import check_as, mismatch
+from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.let_bindings import let_dist
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.terms import matching
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.nodes import placed
-from hypgen.dsl.messages.report import gather, mistake, unreachable
+from hypgen.dsl.messages import e03_calls, e03_types, e07_draws
+from hypgen.dsl.messages.report import Mistake, gather, unreachable
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, PROB, Int, Type, builtin_names
 
@@ -45,9 +46,7 @@ def right_side(rhs: ast.Rhs, scope: Scope, target: Type | None, what: str) -> ir
     """Return what ``= e`` or ``~ d`` says, as a distribution over ``target`` (None: as found)."""
     if not rhs.draw and is_draw(rhs.expr, scope):
         refuse_fields(rhs.expr, target)
-        raise mistake(
-            "E0701", "this is a draw, and '=' is exact", rhs.span, "write '~' in place of '=' to draw"
-        )
+        raise Mistake(e07_draws.draw_behind_equals(rhs.span))
     dist = check(rhs.expr, scope, target, what)
     refuse_unlimited(dist, rhs.expr.span)
     return dist
@@ -60,12 +59,7 @@ def check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.Di
 
 def _check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.Dist:
     if isinstance(node, ast.Comprehension | ast.ArrayLiteral):
-        raise mistake(
-            "E0706",
-            "an array stands where one value is drawn",
-            node.span,
-            "give a value or draw of one entry",
-        )
+        raise Mistake(e07_draws.array_for_draw(node.span))
     if target is None and not is_draw(node, scope):
         value = scope.check(node)
         return ir.Certain(value.type, value)
@@ -136,25 +130,19 @@ def _check_form(node: ast.Call) -> None:
     counts, form = _FORMS[node.name]
     given = len(node.arguments)
     if given not in counts:
-        raise mistake(
-            "E0302",
-            f"'{node.name}' takes {' or '.join(map(str, counts))} argument{'' if counts == (1,) else 's'}, "
-            f"but {given} {'is' if given == 1 else 'are'} given",
-            node.span,
-            f"its form is {form}",
-        )
+        raise Mistake(e03_calls.wrong_arguments_of_draw(node.name, counts, given, form, node.span))
 
 
 def probability(node: ast.Expr, scope: Scope) -> ir.Expr:
     """Return a probability; a constant one must lie in 0 .. 1."""
-    return placed(check_as(node, scope, PROB, "the probability", "E0606"), node.span)
+    return placed(check_as(node, scope, PROB, "the probability"), node.span)
 
 
 def _bernoulli(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.Dist:
     p = probability(node.arguments[0], scope)
     if target not in (None, BOOL):
         assert target is not None
-        raise mismatch(target, BOOL, node.span, what)
+        raise Mistake(e03_types.mismatch(what, target, BOOL, node.span))
     return ir.Bernoulli(BOOL, p)
 
 
@@ -162,12 +150,7 @@ def _noisy(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.D
     if target is None:
         value = replace(scope, facts={}).check(node.arguments[0])
         if isinstance(value.type, Int) and not isinstance(value, _DECLARED):
-            raise mistake(
-                "E0705",
-                "which other values this noisy draw can give is not known",
-                node.span,
-                "give the let a type: let name: T ~ noisy(..)",
-            )
+            raise Mistake(e07_draws.noisy_without_type(node.span))
     else:
         value = check_as(node.arguments[0], scope, target, what)
     t = target or value.type
@@ -183,15 +166,13 @@ def _uniform(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir
 def _table(node: ast.TableLiteral, scope: Scope, target: Type | None, what: str) -> ir.Dist:
     values = [n for n, _ in node.entries] + ([] if node.rest is None else [node.rest])
     if not node.entries:
-        raise mistake(
-            "E0703", "the table has no weights", node.span, "write {value: probability, else other}"
-        )
+        raise Mistake(e07_draws.no_weights(node.span))
     if target is None:
         found = gather([partial(scope.check, n) for n in values])
         for e, n in zip(found, values, strict=True):
             joined = operators.join(target or e.type, e.type)
             if joined is None:
-                raise mismatch(target or e.type, e.type, n.span, what)
+                raise Mistake(e03_types.mismatch(what, target or e.type, e.type, n.span))
             target = joined
     assert target is not None
     checked = gather([partial(check_as, n, scope, target, what) for n in values])
@@ -204,14 +185,10 @@ def _table(node: ast.TableLiteral, scope: Scope, target: Type | None, what: str)
 def _check_sum(node: ast.TableLiteral, weights: list[ir.Expr]) -> None:
     constant = [float(w.value) for w in weights if isinstance(w, ir.Const)]
     total = sum(constant)
-    if node.rest is not None:
-        wrong = total > 1 + _SUM_TOLERANCE
-        remedy = "weights and 'else' together are 1: make the weights smaller"
-    else:
-        wrong = len(constant) == len(weights) and abs(total - 1) > _SUM_TOLERANCE
-        remedy = "make them sum to 1, or give the remainder to 'else value'"
-    if wrong:
-        raise mistake("E0703", f"the weights sum to {total:g}", node.span, remedy)
+    if node.rest is not None and total > 1 + _SUM_TOLERANCE:
+        raise Mistake(e07_draws.wrong_sum_with_else(total, node.span))
+    if node.rest is None and len(constant) == len(weights) and abs(total - 1) > _SUM_TOLERANCE:
+        raise Mistake(e07_draws.wrong_sum(total, node.span))
 
 
 _CALLS = {

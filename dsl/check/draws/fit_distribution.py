@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from hypgen.dsl import ir
-from hypgen.dsl.check.scope.fit_type import lies, mismatch
 from hypgen.dsl.check.scope.let_bindings import let_dist
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.messages import e03_types, e06_ranges
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
-from hypgen.dsl.types import Bool, Float, Int, Type
+from hypgen.dsl.types import Float, Int, Type
 
 _WITH_OWN_RANGE = ir.Noisy | ir.UniformInt | ir.Counted | ir.Weighted
 
@@ -30,26 +30,14 @@ def fitted(dist: ir.Dist, target: Type | None, span: Span, what: str) -> ir.Dist
 def require_range(found: Int, target: Int, span: Span, what: str) -> None:
     """Raise unless all ints that a draw can give lie in the range asked for."""
     if found.low < target.low or target.high < found.high:
-        raise mistake(
-            "E0601",
-            f"{what} {lies(found.low, found.high)}, which does not fit {target.low} .. {target.high}",
-            span,
-            "write clamp(..) around the draw, or give it other ends",
-        )
+        raise Mistake(e06_ranges.draw_outside_range(what, found, target, span))
 
 
 def refused(target: Type, found: Type, span: Span, what: str) -> Mistake:
     """Return the mistake of a draw of numbers where something else is needed."""
     if not isinstance(found, Int | Float):
-        return mismatch(target, found, span, what)
-    number = "an int" if isinstance(found, Int) else "a float"
-    if isinstance(target, Float):
-        remedy = "name the draw with 'let name ~ ..' and use the name: an int widens to a float"
-    elif isinstance(target, Bool):
-        remedy = "name the draw with 'let name ~ ..' and compare the name, as in name > 0"
-    else:
-        remedy = "draw with a table, {value: probability, else other}"
-    return mistake("E0301", f"{what} must be of type {target}, but this draws {number}", span, remedy)
+        return Mistake(e03_types.mismatch(what, target, found, span))
+    return Mistake(e03_types.draw_of_numbers(what, target, found, span))
 
 
 def joined(branches: list[tuple[ir.Dist, Span]], what: str) -> list[ir.Dist]:
@@ -60,7 +48,7 @@ def joined(branches: list[tuple[ir.Dist, Span]], what: str) -> list[ir.Dist]:
     for dist, span in branches[1:]:
         found = operators.join(common, dist.type)
         if found is None:
-            raise mismatch(common, dist.type, span, what)
+            raise Mistake(e03_types.mismatch(what, common, dist.type, span))
         common = found
     return [widened(dist, common) for dist, _ in branches]
 

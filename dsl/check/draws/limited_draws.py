@@ -12,7 +12,8 @@ from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.unit_checks import require_same
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.messages import e03_types, e06_ranges, e07_draws, e08_parts
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT, INT32_MAX, Float, Int, Type, is_finite
@@ -47,31 +48,14 @@ def _float_ends(node: ast.Call, dist: ir.Dist, scope: Scope) -> tuple[ir.Expr, i
 
 def _refuse_empty(empty: bool, node: ast.Call) -> None:
     if empty:
-        raise mistake(
-            "E0605", f"the lower end of {node.name} does not lie below the upper", node.span, "swap the ends"
-        )
+        raise Mistake(e06_ranges.ends_not_apart(node.name, node.span))
 
 
 def _constant_end(node: ast.Expr, scope: Scope, t: Type) -> ir.Const:
     e = check_as(node, scope, t, "an end")
     if not isinstance(e, ir.Const):
-        raise mistake("E0810", "this end must be a constant", node.span, "use literals and consts")
+        raise Mistake(e08_parts.end_of_draw_not_constant(node.span))
     return e
-
-
-_NAME_IT = "name the draw with 'let name ~ ..' and use the name"
-
-
-def _wrong(what: str, takes: str, span: Span, remedy: str = _NAME_IT) -> Mistake:
-    return mistake("E0709", f"'{what}' takes a draw by {takes}", span, remedy)
-
-
-def _not_truncated(span: Span) -> Mistake:
-    takes = "normal, exponential, uniform, poisson or binomial"
-    remedy = (
-        "draw from the values that are left: a table, uniform(i in T where ..) or weighted(i in T where ..)"
-    )
-    return _wrong("truncated", takes, span, remedy)
 
 
 def _truncated_count(low: int, high: int, span: Span, dist: ir.Dist) -> ir.Dist:
@@ -92,13 +76,8 @@ def _truncated_count(low: int, high: int, span: Span, dist: ir.Dist) -> ir.Dist:
                 assert isinstance(a.type, Int) and isinstance(b.type, Int)
                 return ir.UniformInt(Int(max(low, least), min(high, most)), a, b)
         case _:
-            raise _not_truncated(span)
-    raise mistake(
-        "E0608",
-        f"nothing of this draw lies in {low} .. {high}",
-        span,
-        "move the ends to where values can lie",
-    )
+            raise Mistake(e07_draws.not_truncated(span))
+    raise Mistake(e06_ranges.nothing_left(low, high, span))
 
 
 def _is_whole(dist: ir.Dist) -> bool:
@@ -123,14 +102,12 @@ def _truncated_float(low: ir.Expr, high: ir.Expr, span: Span, dist: ir.Dist) -> 
         case ir.UniformFloat(_, a, b):
             a, b = operators.arithmetic("max", a, low), operators.arithmetic("min", b, high)
             return ir.UniformFloat(t, a, b)
-    raise _not_truncated(span)
+    raise Mistake(e07_draws.not_truncated(span))
 
 
 def _refuse_many(last: int, span: Span) -> None:
     if last > MOST_COUNT:
-        raise mistake(
-            "E0605", f"counts up to {last} are too many", span, f"use an end of at most {MOST_COUNT}"
-        )
+        raise Mistake(e06_ranges.many_counts(last, MOST_COUNT, span))
 
 
 def clamped(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.Dist:
@@ -152,7 +129,7 @@ def _range(node: ast.Call, scope: Scope, target: Type | None, found: Type) -> tu
     kind = replace(found, prob=False) if isinstance(found, Float) else INT
     low, high = gather([partial(_constant_end, n, scope, kind) for n in node.arguments[1:]])
     if low.value > high.value:
-        raise mistake("E0605", "the lower end of clamp lies above the upper", node.span, "swap the ends")
+        raise Mistake(e06_ranges.swapped_ends("clamp", node.span))
     return float(low.value), float(high.value)
 
 
@@ -163,12 +140,7 @@ def _range_of(target: Type | None, found: Type, span: Span) -> tuple[float, floa
         return target.low, target.high
     if isinstance(target, Int) and isinstance(found, Float):
         continuous(ir.Certain(found, operators.real(0.0)), target, span, "the value")
-    raise mistake(
-        "E0310",
-        "clamp(..) takes its ends from the range that is asked for, and here none is",
-        span,
-        "give the ends: clamp(.., low, high)",
-    )
+    raise Mistake(e03_types.no_ends_of_draw(span))
 
 
 def _clamped_float(low: float, high: float, span: Span, dist: ir.Dist) -> ir.Dist:
@@ -178,7 +150,7 @@ def _clamped_float(low: float, high: float, span: Span, dist: ir.Dist) -> ir.Dis
             return ir.Certain(e.type, e)
         case ir.Continuous():
             return ir.Clamped(interval(low, high, ir.Local(dist.type, "")), dist, low, high)
-    raise _wrong("clamp", "normal, exponential, uniform or truncated(..) of them", span)
+    raise Mistake(e07_draws.floats_not_clamped(span))
 
 
 def _clamped_int(low: int, high: int, span: Span, dist: ir.Dist) -> ir.Dist:
@@ -206,25 +178,15 @@ def _clamped_int(low: int, high: int, span: Span, dist: ir.Dist) -> ir.Dist:
             return (
                 result if other is None else replace(result, otherwise=fitted(other, result.type, span, ""))
             )
-    raise _wrong("clamp", "normal, exponential, uniform, poisson, binomial or a table", span)
+    raise Mistake(e07_draws.ints_not_clamped(span))
 
 
 def binned(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.Dist:
     """Return ``binned(D, low, high)``: the number of the bin into which D falls, over the type asked for."""
     if target is None or target == INT:
-        raise mistake(
-            "E0705",
-            "how many bins there are is not known",
-            node.span,
-            "give a type with one value for each bin: let name: 0 .. 9 ~ binned(..)",
-        )
+        raise Mistake(e07_draws.binned_without_type(node.span))
     if not isinstance(target, Int):
-        raise mistake(
-            "E0301",
-            f"{what} must be of type {target}, but binned(..) draws an int",
-            node.span,
-            "declare a range with one value for each bin, such as 0 .. 9",
-        )
+        raise Mistake(e03_types.draw_of_bins(what, target, node.span))
     drawn = node.arguments[0]
     dist = scope.draw(drawn, None, what)
     low, high = _float_ends(node, dist, scope)
@@ -234,4 +196,4 @@ def binned(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.D
 def _binned(target: Int, low: ir.Expr, high: ir.Expr, span: Span, dist: ir.Dist) -> ir.Dist:
     if isinstance(dist, ir.Continuous) and not isinstance(dist, ir.Clamped):
         return ir.Binned(target, dist, low, high)
-    raise _wrong("binned", "normal, uniform, exponential or truncated(..) of them", span)
+    raise Mistake(e07_draws.not_binned(span))

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.uses import Use
 from hypgen.dsl.check.draws.fit_distribution import fitted
 from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.let_bindings import let_dist
-from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.check.scope.type_expressions import scalar_type
 from hypgen.dsl.ir.walk import rename_bound
-from hypgen.dsl.messages.report import gather, mistake
+from hypgen.dsl.messages import e03_calls
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 
 def declared(item: ast.Function, program: Program) -> ir.Dist:
     """Return the distribution that a function names, over its formals as locals; notes what it reads."""
-    scope = Scope(program, owner=f"fn {item.name}")
+    scope = Scope(program, owner=Owner("function", item.name))
     for field, binder in zip(item.formals, program.formals(item), strict=True):
         scope = scope.bind(field.name, ir.Local(binder.type, binder.name), field.span)
     return _body(item, scope)
@@ -39,13 +37,9 @@ def inlined(node: ast.Call, item: ast.Function, scope: Scope, target: Type | Non
     formals = program.formals(item)
     program.named_distribution(item)  # reports what is wrong with it by itself, recursion included
     if len(node.arguments) != len(formals):
-        raise mistake(
-            "E0302",
-            f"'{item.name}' takes {len(formals)} argument{'' if len(formals) == 1 else 's'}, but "
-            f"{len(node.arguments)} {'is' if len(node.arguments) == 1 else 'are'} given",
-            node.span,
-            f"its form is {item.name}({', '.join(f'{f.name}: {f.type}' for f in formals)})",
-        )
+        form = f"{item.name}({', '.join(f'{f.name}: {f.type}' for f in formals)})"
+        has = len(node.arguments)
+        raise Mistake(e03_calls.wrong_arguments(item.name, len(formals), has, form, node.span))
     arguments = gather(
         [
             partial(check_as, n, scope, f.type, f"argument '{f.name}'")
@@ -53,7 +47,7 @@ def inlined(node: ast.Call, item: ast.Function, scope: Scope, target: Type | Non
         ]
     )
     if scope.owner is not None:
-        program.uses.add(scope.owner, Use("fn", item.name, scope.primed, node.span))
+        program.uses.add(scope.owner, Use("function", item.name, scope.primed, node.span))
     # No local of the model has such a name, so that none of the caller's is captured.
     suffix = f"%{program.number_call()}"
     bound: dict[str, ir.Expr] = {

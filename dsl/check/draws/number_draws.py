@@ -9,15 +9,16 @@ from functools import partial
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.draws.fit_distribution import changed, fitted, refused, uniform_over
-from hypgen.dsl.check.scope.fit_type import check_as, described, fit
+from hypgen.dsl.check.scope.fit_type import check_as, fit
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.unit_checks import require_same
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.nodes import placed
-from hypgen.dsl.messages.report import gather, mistake
+from hypgen.dsl.messages import e03_types, e06_ranges, e07_draws
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.types import FLOAT, INT, INT32_MAX, PROB, Bool, Enum, Float, Int, Type, units
+from hypgen.dsl.types import FLOAT, INT, INT32_MAX, PROB, Bool, Float, Int, Type, units
 
 MOST_COUNT = 1000
 _MOST_MEAN = 690.0
@@ -45,13 +46,7 @@ def continuous(dist: ir.Dist, target: Type | None, span: Span, what: str) -> ir.
         t = fit(ir.Local(dist.type, ""), target, span, what).type
         return changed(dist, lambda d: replace(d, type=t) if isinstance(d, ir.Continuous) else d)
     if isinstance(target, Int):
-        raise mistake(
-            "E0708",
-            f"{what} must be of type {target}, but this draws from a continuum",
-            span,
-            "draw the bin that it falls into, binned(.., low, high), or name the draw and round it: "
-            "let name ~ ..",
-        )
+        raise Mistake(e07_draws.continuum_for_int(what, target, span))
     raise refused(target, FLOAT, span, what)
 
 
@@ -66,10 +61,7 @@ def numbers(node: ast.Call, names: Sequence[str], scope: Scope) -> list[ir.Expr]
 def _number(node: ast.Expr, scope: Scope, name: str) -> ir.Expr:
     e = scope.check(node)
     if not operators.is_numeric(e.type):
-        remedy = "use a number"
-        if name.endswith("end") and isinstance(e.type, Bool | Enum):
-            remedy += f"; all values of a type alike are uniform({e.type})"
-        raise mistake("E0308", f"{name} is a number, but this is {described(e.type)}", node.span, remedy)
+        raise Mistake(e03_types.parameter_not_a_number(name, e.type, node.span))
     return e
 
 
@@ -99,13 +91,13 @@ def _exponential(node: ast.Call, scope: Scope) -> ir.Dist:
 def _require_above_zero(e: ir.Expr, span: Span, what: str) -> None:
     _, high = operators.ends(e.type)
     if high <= 0:
-        raise mistake("E0707", f"{what} must be above 0, but it is {high:g}", span, "make it positive")
+        raise Mistake(e07_draws.not_above_zero(what, high, span))
 
 
 def _uniform(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.Dist:
     low, high = numbers(node, ("the lower end", "the upper end"), scope)
     if operators.ends(low.type)[0] > operators.ends(high.type)[1]:
-        raise mistake("E0605", "the lower end of uniform lies above the upper", node.span, "swap the ends")
+        raise Mistake(e06_ranges.swapped_ends("uniform", node.span))
     if isinstance(target, Float) or isinstance(low.type, Float) or isinstance(high.type, Float):
         low, high = operators.to_float(low), operators.to_float(high)
         (least, _), (lower, most) = operators.ends(low.type), operators.ends(high.type)
@@ -124,12 +116,8 @@ def _poisson(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir
     mean = placed(check_as(node.arguments[0], scope, FLOAT, "the mean"), node.arguments[0].span)
     low, high = operators.ends(mean.type)
     if high < 0 or low > _MOST_MEAN:
-        raise mistake(
-            "E0707",
-            f"the mean of poisson is {high if high < 0 else low:g}, outside 0 .. {_MOST_MEAN:g}",
-            node.arguments[0].span,
-            "use a mean in this range; for larger ones, normal(..) comes close",
-        )
+        mean_value = high if high < 0 else low
+        raise Mistake(e07_draws.poisson_mean(mean_value, _MOST_MEAN, node.arguments[0].span))
     dist = ir.Poisson(Int(0, INT32_MAX), 0, None, mean)
     if isinstance(target, Int):
         refuse_unlimited(dist, node.span)
@@ -145,31 +133,19 @@ def refuse_unlimited(dist: ir.Dist, span: Span) -> None:
         case ir.LetDist(body=inner) | ir.Widened(dist=inner):
             refuse_unlimited(inner, span)
         case ir.Poisson(Int(_, high)) if high == INT32_MAX:
-            raise mistake(
-                "E0708",
-                "a poisson draw has no largest value",
-                span,
-                "limit it: clamp(poisson(..)) to the range asked for, clamp(poisson(..), low, high), or "
-                "truncated(poisson(..), low, high)",
-            )
+            raise Mistake(e07_draws.unlimited_poisson(span))
 
 
 def _binomial(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.Dist:
     trials, p = gather(
         [
             partial(check_as, node.arguments[0], scope, INT, "the number of trials"),
-            partial(check_as, node.arguments[1], scope, PROB, "the probability", "E0606"),
+            partial(check_as, node.arguments[1], scope, PROB, "the probability"),
         ]
     )
     assert isinstance(trials.type, Int)
     if trials.type.low < 0 or trials.type.high > MOST_COUNT:
-        raise mistake(
-            "E0707",
-            f"the number of trials ranges over {trials.type.low} .. {trials.type.high}, "
-            f"outside 0 .. {MOST_COUNT}",
-            node.arguments[0].span,
-            f"clamp it: clamp(.., 0, {MOST_COUNT}), or give it a smaller type",
-        )
+        raise Mistake(e07_draws.binomial_trials(trials.type, MOST_COUNT, node.arguments[0].span))
     dist = ir.Binomial(Int(0, trials.type.high), 0, None, trials, placed(p, node.arguments[1].span))
     if isinstance(target, Bool):
         raise refused(target, dist.type, node.span, what)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.draws.fit_distribution import fitted, require_range, uniform_over
-from hypgen.dsl.check.scope.fit_type import check_as, fit, mismatch
+from hypgen.dsl.check.scope.fit_type import check_as, fit
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.terms.quantifiers import bind_all, bind_types
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.nodes import placed
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages import e03_types, e06_ranges, e07_draws
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, FLOAT, Float, Int, Type
 
@@ -19,12 +20,7 @@ def uniform_type(node: ast.Call, scope: Scope, target: Type | None, what: str) -
     """Return ``uniform(T)``."""
     argument = node.arguments[0]
     if not isinstance(argument, ast.Name):
-        raise mistake(
-            "E0705",
-            "uniform(..) takes a type, or two ends",
-            argument.span,
-            "name a finite type, uniform(T), or write uniform(low, high)",
-        )
+        raise Mistake(e07_draws.uniform_of_other(argument.span))
     found = scope.program.type_of(ast.TypeName(argument.span, argument.name))
     require_finite(found, argument.span, "a uniform draw")
     if target is None:
@@ -32,7 +28,7 @@ def uniform_type(node: ast.Call, scope: Scope, target: Type | None, what: str) -
     if isinstance(target, Int) and isinstance(found, Int):
         require_range(found, target, node.span, what)
     elif target != found:
-        raise mismatch(target, found, node.span, what)
+        raise Mistake(e03_types.mismatch(what, target, found, node.span))
     return uniform_over(found, target)
 
 
@@ -41,7 +37,7 @@ def _condition(node: ast.Quantified, scope: Scope) -> ir.Expr | None:
         return None
     condition = check_as(node.where, scope, BOOL, "the condition after 'where'")
     if operators.is_false(condition) and node.otherwise is None:
-        raise mistake("E0608", "this draws from an empty set", node.span, "add 'else value'")
+        raise Mistake(e06_ranges.empty_set(node.span))
     return condition
 
 
@@ -54,7 +50,7 @@ def uniform_set(node: ast.Quantified, scope: Scope, target: Type | None, what: s
     body = node.body
     if body is None:
         if len(binders) != 1:
-            raise mistake("E0705", "what to draw is not said", node.span, "add ': value' after the binders")
+            raise Mistake(e07_draws.uniform_without_value(node.span))
         body = ast.Name(node.binders[0].span, binders[0].name)
     value = inner.check(body, target)
     if target is not None:
@@ -70,23 +66,16 @@ def weighted(node: ast.Quantified, scope: Scope, target: Type | None, what: str)
     """Return ``weighted(i in T where c: weight else d)``."""
     binders = bind_types(node.binders, scope)
     if len(binders) != 1 or node.body is None:
-        raise mistake(
-            "E0705",
-            "weighted(..) draws a value of one type, by its weight",
-            node.span,
-            "write weighted(i in T: weight); for several names use a record type",
-        )
+        raise Mistake(e07_draws.weighted_without_form(node.span))
     inner = bind_all(node.binders, binders, scope)
     condition = _condition(node, inner)
     inner = inner if condition is None else inner.given(condition)
     weight = placed(check_as(node.body, inner, FLOAT, "a weight"), node.body.span)
     low, high = operators.ends(weight.type)
     if high < 0:
-        raise mistake("E0707", "the weights lie below 0", node.body.span, "give weights from 0 up")
+        raise Mistake(e07_draws.negative_weights(node.body.span))
     if high == 0 and node.otherwise is None:
-        raise mistake(
-            "E0608", "all weights are 0: there is nothing to draw", node.body.span, "add 'else value'"
-        )
+        raise Mistake(e06_ranges.only_zero_weights(node.body.span))
     own = binders[0].type
     if node.otherwise is None:
         return fitted(ir.Weighted(own, (binders[0],), condition, weight, None), target, node.span, what)

@@ -3,49 +3,34 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import Any
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.hidden_reads import Touches, leaves
-from hypgen.dsl.check.scope.scope import Scope
+from hypgen.dsl.analysis.owners import Owner
+from hypgen.dsl.check.scope.scope import Asked, Program, Scope
 from hypgen.dsl.ir.operators import is_numeric, to_float
 from hypgen.dsl.ir.walk import map_children
-from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.messages import e03_calls, e03_types, e04_variables, e05_reads
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Bool, Float
 
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
-
 _FORM = "belief(e), where e reads hidden variables of one element, or of one member of a family"
-
-
-@dataclass(frozen=True)
-class Asked:
-    """A ``belief(..)`` of the text: its place, and what its expression's reads are recorded under."""
-
-    span: Span
-    owner: str
 
 
 def belief(node: ast.Call, scope: Scope) -> ir.Expr:
     """Return the read of a posterior; whose it is follows when the whole model is known (``resolved``)."""
     if len(node.arguments) != 1:
-        message = f"'belief' takes 1 argument, here {len(node.arguments)}"
-        raise mistake("E0302", message, node.span, f"its form is {_FORM}")
+        raise Mistake(e03_calls.wrong_arguments_of_belief(len(node.arguments), _FORM, node.span))
     if not scope.history:
-        raise mistake(
-            "E0505",
-            "'belief' is known to the policy only",
-            node.span,
-            "use it in the policy or in 'bound lower'; a fn can be given its value",
-        )
+        raise Mistake(e05_reads.history_outside_policy("belief", node.span))
     if scope.primed:
-        raise mistake("E0407", "a belief has no next value", node.span, "remove the prime")
-    asked = Asked(node.span, f"belief {len(scope.program.beliefs)} of {scope.owner}")
+        raise Mistake(e04_variables.next_belief(node.span))
     number = len(scope.program.beliefs)
+    asked = Asked(node.span, Owner("belief", str(number), scope.owner))
     scope.program.beliefs.append(asked)
     operand = replace(scope, owner=asked.owner).check(node.arguments[0])
     if isinstance(operand.type, Bool):
@@ -56,8 +41,7 @@ def belief(node: ast.Call, scope: Scope) -> ir.Expr:
         assert isinstance(operand.type, Float)
         mean = operand.type
     else:
-        message = f"belief(..) is a mean, of a bool or a number, but this is {operand.type}"
-        raise mistake("E0301", message, node.arguments[0].span, "ask for a condition: belief(x == value)")
+        raise Mistake(e03_types.belief_of_other(operand.type, node.arguments[0].span))
     read = ir.BeliefRead(mean, number, "", None, operand)
     if math.isinf(mean.low) or math.isinf(mean.high):
         return read
@@ -109,44 +93,32 @@ class _Resolver:
         found = leaves(self.touches.tree(read.operand))
         parts = list({p.key: p for leaf in found for p in leaf.parts if not p.draw}.values())
         if not parts:
-            remedy = "its value is known: write it without belief(..)"
-            raise mistake("E0506", "belief(..) of something that reads nothing hidden", asked.span, remedy)
+            raise Mistake(e05_reads.belief_of_known(asked.span))
         first = parts[0]
-        if first.vague or len(parts) > 1:
-            message = f"belief(..) reads '{first.read}' {first.vague}"
-            if not first.vague:
-                other = next((p for p in parts if p.owner != first.owner), parts[1])
-                several = f"'{first.read}' and '{other.read}', hidden state of two elements"
-                message = f"belief(..) reads {several}"
-                if other.owner == first.owner:
-                    message = f"belief(..) reads '{first.read}' of several members of the family"
-            remedy = f"ask for one at a time: {_FORM}"
-            raise mistake("E0506", message, asked.span, remedy)
+        if first.vague:
+            raise Mistake(e05_reads.belief_of_vague(first.read, first.vague, _FORM, asked.span))
+        if len(parts) > 1:
+            other = next((p for p in parts if p.owner != first.owner), parts[1])
+            if other.owner == first.owner:
+                raise Mistake(e05_reads.belief_of_members(first.read, _FORM, asked.span))
+            raise Mistake(e05_reads.belief_of_elements(first.read, other.read, _FORM, asked.span))
         self._require_exact(first.owner, asked.span)
         self.used.add(first.owner)
         return replace(read, element=first.owner, index=first.index)
 
     def _require_exact(self, element: str, span: Span) -> None:
         factor = next((f for f in self.model.factors if f.element == element), None)
-        if factor is not None and factor.exact:
-            return
-        notes: list[tuple[Span, str]] = []
-        if factor is not None:
-            message = f"there is no exact belief about '{element}': {factor.inexact}"
-        else:
+        if factor is None:
             obstacle = next(o for o in self.model.obstacles if o.element == element)
-            message = f"there is no belief about '{element}' alone: {obstacle.reason}"
-            notes = [(obstacle.span, "it is read here")]
-        remedy = (
-            "keep what was seen in the policy's memory: memory m: T = first   m' = .. last(reading, first) .."
-        )
-        drawn = (
-            None if factor is None else next((x for x in self.model.lets if f"'{x.name}'" in message), None)
-        )
+            raise Mistake(e05_reads.belief_of_joint_state(element, obstacle.reason, span, obstacle.span))
+        if factor.exact:
+            return
+        drawn = next((x for x in self.model.lets if f"'{x.name}'" in factor.inexact), None)
         if drawn is not None and drawn.draws:
-            notes = [(drawn.span, f"'{drawn.name}' is drawn here")]
-            remedy = f"draw in the update itself, x' ~ .., in place of the let; or {remedy}"
-        raise mistake("E0506", message, span, remedy, notes)
+            raise Mistake(
+                e05_reads.inexact_belief_by_let(element, factor.inexact, drawn.name, span, drawn.span)
+            )
+        raise Mistake(e05_reads.inexact_belief(element, factor.inexact, span))
 
     def _is_stored(self, read: ir.BeliefRead) -> bool:
         """Return whether the mean is a probability that the posterior holds, so that nothing is rounded."""

@@ -9,16 +9,17 @@ from functools import partial
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.uses import Use
 from hypgen.dsl.check.expressions import belief_reads, last_step
-from hypgen.dsl.check.scope.draw_syntax import misplaced_draw, refuse_operand
-from hypgen.dsl.check.scope.fit_type import check_as, described, lies
+from hypgen.dsl.check.scope.draw_syntax import refuse_operand
+from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.scope.unit_checks import require_plain, require_root, require_same
 from hypgen.dsl.check.terms import guarded_reads, range_calls, recursion
 from hypgen.dsl.check.terms.references import owner_of
 from hypgen.dsl.ir import operators, trigonometric_operators
-from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.messages import e02_names, e03_calls, e03_types, e07_draws
+from hypgen.dsl.messages.report import Mistake, gather
+from hypgen.dsl.messages.words import lies
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT, Enum, Int, Record, Type, builtin_names, size_of
 from hypgen.dsl.types.units import PLAIN
@@ -41,7 +42,7 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     """Return the value of a call."""
     name = node.name
     if name in builtin_names.DRAWS:
-        raise misplaced_draw(f"{name}(..)", node.span)
+        raise Mistake(e07_draws.misplaced_draw(f"{name}(..)", node.span))
     if name in builtin_names.RESERVED_CALLS and name in scope.program.symbols.globals:
         raise Mistake  # declaring it has been reported
     if name == "last":
@@ -55,16 +56,11 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     if name in builtin_names.FUNCTIONS:
         return _builtin(node, scope)
     if name in builtin_names.QUANTIFIERS | builtin_names.TABLES:
-        raise mistake(
-            "E0302",
-            f"'{name}' runs over the values of a type",
-            node.span,
-            f"write {name}(i in T: ..)" if name != "count" else "write count(i in T where ..)",
-        )
+        raise Mistake(e03_calls.without_binder(name, node.span))
     item = scope.program.symbols.globals.get(name)
     if isinstance(item, ast.Function):
         if item.rhs.draw:
-            raise misplaced_draw(f"{name}(..)", node.span)
+            raise Mistake(e07_draws.misplaced_draw(f"{name}(..)", node.span))
         return _function(item, node, scope)
     if isinstance(item, ast.RecordDecl):
         return _record(item, node, scope)
@@ -72,28 +68,16 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
         return _variant(node, scope, expected)
     if item is not None or name in scope.locals:
         kind = "a local" if item is None else kind_of(item)
-        raise mistake("E0204", f"'{name}' is {kind}, not a function", node.span, f"index arrays: {name}[..]")
+        raise Mistake(e02_names.not_a_function(name, kind, node.span))
     functions = [n for n, i in scope.program.symbols.globals.items() if isinstance(i, ast.Function)]
     known = [*functions, *builtin_names.FUNCTIONS, *builtin_names.DRAWS, *scope.program.symbols.variants]
     own = builtin_names.FOREIGN_FUNCTIONS.get(name.lower())
-    remedy = f"write {own}" if own else did_you_mean(name, known)
-    raise mistake(
-        "E0204",
-        f"there is no function '{name}'",
-        node.span,
-        remedy or f"declare it: fn {name}(..): type = ..",
-    )
+    raise Mistake(e02_names.unknown_function(name, own, known, node.span))
 
 
 def _arguments(node: ast.Call, count: int, signature: str) -> None:
     if len(node.arguments) != count:
-        raise mistake(
-            "E0302",
-            f"'{node.name}' takes {count} argument{'' if count == 1 else 's'}, but {len(node.arguments)} "
-            f"{'is' if len(node.arguments) == 1 else 'are'} given",
-            node.span,
-            f"its form is {signature}",
-        )
+        raise Mistake(e03_calls.wrong_arguments(node.name, count, len(node.arguments), signature, node.span))
 
 
 def _function(item: ast.Function, node: ast.Call, scope: Scope) -> ir.Expr:
@@ -109,7 +93,7 @@ def _function(item: ast.Function, node: ast.Call, scope: Scope) -> ir.Expr:
     if item.name in program.recursive:
         return recursion.call(item, arguments, node, scope)
     if scope.owner is not None:
-        program.uses.add(scope.owner, Use("fn", item.name, scope.primed, node.span))
+        program.uses.add(scope.owner, Use("function", item.name, scope.primed, node.span))
     if scope.evaluate:
         return program.follow_call(item, arguments, scope)
     result = program.function(item).type
@@ -130,7 +114,7 @@ def _proven(item: ast.Function, arguments: list[ir.Expr], node: ast.Call, scope:
             if isinstance(a.type, Int)
         ]
         note = (node.span, f"in this call of '{item.name}', where {', '.join(given)}")
-        raise Mistake(replace(d, notes=(*d.notes, note)) for d in error.diagnostics) from None
+        raise Mistake(*(replace(d, notes=(*d.notes, note)) for d in error.diagnostics)) from None
 
 
 def _record(item: ast.RecordDecl, node: ast.Call, scope: Scope) -> ir.Expr:
@@ -151,9 +135,7 @@ def _variant(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     variant = enum.variant(node.name)
     assert variant is not None
     if variant.argument is None:
-        raise mistake(
-            "E0302", f"variant '{node.name}' takes no argument", node.span, f"write {node.name} alone"
-        )
+        raise Mistake(e03_calls.variant_takes_none(node.name, node.span))
     _arguments(node, 1, f"{node.name}({variant.argument})")
     argument = check_as(node.arguments[0], scope, variant.argument, f"the argument of '{node.name}'")
     return operators.make_variant(enum, node.name, argument)
@@ -163,9 +145,8 @@ def _builtin(node: ast.Call, scope: Scope) -> ir.Expr:
     least, most = _COUNTS.get(node.name, (1, 1))
     given = len(node.arguments)
     if given < least or (most is not None and given > most):
-        form = f"its form is {node.name}({_FORMS.get(node.name, 'x' if least == 1 else 'a, b')})"
-        given_words = f"{given} argument{'' if given == 1 else 's'}"
-        raise mistake("E0302", f"'{node.name}' is given {given_words}", node.span, form)
+        form = f"{node.name}({_FORMS.get(node.name, 'x' if least == 1 else 'a, b')})"
+        raise Mistake(e03_calls.wrong_arguments_of_builtin(node.name, given, form, node.span))
     refuse_operand(node.name, node.arguments, scope)
     if node.name == "index":
         return _code(node, scope)
@@ -198,12 +179,7 @@ def _check_units(node: ast.Call, values: list[ir.Expr]) -> None:
 def _code(node: ast.Call, scope: Scope) -> ir.Expr:
     e = scope.check(node.arguments[0])
     if not isinstance(e.type, Enum | Record):
-        raise mistake(
-            "E0308",
-            f"'index' gives an enum's place, but this is {described(e.type)}",
-            node.arguments[0].span,
-            "use it for values of enums and records",
-        )
+        raise Mistake(e03_types.index_of_other(e.type, node.arguments[0].span))
     if isinstance(e, ir.Const):
         return operators.integer(int(e.value))
     return operators.retyped(e, Int(0, size_of(e.type) - 1))

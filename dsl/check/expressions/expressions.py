@@ -8,18 +8,19 @@ from functools import partial
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.expressions import calls
-from hypgen.dsl.check.scope.draw_syntax import bind_value, is_draw, misplaced_draw, refuse_operand
-from hypgen.dsl.check.scope.fit_type import assumed, check_as, described, require_int32, unify
+from hypgen.dsl.check.scope.draw_syntax import bind_value, is_draw, refuse_operand
+from hypgen.dsl.check.scope.fit_type import assumed, check_as, require_int32, unify
 from hypgen.dsl.check.scope.let_bindings import let_in
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.unit_checks import require_exponent, require_same
 from hypgen.dsl.check.terms import matching, quantifiers, references
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.nodes import placed
-from hypgen.dsl.messages.report import gather, mistake, unreachable
+from hypgen.dsl.messages import e03_types, e03_values, e04_variables, e06_ranges, e07_draws
+from hypgen.dsl.messages.report import Mistake, gather, unreachable
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.types import BOOL, INT, Bool, Float, Int, Type, intervals
+from hypgen.dsl.types import BOOL, INT, Float, Int, Type, intervals
 
 _COMPARISONS = {"==": "eq", "!=": "ne", "<": "lt", "<=": "le", ">": "gt", ">=": "ge"}
 _ARITHMETIC = {"+": "add", "-": "sub", "*": "mul", "/": "div", "//": "floordiv", "%": "mod"}
@@ -41,14 +42,9 @@ def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:
     match node:
         case ast.Literal(span, value):
             if isinstance(value, str):
-                raise mistake(
-                    "E0311",
-                    "a string is a row of a grid, and one value is asked for here",
-                    span,
-                    "write grids of glyphs as the value of a const or param that is an array",
-                )
+                raise Mistake(e03_values.string_in_expression(span))
             if math.isinf(intervals.float32(value)):
-                raise mistake("E0604", f"{value:g} is beyond 32-bit floats", span, "use a larger unit")
+                raise Mistake(e06_ranges.beyond_float32(value, span))
             return operators.literal(value)
         case ast.Name() | ast.Member() | ast.Index():
             return references.check(node, scope, expected)
@@ -75,14 +71,9 @@ def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:
         case ast.Match():
             return matching.check(node, scope, expected)
         case ast.ArrayLiteral(span) | ast.Comprehension(span):
-            raise mistake(
-                "E0309",
-                "an array is not a value of an expression",
-                span,
-                "declare it as a const or param and read its entries",
-            )
+            raise Mistake(e03_values.array_in_expression(span))
         case ast.TableLiteral(span):
-            raise misplaced_draw("a table of weights", span)
+            raise Mistake(e07_draws.misplaced_draw("a table of weights", span))
     raise AssertionError(node)
 
 
@@ -100,12 +91,7 @@ def _unary(node: ast.Unary, scope: Scope) -> ir.Expr:
 def require_number(e: ir.Expr, span: Span, what: str) -> None:
     """Raise unless ``e`` is an int or a float."""
     if not operators.is_numeric(e.type):
-        raise mistake(
-            "E0308",
-            f"{what} must be a number, but this is {described(e.type)}",
-            span,
-            "write: if .. then 1 else 0" if isinstance(e.type, Bool) else "use ints or floats",
-        )
+        raise Mistake(e03_types.not_a_number(what, e.type, span))
 
 
 def _connective(node: ast.Binary, scope: Scope) -> ir.Expr:
@@ -134,8 +120,7 @@ def _refuse_alternative(node: ast.Binary, scope: Scope) -> None:
     if isinstance(value, bool) and not (value and isinstance(node.right, ast.Name)):
         return
     again = f"{left.name if isinstance(left, ast.Name) else '..'} {op} {written}"
-    message = f"'{node.op}' joins conditions, and '{written}' is a value"
-    raise mistake("E0301", message, node.right.span, f"write the comparison again: {node.op} {again}")
+    raise Mistake(e03_types.value_as_condition(node.op, written, again, node.right.span))
 
 
 def _pair(node: ast.Binary, scope: Scope) -> tuple[ir.Expr, ir.Expr]:
@@ -161,19 +146,9 @@ def _comparison(node: ast.Binary, scope: Scope) -> ir.Expr:
             scope.program.float_equalities.setdefault(scope.owner, {})[node.span] = None
         return compared
     if left.type != right.type:
-        raise mistake(
-            "E0301",
-            f"'{node.op}' is given two types: {described(left.type)}, {described(right.type)}",
-            node.span,
-            "compare values of the same type",
-        )
+        raise Mistake(e03_types.compares_types(node.op, left.type, right.type, node.span))
     if op not in ("eq", "ne"):
-        raise mistake(
-            "E0308",
-            f"values of type {left.type} have no order",
-            node.span,
-            "use == or !=, or index(..) for a variant's place in its enum",
-        )
+        raise Mistake(e03_types.without_order(left.type, node.span))
     return operators.compare(op, left, right)
 
 
@@ -188,11 +163,9 @@ def _arithmetic(node: ast.Binary, scope: Scope) -> ir.Expr:
     if op in ("floordiv", "mod"):
         for e, n in ((left, node.left), (right, node.right)):
             if isinstance(e.type, Float):
-                raise mistake(
-                    "E0308", f"'{node.op}' is of ints, but this is a float", n.span, "use floor(a / b)"
-                )
+                raise Mistake(e03_types.integer_division_of_float(node.op, n.span))
     if op in ("div", "floordiv", "mod") and operators.ends(right.type) == (0, 0):
-        raise mistake("E0603", "this divides by zero", node.right.span, "divide by something else than 0")
+        raise Mistake(e06_ranges.division_by_zero(node.right.span))
     return operators.arithmetic(op, left, right)
 
 
@@ -209,12 +182,7 @@ def _power(node: ast.Binary, scope: Scope) -> ir.Expr:
         require_exponent(base, exponent, node.right.span)
         return operators.power(base, exponent)
     if exponent.value > _MAX_EXPONENT:
-        raise mistake(
-            "E0604",
-            f"the exponent {exponent.value} is too large for ints",
-            node.right.span,
-            "raise a float instead, as in 2.0 ** k",
-        )
+        raise Mistake(e06_ranges.large_exponent(exponent.value, node.right.span))
     return require_int32(_int_power(base, int(exponent.value), scope), node.span)
 
 
@@ -234,9 +202,7 @@ def _int_power(base: ir.Expr, exponent: int, scope: Scope) -> ir.Expr:
 
 def _prime(node: ast.Prime, scope: Scope, expected: Type | None) -> ir.Expr:
     if is_draw(node.operand, scope):
-        raise mistake(
-            "E0704", "a draw cannot be primed", node.span, "prime the values that the draw reads instead"
-        )
+        raise Mistake(e07_draws.primed_draw(node.span))
     inner = enter_prime(node, scope)
     e = check(node.operand, inner, expected)
     require_state(node, scope)
@@ -246,21 +212,14 @@ def _prime(node: ast.Prime, scope: Scope, expected: Type | None) -> ir.Expr:
 def enter_prime(node: ast.Prime, scope: Scope) -> Scope:
     """Return the scope of what is primed."""
     if scope.primed:
-        raise mistake(
-            "E0408", "this is primed twice", node.span, "one prime already reads the next state: remove one"
-        )
+        raise Mistake(e04_variables.primed_twice(node.span))
     return scope.prime()
 
 
 def require_state(node: ast.Prime, scope: Scope) -> None:
     """Raise unless something under the prime changes in a step."""
     if not references.mentions_state(node.operand, scope):
-        raise mistake(
-            "E0409",
-            "the prime has no effect: nothing here is state",
-            node.span,
-            "remove the prime; only variables, and what reads them, change in a step",
-        )
+        raise Mistake(e04_variables.idle_prime(node.span))
 
 
 def _conditional(node: ast.If, scope: Scope, expected: Type | None) -> ir.Expr:

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hypgen.dsl import ir
-from hypgen.dsl.analysis.uses import Use
+from hypgen.dsl.analysis.uses import ReadKind, Use
 from hypgen.dsl.check.constants.constants import shape
 from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.terms.references import Reference, element_of, entry, record
-from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.messages import e02_names, e03_calls, e04_variables, e05_reads
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
 
@@ -28,24 +28,18 @@ class _Subject:
     name: str
     type: Type
     indices: tuple[Type, ...]
-    use: str
+    use: ReadKind
     make: Make
 
 
 def last(node: ast.Call, scope: Scope) -> ir.Expr:
     """Return the read of an observation or the action of the step before."""
     if len(node.arguments) != 2:
-        remedy = f"its form is {_FORM}, with what stands in before the first step"
-        raise mistake("E0302", f"'last' takes 2 arguments, here {len(node.arguments)}", node.span, remedy)
+        raise Mistake(e03_calls.wrong_arguments_of_last(len(node.arguments), _FORM, node.span))
     if not scope.history:
-        raise mistake(
-            "E0505",
-            "'last' is known to the policy only",
-            node.span,
-            "use it in the policy or in 'bound lower'; a fn can be given its value",
-        )
+        raise Mistake(e05_reads.history_outside_policy("last", node.span))
     if scope.primed:
-        raise mistake("E0407", "the past has no next value", node.span, "remove the prime")
+        raise Mistake(e04_variables.next_last(node.span))
     what, first = node.arguments
     name, nodes = (what.operand, what.indices) if isinstance(what, ast.Index) else (what, ())
     subject = _subject(name, scope)
@@ -85,19 +79,14 @@ def _observation(path: str, member: tuple[ir.Expr, ...], scope: Scope) -> _Subje
 
 def _not_seen(node: ast.Expr, scope: Scope) -> Mistake:
     symbols = scope.program.symbols
-    remedy = f"its form is {_FORM}; memory keeps other things"
     if not isinstance(node, ast.Name | ast.Member):
-        return mistake("E0207", "'last' is asked for something without a name", node.span, remedy)
+        return Mistake(e02_names.last_of_nameless(_FORM, node.span))
     name = node.name
     item: ast.Item | None = symbols.policy.get(name) or symbols.globals.get(name)
     if isinstance(node, ast.Member) and (owner := element_of(node.operand, scope)) is not None:
         item = symbols.members[owner[0]].get(name)
         name = f"{owner[0]}.{name}"
+    if item is not None:
+        return Mistake(e02_names.last_of_other(name, kind_of(item), _FORM, node.span))
     actions = [n for n, i in symbols.globals.items() if isinstance(i, ast.Action)]
-    what = (
-        f"{kind_of(item)}, not an observation"
-        if item is not None
-        else "neither an observation nor the action"
-    )
-    close = did_you_mean(name, [*symbols.observations, *actions]) if item is None else ""
-    return mistake("E0207", f"'{name}' is {what}", node.span, close or remedy)
+    return Mistake(e02_names.last_of_unknown(name, [*symbols.observations, *actions], _FORM, node.span))

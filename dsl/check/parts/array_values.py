@@ -1,4 +1,4 @@
-"""What a definition says of each entry of an array: a comprehension, a list, a grid, or an array's name."""
+"""Values of an array's entries: a comprehension, a list, a grid, or an array's name."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.terms.quantifiers import bind_all, bind_types
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.messages import e07_draws, e08_parts
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type, length_of, size_of
 
@@ -38,13 +39,7 @@ def array_of(
     ):
         return _named(node, indices, scope, target, name)
     if not isinstance(node, ast.Comprehension):
-        wanted = ", ".join(f"{b} in {t}" for b, t in zip(_NAMES, indices, strict=False))
-        raise mistake(
-            "E0706",
-            f"'{name}' is an array: say what each entry is",
-            rhs.span,
-            f"write [{wanted}: ..], or a list of its entries",
-        )
+        raise Mistake(e07_draws.draw_for_array(name, indices, rhs.span))
     binders = bind_types(node.binders, scope)
     require_indices(node, binders, indices[: len(binders)] if len(binders) < len(indices) else indices, name)
     inner = bind_all(node.binders, binders, scope)
@@ -85,12 +80,12 @@ def _literal(
     try:
         values = constants.entries_of(node, constant, target, indices, name)
     except Mistake as error:
-        varies = bool(error.diagnostics) and all(d.code == "E0810" for d in error.diagnostics)
+        varies = bool(error.diagnostics) and all(d.code == e08_parts.NOT_CONSTANT for d in error.diagnostics)
         if not varies or len(leaves) != length_of(indices) or len(leaves) > _MAX_VARYING:
             raise
         found = gather([partial(check_as, leaf, scope, target, f"'{name}'") for leaf in leaves])
         return binders, ir.Certain(target, _chosen(found, places))
-    table = ir.ConstantArray((scope.owner or name).replace(" ", ":"), target, indices, values, node.span)
+    table = ir.ConstantArray(str(scope.owner or name).replace(" ", ":"), target, indices, values, node.span)
     scope.program.literals.append(table)
     return binders, ir.Certain(target, ir.TableRead(target, table.name, places))
 
@@ -106,12 +101,7 @@ def _leaves(node: ast.Expr, depth: int) -> Iterator[ast.Expr]:
 
 def _refuse_draw(node: ast.Expr, scope: Scope, name: str) -> None:
     if is_draw(node, scope):
-        raise mistake(
-            "E0706",
-            f"this entry of '{name}' is a draw, and a list has values",
-            node.span,
-            "write [i in T: ..], where each entry is drawn on its own; a const can say how entries differ",
-        )
+        raise Mistake(e07_draws.draw_in_list(name, node.span))
 
 
 def _chosen(entries: list[ir.Expr], places: tuple[ir.Local, ...]) -> ir.Expr:

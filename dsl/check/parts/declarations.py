@@ -5,21 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.check.constants.constants import shape
 from hypgen.dsl.check.draws.distributions import right_side
 from hypgen.dsl.check.scope.fit_type import check_as, fit
-from hypgen.dsl.check.scope.scope import Falling, Scope
+from hypgen.dsl.check.scope.scope import Falling, Program, Scope
 from hypgen.dsl.check.scope.type_expressions import length, require_finite, require_length, scalar_type
 from hypgen.dsl.ir.operators import integer, retyped
-from hypgen.dsl.messages.report import gather, mistake
+from hypgen.dsl.messages import e06_ranges
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT, INT32_MAX, PROB, Float, Int, Type, size_of
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 
 def action(item: ast.Action, program: Program) -> ir.Action:
@@ -27,7 +25,7 @@ def action(item: ast.Action, program: Program) -> ir.Action:
     t, indices = shape(program.type_of(item.type))
     require_finite(t, item.type.span, "the action")
     if size_of(t) ** min(length(indices), 32) > INT32_MAX:
-        raise mistake("E0605", "there are too many joint actions", item.span, "use smaller types")
+        raise Mistake(e06_ranges.many_actions(item.span))
     return ir.Action(item.name, t, indices, item.span)
 
 
@@ -41,7 +39,7 @@ def element(item: ast.Element, program: Program) -> ir.Element:
     return ir.Element(item.name, ir.Binder(item.binder.name, t), item.span)
 
 
-def element_scope(program: Program, name: str | None, owner: str | None) -> Scope:
+def element_scope(program: Program, name: str | None, owner: Owner | None) -> Scope:
     """Return the scope of an element's members, or of the top level."""
     binder = None if name is None else program.element(name).binder
     own: dict[str, ir.Expr] = {} if binder is None else {binder.name: ir.Local(binder.type, binder.name)}
@@ -62,7 +60,7 @@ def variable(owner: str, item: ast.Variable, program: Program) -> ir.Variable:
 def let(owner: str, item: ast.Let, program: Program) -> ir.Let:
     """Return a let of the element ``owner``."""
     path = f"{owner}.{item.name}"
-    scope = element_scope(program, owner, f"let {path}")
+    scope = element_scope(program, owner, Owner("let", path))
     return let_of(item, path, scope, ir.Site(f"let:{path}"), program.element(owner).binder)
 
 
@@ -85,7 +83,7 @@ def function(item: ast.Function, program: Program) -> ir.Function:
     """Return a function; its type's interval is what the body can reach."""
     binders = program.formals(item)
     open_ints = any(b.type == INT for b in binders)
-    scope = Scope(program, owner=f"fn {item.name}", open_ints=open_ints)
+    scope = Scope(program, owner=Owner("function", item.name), open_ints=open_ints)
     for field, binder in zip(item.formals, binders, strict=True):
         scope = scope.bind(field.name, ir.Local(binder.type, binder.name), field.span)
     declared = scalar_type(item.type, program)
@@ -98,7 +96,7 @@ def copy(name: str, item: ast.Function, frames: tuple[Falling, ...], program: Pr
     constants = frames[-1].constants
     binders = program.formals(item)
     open_ints = any(b.type == INT and b.name not in constants for b in binders)
-    scope = Scope(program, owner=f"fn {name}", unrolling=frames, open_ints=open_ints)
+    scope = Scope(program, owner=Owner("function", name), unrolling=frames, open_ints=open_ints)
     for field, binder in zip(item.formals, binders, strict=True):
         given = constants.get(binder.name)
         value = ir.Local(binder.type, binder.name) if given is None else integer(given)

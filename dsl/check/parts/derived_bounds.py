@@ -5,17 +5,15 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.parts.declarations import element_scope
+from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.messages import e06_ranges, e08_parts
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import intervals, size_of
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 _SLACK = 2.0**-20
 
@@ -27,12 +25,7 @@ def derived(name: str, model: ir.Model, program: Program) -> ir.Expr:
     """
     upper = name == "upper"
     if model.discount == 1 and model.horizon is None:
-        raise mistake(
-            "E0804",
-            "with a discount of 1 and no horizon a return may be infinite, so that no bound can be derived",
-            model.spans["discount"],
-            "add a line: horizon 100, or a discount less than 1, or declare both bound upper and bound tail",
-        )
+        raise Mistake(e08_parts.infinite_return(model.spans["discount"]))
     action = None if upper else _constant_action(model, program)
     step = sum(_term(r, upper, action, name, program) for r in model.rewards)
     if not operators.is_false(model.terminal) or model.horizon is not None:
@@ -57,12 +50,7 @@ def _term(reward: ir.Reward, upper: bool, action: ir.Const | None, name: str, pr
             value = scope.check(_source(reward, program))
     end = operators.ends(value.type)[1 if upper else 0]
     if math.isinf(end):
-        raise mistake(
-            "E0607",
-            f"bound {name} cannot be derived: nothing limits the reward '{reward.name}'",
-            reward.span,
-            f"declare it: bound {name} = .., or limit the reward with clamp(.., low, high)",
-        )
+        raise Mistake(e06_ranges.unlimited_reward(name, reward.name, reward.span))
     return end * (1 if reward.binder is None else size_of(reward.binder.type))
 
 

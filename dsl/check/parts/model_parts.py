@@ -1,29 +1,29 @@
-"""What elements and the model do: inits, updates, observations, rewards, conditions and bounds."""
+"""Parts of elements and the model: inits, updates, observations, rewards, conditions and bounds."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import Literal
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.check.constants.constants import shape
 from hypgen.dsl.check.parts.array_values import array_of
 from hypgen.dsl.check.parts.declarations import element_scope
-from hypgen.dsl.check.scope.fit_type import check_as, described
-from hypgen.dsl.check.scope.scope import Scope
-from hypgen.dsl.check.scope.symbols import duplicate, kind_of
+from hypgen.dsl.check.scope.fit_type import check_as
+from hypgen.dsl.check.scope.scope import Program, Scope
+from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.scope.unit_checks import require_plain
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.messages import e02_names, e03_types, e04_variables, e08_parts
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, FLOAT, Float
 
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
-
+ConditionKind = Literal["terminal", "legal", "success"]
+CONDITIONS: tuple[ConditionKind, ...] = ("terminal", "legal", "success")
 BOUNDS = ("upper", "lower", "tail")
 
 
@@ -59,14 +59,8 @@ def assignments(program: Program) -> tuple[list[ir.Assign], list[ir.Assign]]:
 
 
 def _second(owner: ast.Element, member: ast.Init | ast.Update, first: ast.Item) -> Mistake:
-    kind = "init" if isinstance(member, ast.Init) else "update"
-    return mistake(
-        "E0403",
-        f"'{owner.name}.{member.name}' has a second {kind}",
-        member.span,
-        "a variable has one: join the two with if .. then .. else",
-        [(first.span, f"the first {kind} is here")],
-    )
+    path, kind = f"{owner.name}.{member.name}", "init" if isinstance(member, ast.Init) else "update"
+    return Mistake(e04_variables.second_assignment(path, kind, member.span, first.span))
 
 
 def _require_assignments(
@@ -74,29 +68,12 @@ def _require_assignments(
 ) -> None:
     path = f"{owner.name}.{item.name}"
     if (ast.Init, item.name) not in seen:
-        program.report.add(
-            mistake("E0404", f"'{path}' has no init", item.span, f"add: init {item.name} = .., or ~ a draw")
-        )
+        program.report.add(Mistake(e04_variables.no_init(path, item.name, item.span)))
     update = seen.get((ast.Update, item.name))
     if update is None and not item.fixed:
-        program.report.add(
-            mistake(
-                "E0401",
-                f"'{path}' has no update",
-                item.span,
-                f"add: {item.name}' = .., or declare it fixed if it never changes",
-            )
-        )
+        program.report.add(Mistake(e04_variables.no_update(path, item.name, item.span)))
     if update is not None and item.fixed:
-        program.report.add(
-            mistake(
-                "E0402",
-                f"'{path}' is fixed but has an update",
-                update.span,
-                "remove 'fixed' or the update",
-                [(item.span, "it is declared fixed here")],
-            )
-        )
+        program.report.add(Mistake(e04_variables.update_of_fixed(path, update.span, item.span)))
 
 
 def _not_own(name: str, program: Program) -> str:
@@ -112,15 +89,11 @@ def _assign(owner: ast.Element, member: ast.Init | ast.Update, program: Program)
     is_init = isinstance(member, ast.Init)
     if not isinstance(item, ast.Variable):
         known = [n for n, i in own.items() if isinstance(i, ast.Variable)]
-        raise mistake(
-            "E0410",
-            f"element '{owner.name}' has no variable '{member.name}'",
-            member.span,
-            did_you_mean(member.name, known) or _not_own(member.name, program),
-        )
+        other = _not_own(member.name, program)
+        raise Mistake(e04_variables.assigned_in_element(owner.name, member.name, known, other, member.span))
     variable = program.variable(owner.name, item)
     path = variable.name
-    scope = element_scope(program, owner.name, f"{'init' if is_init else 'update'} {path}")
+    scope = element_scope(program, owner.name, Owner("init" if is_init else "update", path))
     binder = program.element(owner.name).binder
     family = () if binder is None else (binder,)
     indices = variable.indices[len(family) :]
@@ -152,7 +125,7 @@ def observations(program: Program) -> list[ir.Observation]:
 
 def _observation(owner: ast.Element | None, item: ast.Observe, name: str, program: Program) -> ir.Observation:
     element = None if owner is None else owner.name
-    scope = element_scope(program, element, f"observe {name}")
+    scope = element_scope(program, element, Owner("observe", name))
     t, indices = shape(program.type_of(item.type))
     instead = "a finite type; of a continuous draw see the bin it falls into: observe y: 0 .. 9 ~ binned(..)"
     require_finite(t, item.type.span, "an observation", instead if isinstance(t, Float) else "")
@@ -170,7 +143,7 @@ def rewards(program: Program) -> list[ir.Reward]:
         assert isinstance(item, ast.Reward)
         name = item.name if owner is None else f"{owner.name}.{item.name}"
         if name in seen:
-            program.report.add(duplicate(name, item.span, seen[name].span))
+            program.report.add(Mistake(e02_names.duplicate(name, item.span, seen[name].span)))
             continue
         seen[name] = item
         found.append(program.report.attempt(partial(_reward, owner, item, name, program)))
@@ -179,14 +152,9 @@ def rewards(program: Program) -> list[ir.Reward]:
 
 def _reward(owner: ast.Element | None, item: ast.Reward, name: str, program: Program) -> ir.Reward:
     element = None if owner is None else owner.name
-    value = element_scope(program, element, f"reward {name}").check(item.value)
+    value = element_scope(program, element, Owner("reward", name)).check(item.value)
     if not operators.is_numeric(value.type):
-        raise mistake(
-            "E0301",
-            f"a reward must be a number, but this is {described(value.type)}",
-            item.value.span,
-            "write: if .. then .. else 0",
-        )
+        raise Mistake(e03_types.reward_not_a_number(value.type, item.value.span))
     require_plain(value, item.value.span, "a reward")
     binder = None if element is None else program.element(element).binder
     return ir.Reward(name, element, binder, value, item.span)
@@ -204,23 +172,18 @@ def invariants(program: Program) -> list[ir.Invariant]:
 
 def _invariant(owner: ast.Element | None, item: ast.Invariant, name: str, program: Program) -> ir.Invariant:
     element = None if owner is None else owner.name
-    scope = element_scope(program, element, f"invariant {name}")
+    scope = element_scope(program, element, Owner("invariant", name))
     value = check_as(item.condition, scope, BOOL, "an invariant")
     if operators.is_false(value):
-        raise mistake(
-            "E0811",
-            "this invariant never holds",
-            item.condition.span,
-            "state what is true of every state, such as total == n",
-        )
+        raise Mistake(e08_parts.false_invariant(item.condition.span))
     binder = None if element is None else program.element(element).binder
     return ir.Invariant(name, element, binder, value, item.span)
 
 
-def condition(program: Program, kind: str) -> ir.Expr | None:
+def condition(program: Program, kind: ConditionKind) -> ir.Expr | None:
     """Return what the ``kind when`` lines say together: for ``legal`` all, for others any; None without."""
     items = [i for i in program.file.items if isinstance(i, ast.Condition) and i.kind == kind]
-    scope = Scope(program, owner=f"{kind} when")
+    scope = Scope(program, owner=Owner(kind))
     what = f"the condition of '{kind} when'"
     parts = gather([partial(check_as, i.condition, scope, BOOL, what) for i in items])
     if not parts:
@@ -239,19 +202,14 @@ def bounds(program: Program) -> dict[str, ir.Expr]:
         if not isinstance(item, ast.Bound):
             continue
         if item.name not in BOUNDS:
-            program.report.add(
-                mistake(
-                    "E0805",
-                    f"there is no bound '{item.name}'",
-                    item.span,
-                    did_you_mean(item.name, BOUNDS) or "bounds are upper, lower and tail",
-                )
-            )
+            program.report.add(Mistake(e08_parts.unknown_bound(item.name, BOUNDS, item.span)))
         elif item.name in seen:
-            program.report.add(duplicate(f"bound {item.name}", item.span, seen[item.name].span))
+            program.report.add(
+                Mistake(e02_names.duplicate(f"bound {item.name}", item.span, seen[item.name].span))
+            )
         else:
             seen[item.name] = item
-            scope = Scope(program, owner=f"bound {item.name}", history=item.name == "lower")
+            scope = Scope(program, owner=Owner("bound", item.name), history=item.name == "lower")
             value = program.report.attempt(partial(check_as, item.value, scope, FLOAT, f"bound {item.name}"))
             if value is not None:
                 found[item.name] = value

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.check.constants.constants import shape
 from hypgen.dsl.check.parts.array_values import array_of
 from hypgen.dsl.check.parts.declarations import let_of
 from hypgen.dsl.check.scope.draw_syntax import is_draw, refuse_fields
 from hypgen.dsl.check.scope.fit_type import check_as
-from hypgen.dsl.check.scope.scope import Scope
-from hypgen.dsl.check.scope.symbols import duplicate
+from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.check.scope.type_expressions import length, require_finite
-from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages import e02_names, e04_variables, e05_reads, e06_ranges, e08_parts
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT32_MAX, Float, Type
 
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
-
-OWNER = "policy default"
+OWNER = Owner("policy")
 
 
 def policy(program: Program, action: ir.Action) -> ir.Policy | None:
@@ -41,14 +37,9 @@ def _item(program: Program) -> ast.Policy | None:
     items = [i for i in program.file.items if isinstance(i, ast.Policy)]
     for item in items:
         if item.name != "default":
-            raise mistake(
-                "E0805",
-                f"there is no policy '{item.name}'",
-                item.span,
-                did_you_mean(item.name, ["default"]) or "the one policy is called default",
-            )
+            raise Mistake(e08_parts.unknown_policy(item.name, item.span))
     if len(items) > 1:
-        raise duplicate("policy default", items[1].span, items[0].span)
+        raise Mistake(e02_names.duplicate("policy default", items[1].span, items[0].span))
     return items[0] if items else None
 
 
@@ -60,17 +51,19 @@ def _memory(program: Program) -> list[ast.Memory]:
     return [m for m in program.symbols.policy.values() if isinstance(m, ast.Memory)]
 
 
-def readers(program: Program) -> list[str]:
+def readers(program: Program) -> list[Owner]:
     """Return the policy's declarations, none of which may read everything."""
-    lets = [f"let policy.{x.name}" for x in _lets(program)]
-    memory = [f"memory {m.name}{prime}" for m in _memory(program) for prime in ("", "'")]
+    lets = [Owner("policy let", f"policy.{x.name}") for x in _lets(program)]
+    memory = [
+        o for m in _memory(program) for o in (Owner("first memory", m.name), Owner("next memory", m.name))
+    ]
     return [OWNER, *lets, *memory, *(b.owner for b in program.beliefs)]
 
 
 def let(item: ast.Let, program: Program) -> ir.Let:
     """Return a let of the policy."""
     path = f"policy.{item.name}"
-    scope = Scope(program, owner=f"let {path}", history=True)
+    scope = Scope(program, owner=Owner("policy let", path), history=True)
     return let_of(item, path, scope, ir.Site(f"policy:{item.name}"))
 
 
@@ -80,7 +73,7 @@ def memory(item: ast.Memory, program: Program) -> tuple[Type, tuple[Type, ...]]:
     if not isinstance(t, Float):
         require_finite(t, item.type.span, "memory", "a float, or a range such as 0 .. 100")
     if length(indices) > INT32_MAX:
-        raise mistake("E0605", "the array is too long", item.type.span, "use smaller index types")
+        raise Mistake(e06_ranges.long_memory(item.type.span))
     return t, indices
 
 
@@ -88,7 +81,7 @@ def history(program: Program, observations: list[ir.Observation]) -> ir.History:
     """Return what is kept of the past: the registers, and what is read with ``last``."""
     updates = _updates(program)
     found = [program.report.attempt(partial(_register, m, updates, program)) for m in _memory(program)]
-    uses = [u for owner in [*readers(program), "bound lower"] for u in program.uses.of(owner)]
+    uses = [u for owner in [*readers(program), Owner("bound", "lower")] for u in program.uses.of(owner)]
     seen = {u.name for u in uses if u.kind == "last"}
     return ir.History(
         tuple(r for r in found if r is not None),
@@ -106,13 +99,10 @@ def _updates(program: Program) -> dict[str, ast.Update]:
         if not isinstance(item, ast.Update):
             continue
         if item.name not in registers:
-            remedy = did_you_mean(item.name, registers) or f"declare it: memory {item.name}: type = first"
-            message = f"the policy has no memory '{item.name}'"
-            program.report.add(mistake("E0410", message, item.span, remedy))
+            program.report.add(Mistake(e04_variables.assigned_in_policy(item.name, registers, item.span)))
         elif item.name in found:
-            first = [(found[item.name].span, "the first update is here")]
-            message, remedy = f"'{item.name}' has a second update", "join the two with if .. then .. else"
-            program.report.add(mistake("E0403", message, item.span, remedy, first))
+            first = found[item.name].span
+            program.report.add(Mistake(e04_variables.second_update_of_memory(item.name, item.span, first)))
         else:
             found[item.name] = item
     return found
@@ -122,14 +112,10 @@ def _register(item: ast.Memory, updates: dict[str, ast.Update], program: Program
     t, indices = program.memory(item)
     update = updates.get(item.name)
     if update is None:
-        raise mistake(
-            "E0401",
-            f"the memory '{item.name}' has no update",
-            item.span,
-            f"add: {item.name}' = ..; to keep what it holds, {_kept(item.name, indices)}",
-        )
-    first_scope = Scope(program, owner=f"memory {item.name}")
-    scope = Scope(program, owner=f"memory {item.name}'", history=True)
+        kept = _kept(item.name, indices)
+        raise Mistake(e04_variables.no_update_of_memory(item.name, kept, item.span))
+    first_scope = Scope(program, owner=Owner("first memory", item.name))
+    scope = Scope(program, owner=Owner("next memory", item.name), history=True)
     first = ast.Rhs(item.first.span, False, item.first)
     return ir.Register(
         item.name,
@@ -172,9 +158,4 @@ def _entries(rhs: ast.Rhs, indices: tuple[Type, ...], scope: Scope, t: Type, nam
 def _refuse_draw(rhs: ast.Rhs, scope: Scope, t: Type, name: str) -> None:
     if rhs.draw or is_draw(rhs.expr, scope):
         refuse_fields(rhs.expr, t)
-        raise mistake(
-            "E0503",
-            f"the memory '{name}' cannot draw: it follows from what was seen and done",
-            rhs.span,
-            "write '=' and a value; what the draw led to can be read with last(action, first)",
-        )
+        raise Mistake(e05_reads.draw_in_memory(name, rhs.span))

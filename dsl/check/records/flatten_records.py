@@ -7,16 +7,15 @@ leaf; an expression of such a type is asked for one leaf at a time. What comes a
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import partial
-from typing import Any
 
 from hypgen.dsl.check.records.record_shapes import Names, Shape, Shapes
 from hypgen.dsl.check.scope.draw_syntax import fields_of_record
-from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import Mistake, Report, gather, mistake
-from hypgen.dsl.messages.source import Span
+from hypgen.dsl.messages import e02_names, e03_calls, e03_values, e07_draws
+from hypgen.dsl.messages.report import Mistake, Report, gather
 from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.walk import map_expressions
 from hypgen.dsl.types.builtin_names import DRAWS
 
 Path = tuple[str, ...]
@@ -98,8 +97,7 @@ class _Flattener:
                     )
                     for path, t in self.shapes.leaves(shape.record)
                 ]
-        changed: ast.Item = _mapped(item, lambda e: self.scalar(e, names))
-        return [changed]
+        return [map_expressions(item, lambda e: self.scalar(e, names))]
 
     def setting(self, name: str, value: ast.Expr) -> dict[str, ast.Expr]:
         """Return the settings of the leaves of a const or param."""
@@ -211,13 +209,8 @@ class _Flattener:
             return replace(e, arguments=(array, *indices, self.leaf(e.arguments[-1], shape, path, names)))
         parts = shape.record.fields
         if len(e.arguments) != len(parts):
-            raise mistake(
-                "E0302",
-                f"'{e.name}' takes {len(parts)} values, but {len(e.arguments)} "
-                f"{'is' if len(e.arguments) == 1 else 'are'} given",
-                e.span,
-                f"its form is {self._form(shape.record)}",
-            )
+            form = self._form(shape.record)
+            raise Mistake(e03_calls.wrong_fields(e.name, len(parts), len(e.arguments), form, e.span))
         taken = None
         for part, argument in zip(parts, e.arguments, strict=True):
             inner = self.shapes.of_type(part.type)
@@ -237,14 +230,9 @@ class _Flattener:
         item = self.shapes.function(e.name)
         assert item is not None
         if len(e.arguments) != len(item.formals):
-            raise mistake(
-                "E0302",
-                f"'{e.name}' takes {len(item.formals)} argument{'' if len(item.formals) == 1 else 's'}, "
-                f"but {len(e.arguments)} "
-                f"{'is' if len(e.arguments) == 1 else 'are'} given",
-                e.span,
-                f"its form is {e.name}({', '.join(f.name for f in item.formals)})",
-            )
+            form = f"{e.name}({', '.join(f.name for f in item.formals)})"
+            has = len(e.arguments)
+            raise Mistake(e03_calls.wrong_arguments(e.name, len(item.formals), has, form, e.span))
         result: list[ast.Expr] = []
         for formal, argument in zip(item.formals, e.arguments, strict=True):
             shape = self.shapes.of_type(formal.type)
@@ -279,12 +267,7 @@ class _Flattener:
         shape = self.shapes.of(e, names)
         if shape is not None:
             leaves = [".".join(path) for path, _ in self.shapes.leaves(shape.record)]
-            raise mistake(
-                "E0311",
-                f"one value is needed here, but this is {_described(shape)}",
-                e.span,
-                f"take one of its parts: .{' or .'.join(leaves)}",
-            )
+            raise Mistake(e03_values.record_for_value(_described(shape), leaves, e.span))
         match e:
             case ast.Member(_, operand, name) if (outer := self.shapes.of(operand, names)) is not None:
                 part = None if outer.array else self.shapes.field(outer.record, name)
@@ -302,8 +285,7 @@ class _Flattener:
             case ast.Match(_, scrutinee, arms):
                 inner = [replace(a, body=self.scalar(a.body, self._arm(a, names))) for a in arms]
                 return replace(e, scrutinee=self.scalar(scrutinee, names), arms=tuple(inner))
-        changed: ast.Expr = _mapped(e, lambda part: self.scalar(part, names))
-        return changed
+        return map_expressions(e, lambda part: self.scalar(part, names))
 
     def _takes_records(self, name: str) -> bool:
         item = self.shapes.function(name)
@@ -316,11 +298,9 @@ class _Flattener:
 
     def _no_field(self, e: ast.Member, shape: Shape) -> Mistake:
         if shape.array:
-            remedy = "say which entry: name[..]" + f".{e.name}"
-            return mistake("E0303", f"this is an array of '{shape.record.name}'", e.span, remedy)
+            return Mistake(e03_calls.field_of_record_array(shape.record.name, e.name, e.span))
         known = [f.name for f in shape.record.fields]
-        remedy = did_you_mean(e.name, known) or f"its fields are {', '.join(known)}"
-        return mistake("E0205", f"record '{shape.record.name}' has no field '{e.name}'", e.span, remedy)
+        return Mistake(e02_names.unknown_field(shape.record.name, e.name, known, e.span))
 
     def _mismatch(self, e: ast.Expr, shape: Shape, found: Shape | None) -> Mistake:
         wanted = self._form(shape.record)
@@ -328,20 +308,10 @@ class _Flattener:
         if literal is not None:
             return literal
         if _draws(e):
-            return mistake(
-                "E0706",
-                f"this draws '{shape.record.name}' as a whole, and each of its fields is a draw",
-                e.span,
-                f"write {wanted} of draws, or draw which one it is under a name of its own, and use that",
-            )
-        given = "" if found is None else f", but this is {_described(found)}"
-        array = "write [i in ..: " + wanted + "]"
-        return mistake(
-            "E0311",
-            f"{_described(shape)} is needed here{given}",
-            e.span,
-            array if shape.array else f"write {wanted}",
-        )
+            return Mistake(e07_draws.draw_for_record(shape.record.name, wanted, e.span))
+        given = "" if found is None else _described(found)
+        form = f"[i in ..: {wanted}]" if shape.array else wanted
+        return Mistake(e03_values.record_needed(_described(shape), given, form, e.span))
 
 
 def _described(shape: Shape) -> str:
@@ -359,19 +329,3 @@ def _draws(e: ast.Expr) -> bool:
 
 def _joined(name: str, path: Path) -> str:
     return ".".join((name, *path))
-
-
-def _mapped(node: Any, change: Callable[[ast.Expr], ast.Expr]) -> Any:
-    """Return ``node`` with each expression directly inside it changed, types left as they are."""
-    changes = {f.name: _inside(getattr(node, f.name), change) for f in fields(node) if f.name != "span"}
-    return replace(node, **changes)
-
-
-def _inside(value: Any, change: Callable[[ast.Expr], ast.Expr]) -> Any:
-    if isinstance(value, ast.Expr):
-        return change(value)
-    if isinstance(value, tuple):
-        return tuple(_inside(v, change) for v in value)
-    if isinstance(value, ast.Node) and not isinstance(value, ast.TypeExpr | Span):
-        return _mapped(value, change)
-    return value

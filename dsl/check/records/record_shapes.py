@@ -1,4 +1,4 @@
-"""Which names and expressions of a file stand for records of floats, told from the syntax alone.
+"""Names and expressions of a file that stand for records of floats, told from the syntax alone.
 
 A record with a float among its fields is not finite: it is no binder, index, action or observation.
 ``leaves`` takes everything of such a type apart; what it must know for that stands here.
@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages import e02_names
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 
@@ -148,7 +149,7 @@ class Shapes:
     def refuse_shadow(self, name: str, names: Names, span: Span) -> None:
         """Raise if a local called ``name`` would hide a record."""
         if self._of_name(name, names) is not None:
-            raise mistake("E0202", f"'{name}' shadows a record of that name", span, "choose another name")
+            raise Mistake(e02_names.shadows_record(name, span))
 
     def function(self, name: str) -> ast.Function | None:
         """Return the function called ``name``."""

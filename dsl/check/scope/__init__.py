@@ -1,4 +1,4 @@
-"""What an expression is checked in: names, the expected type, units, and known facts.
+"""Scopes, which expressions are checked in: names, the expected type, units, and known facts.
 
 Takes syntax of types and the model's symbols. Gives scopes, types and fitted values.
 """

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.scope.scope import Scope
-from hypgen.dsl.messages.report import Mistake, mistake
-from hypgen.dsl.messages.source import Span
+from hypgen.dsl.messages import e01_syntax, e07_draws
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Record, Type, builtin_names
 
@@ -44,18 +44,8 @@ def refuse_operand(op: str, operands: Sequence[ast.Expr], scope: Scope) -> None:
     """Raise if an operand of ``op`` is a draw."""
     for operand in operands:
         if is_draw(operand, scope):
-            raise mistake(
-                "E0702",
-                f"'{op}' is given a draw, and a function of a draw has no meaning here",
-                operand.span,
-                "name the draw with 'let name ~ ...' in an element and read the name"
-                + (_NORMAL.get(op, "") if isinstance(operand, ast.Call) and operand.name == "normal" else ""),
-            )
-
-
-_SHIFT = "; a shift of a normal draw can stand in its mean: normal(mean + shift, sd)"
-_SCALE = "; a normal draw can be scaled inside: normal(factor * mean, factor * sd)"
-_NORMAL = {"+": _SHIFT, "-": _SHIFT, "*": _SCALE, "/": _SCALE}
+            is_normal = isinstance(operand, ast.Call) and operand.name == "normal"
+            raise Mistake(e07_draws.draw_as_operand(op, is_normal, operand.span))
 
 
 def fields_of_record(node: ast.Expr, name: str, fields: Sequence[str]) -> Mistake | None:
@@ -65,8 +55,7 @@ def fields_of_record(node: ast.Expr, name: str, fields: Sequence[str]) -> Mistak
     given = [value.name for value, _ in node.entries if isinstance(value, ast.Name)]
     if sorted(given) != sorted(fields) or len(given) < len(node.entries):
         return None
-    message = f"braces are a table of probabilities, and a value of '{name}' is built with parentheses"
-    return mistake("E0146", message, node.span, f"write `{name}({', '.join(fields)})`, its fields in order")
+    return Mistake(e01_syntax.record_in_braces(name, fields, node.span))
 
 
 def refuse_fields(node: ast.Expr, target: Type | None) -> None:
@@ -77,20 +66,10 @@ def refuse_fields(node: ast.Expr, target: Type | None) -> None:
             raise found
 
 
-def misplaced_draw(what: str, span: Span) -> Mistake:
-    """Return the mistake of using a draw as if it were a value."""
-    return mistake(
-        "E0702",
-        f"{what} is a draw, and a function of a draw has no meaning here",
-        span,
-        "name the draw with 'let name ~ ...' in an element and read the name",
-    )
-
-
 def bind_value(node: ast.LetIn, scope: Scope) -> tuple[ir.Expr, Scope]:
     """Return the value of ``let .. in`` and the scope of its body."""
     if is_draw(node.value, scope):
-        raise misplaced_draw("the value of this 'let'", node.value.span)
+        raise Mistake(e07_draws.misplaced_draw("the value of this 'let'", node.value.span))
     value = scope.check(node.value)
     local = value if isinstance(value, ir.Const) else ir.Local(value.type, node.name)
     return value, scope.bind(node.name, local, node.span)

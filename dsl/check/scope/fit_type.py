@@ -8,20 +8,21 @@ from hypgen.dsl import ir
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.unit_checks import require_same, require_target
 from hypgen.dsl.ir.operators import ends, join, measured, to_float
-from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.messages import e03_types, e06_ranges
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.types import INT32_MAX, INT32_MIN, Bool, Float, Int, Type
+from hypgen.dsl.types import INT32_MAX, INT32_MIN, Float, Int, Type
 
 
 def check_as(
-    node: ast.Expr, scope: Scope, target: Type, what: str = "the value", code: str = "E0601"
+    node: ast.Expr, scope: Scope, target: Type, what: str = "the value", *, is_index: bool = False
 ) -> ir.Expr:
-    """Return ``node`` as a value of ``target``; ``code`` is that of a value that may lie outside."""
+    """Return ``node`` as a value of ``target``; ``is_index`` tells whether it is an array's index."""
     found = scope.check(node, target)
     if scope.open_ints:
         found = assumed(found, target)
-    return fit(found, target, node.span, what, code)
+    return fit(found, target, node.span, what, is_index=is_index)
 
 
 def assumed(e: ir.Expr, target: Type) -> ir.Expr:
@@ -32,58 +33,26 @@ def assumed(e: ir.Expr, target: Type) -> ir.Expr:
     return e if low > high or isinstance(e, ir.Const) else replace(e, type=Int(low, high))
 
 
-def fit(e: ir.Expr, target: Type, span: Span, what: str = "the value", code: str = "E0601") -> ir.Expr:
+def fit(e: ir.Expr, target: Type, span: Span, what: str = "the value", *, is_index: bool = False) -> ir.Expr:
     """Return ``e`` as a value of ``target``: widened to a float, or proven to lie in the range."""
     found = e.type
     match target, found:
         case Int(low, high), Int(least, most):
             if low <= least and most <= high:
                 return e
-            raise mistake(
-                code,
-                f"{what} {lies(least, most)}, which does not fit {low} .. {high}",
-                span,
-                _range_remedy(e, code, low, high),
-            )
+            outside = e06_ranges.index_outside_range if is_index else e06_ranges.outside_range
+            raise Mistake(outside(what, found, target, isinstance(e, ir.Const), span))
         case Int(), Float():
-            raise mistake(
-                "E0301",
-                f"{what} must be an int, but this is a float",
-                span,
-                "round it: floor(..), ceil(..) or round(..)",
-            )
+            raise Mistake(e03_types.float_for_int(what, span))
         case Float(_, _, prob, unit), (Int() | Float()):
             require_target(e, target, span, what)
             least_float, most_float = ends(found)
             if prob and (most_float < 0 or least_float > 1):
-                raise mistake(
-                    "E0606",
-                    f"{what} {lies(least_float, most_float)}, which is no probability",
-                    span,
-                    "a probability lies in 0 .. 1",
-                )
+                raise Mistake(e06_ranges.no_probability(what, least_float, most_float, span))
             return measured(to_float(e), unit)
     if target == found:
         return e
-    raise mismatch(target, found, span, what)
-
-
-def mismatch(target: Type, found: Type, span: Span, what: str) -> Mistake:
-    """Return the mistake of giving a ``found`` where a ``target`` is needed."""
-    if isinstance(target, Bool) and isinstance(found, Int | Float):
-        remedy = "compare it, as in x > 0"
-    elif isinstance(found, Bool) and isinstance(target, Int | Float):
-        remedy = "write: if .. then 1 else 0"
-    else:
-        remedy = f"give a value of type {target}"
-    return mistake("E0301", f"{what} must be of type {target}, but this is {described(found)}", span, remedy)
-
-
-def described(t: Type) -> str:
-    """Return a type in words, an int's interval left out."""
-    if isinstance(t, Float):
-        return f"a {replace(t, prob=False)}"
-    return "an int" if isinstance(t, Int) else f"of type {t}"
+    raise Mistake(e03_types.mismatch(what, target, found, span))
 
 
 def unify(branches: list[tuple[ir.Expr, Span]], expected: Type | None) -> list[ir.Expr]:
@@ -95,13 +64,7 @@ def unify(branches: list[tuple[ir.Expr, Span]], expected: Type | None) -> list[i
     for e, span in branches:
         e = to_float(e) if wide and isinstance(e.type, Int) else e
         if result and join(result[0].type, e.type) is None:
-            raise mistake(
-                "E0301",
-                f"the branches differ: one is {described(result[0].type)}, this is {described(e.type)}",
-                span,
-                "give all branches the same type",
-                [(branches[0][1], f"this is {described(result[0].type)}")],
-            )
+            raise Mistake(e03_types.branches_differ(result[0].type, e.type, span, branches[0][1]))
         result.append(e)
     return result
 
@@ -109,26 +72,5 @@ def unify(branches: list[tuple[ir.Expr, Span]], expected: Type | None) -> list[i
 def require_int32(e: ir.Expr, span: Span) -> ir.Expr:
     """Return ``e``, or raise if its interval leaves int32."""
     if isinstance(e.type, Int) and (e.type.low < INT32_MIN or e.type.high > INT32_MAX):
-        raise mistake(
-            "E0604",
-            f"this {lies(e.type.low, e.type.high)}, beyond 32-bit integers",
-            span,
-            "give the operands smaller types, clamp them, or compute with floats",
-        )
+        raise Mistake(e06_ranges.beyond_int32(e.type, span))
     return e
-
-
-def lies(low: float, high: float) -> str:
-    """Return where a value lies, in words."""
-    ends = [f"{x:g}" if isinstance(x, float) else str(x) for x in (low, high)]
-    return f"is {ends[0]}" if low == high else f"ranges over {' .. '.join(ends)}"
-
-
-def _range_remedy(e: ir.Expr, code: str, low: int, high: int) -> str:
-    if isinstance(e, ir.Const):
-        return f"use a value from {low} to {high}"
-    if code == "E0602":
-        return (
-            f"clamp it, clamp(.., {low}, {high}), guard it with a condition, or read at(array, .., default)"
-        )
-    return f"write clamp(..), wrap(..), checked(..) or clamp(.., {low}, {high}), or guard it with a condition"

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from hypgen.dsl.messages.report import gather, mistake
+from hypgen.dsl.messages import e03_values
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Enum, Type, size_of
@@ -27,12 +28,7 @@ def row(node: ast.Literal, element: Type, index: Type, name: str) -> tuple[int, 
     text = node.value
     assert isinstance(text, str) and isinstance(element, Enum)
     if len(text) != size_of(index):
-        raise mistake(
-            "E0309",
-            f"'{name}' takes {size_of(index)} glyphs here, but the string has {len(text)}",
-            node.span,
-            f"give one for each value of {index}",
-        )
+        raise Mistake(e03_values.wrong_number_of_glyphs(name, index, len(text), node.span))
     return tuple(gather([partial(_code, g, element, _place(node.span, i)) for i, g in enumerate(text)]))
 
 
@@ -45,10 +41,7 @@ def _place(string: Span, offset: int) -> Span:
 def _code(glyph: str, element: Enum, span: Span) -> int:
     if glyph in element.glyphs:
         return element.glyphs[glyph]
-    known = ", ".join(f"'{g}' {v.name}" for v in element.variants if (g := v.glyph) is not None)
-    other = next((g for g in element.glyphs if g.lower() == glyph.lower()), None)
-    remedy = f"did you mean '{other}'?" if other is not None else f"its glyphs are {known}"
-    raise mistake("E0311", f"enum '{element}' has no glyph '{glyph}'", span, remedy)
+    raise Mistake(e03_values.unknown_glyph(element, glyph, span))
 
 
 def check_glyphs(nodes: tuple[ast.VariantDecl, ...]) -> None:
@@ -61,25 +54,9 @@ def _check_glyph(node: ast.VariantDecl, first: dict[str, ast.VariantDecl]) -> No
     if node.glyph is None:
         return
     if len(node.glyph) != 1:
-        raise mistake(
-            "E0312",
-            f"the glyph of '{node.name}' has {len(node.glyph)} characters",
-            node.span,
-            "a glyph is one character",
-        )
+        raise Mistake(e03_values.long_glyph(node.name, len(node.glyph), node.span))
     if node.argument is not None:
-        raise mistake(
-            "E0312",
-            f"'{node.name}' has an argument, which no glyph tells",
-            node.span,
-            "remove the glyph, or make a variant of each argument",
-        )
+        raise Mistake(e03_values.glyph_with_argument(node.name, node.span))
     other = first.setdefault(node.glyph, node)
     if other is not node:
-        raise mistake(
-            "E0312",
-            f"'{node.name}' and '{other.name}' have the same glyph",
-            node.span,
-            "give each variant a glyph of its own",
-            [(other.span, f"'{other.name}' has it already")],
-        )
+        raise Mistake(e03_values.same_glyph(node.name, other.name, node.span, other.span))

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 from hypgen.dsl import ir
+from hypgen.dsl.ir.walk import walk
 
 
 def let_in(name: str, value: ir.Expr, body: ir.Expr) -> ir.Expr:
@@ -19,12 +18,6 @@ def let_dist(name: str, value: ir.Expr, body: ir.Dist) -> ir.Dist:
     return ir.LetDist(body.type, name, value, body) if mentions(body, name) else body
 
 
-def mentions(node: object, name: str) -> bool:
+def mentions(node: ir.Expr | ir.Dist, name: str) -> bool:
     """Return whether the local ``name`` is read in ``node``."""
-    if isinstance(node, ir.Local):
-        return node.name == name
-    if isinstance(node, tuple):
-        return any(mentions(part, name) for part in node)
-    if isinstance(node, ir.Expr | ir.Dist):
-        return any(mentions(getattr(node, f.name), name) for f in fields(node) if f.name != "type")
-    return False
+    return any(isinstance(inner, ir.Local) and inner.name == name for inner in walk(node))

@@ -1,22 +1,26 @@
-"""What an expression is checked in: locals, the element, the prime, and what conditions have shown."""
+"""What an expression is checked in: ``Scope``, and ``Program``, the declarations that it may ask for.
+
+A scope has the locals, the element, the prime, and what conditions have shown. The two stand in one file, as
+each is made of the other: a scope knows its program, and a program checks expressions in scopes.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.owners import Owner
+from hypgen.dsl.analysis.uses import Uses
+from hypgen.dsl.check.scope.symbols import Symbols
 from hypgen.dsl.ir.facts import Facts, learned, narrowed
 from hypgen.dsl.ir.inline import applied
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages import e02_names, e06_ranges
+from hypgen.dsl.messages.report import Mistake, Report
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
-
 
 _MAX_STEPS = 1 << 15  # of expressions checked while evaluating: a third of a second
 
@@ -33,12 +37,7 @@ class Budget:
         self._start = self._start or span
         self._left -= 1
         if self._left < 0:
-            raise mistake(
-                "E0609",
-                "this takes too many steps to compute",
-                self._start,
-                "compute less of it, with smaller types or fewer calls",
-            )
+            raise Mistake(e06_ranges.many_steps(self._start))
 
 
 @dataclass(frozen=True)
@@ -50,10 +49,106 @@ class Falling:
 
 
 @dataclass(frozen=True)
+class Asked:
+    """A ``belief(..)`` of the text: its place, and what its expression's reads are recorded under."""
+
+    span: Span
+    owner: Owner
+
+
+class Program(Protocol):
+    """What a check may ask of the model file: its declarations, each checked when it is first asked for.
+
+    A declaration with mistakes has reported them, and raises a ``Mistake`` without diagnostics for all who
+    ask for it. ``check.program`` has the one implementation.
+    """
+
+    file: ast.ModelFile
+    overrides: Mapping[str, ast.Expr]
+    """The values that settings give to consts and params."""
+    symbols: Symbols
+    report: Report
+    uses: Uses
+    """Who reads what, as far as expressions have been checked."""
+    float_equalities: dict[Owner, dict[Span, None]]
+    """Where each declaration compares floats with ``==`` or ``!=``."""
+    unrolled: dict[str, ir.Function]
+    """The copies of recursive functions, by their names."""
+    literals: list[ir.ConstantArray]
+    """The tables of definitions whose entries are listed."""
+    beliefs: list[Asked]
+    """The ``belief(..)`` reads, by their numbers."""
+
+    @property
+    def recursive(self) -> frozenset[str]:
+        """Return the names of the functions that come to call themselves."""
+
+    def check(self, node: ast.Expr, scope: Scope, expected: Type | None = None) -> ir.Expr:
+        """Return ``node`` as a typed expression."""
+
+    def draw(self, node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.Dist:
+        """Return the distribution that ``node`` writes."""
+
+    def type_of(self, node: ast.TypeExpr) -> Type:
+        """Return the type that ``node`` writes."""
+
+    def named_type(self, item: ast.TypeAlias | ast.EnumDecl | ast.RecordDecl) -> Type:
+        """Return a declared type."""
+
+    def const(self, item: ast.Const) -> ir.Const | ir.ConstantArray:
+        """Return a const's value under the settings."""
+
+    def param(self, item: ast.Param) -> ir.Param:
+        """Return a param with its default under the settings."""
+
+    def discount(self, span: Span) -> float:
+        """Return the discount, which ``span`` asks for."""
+
+    def action(self, item: ast.Action) -> ir.Action:
+        """Return the action."""
+
+    def element(self, name: str) -> ir.Element:
+        """Return an element."""
+
+    def variable(self, element: str, item: ast.Variable) -> ir.Variable:
+        """Return a variable of ``element``."""
+
+    def let(self, element: str, item: ast.Let) -> ir.Let:
+        """Return a let of ``element``."""
+
+    def policy_let(self, item: ast.Let) -> ir.Let:
+        """Return a let of the policy."""
+
+    def memory(self, item: ast.Memory) -> tuple[Type, tuple[Type, ...]]:
+        """Return the types of a register's entries and of its indexes."""
+
+    def formals(self, item: ast.Function) -> tuple[ir.Binder, ...]:
+        """Return a function's formals."""
+
+    def function(self, item: ast.Function) -> ir.Function:
+        """Return a function."""
+
+    def named_distribution(self, item: ast.Function) -> ir.Dist:
+        """Return the distribution that a function names, over its formals as locals."""
+
+    def number_call(self) -> int:
+        """Return a number that no call of a named distribution has had."""
+
+    def copy(self, name: str, item: ast.Function, frames: tuple[Falling, ...]) -> ir.Function:
+        """Return the copy of a recursive function for the constants of the last of ``frames``."""
+
+    def follow_let(self, element: str, item: ast.Let, member: tuple[ir.Expr, ...], scope: Scope) -> ir.Expr:
+        """Return the value of a let where ``scope`` evaluates."""
+
+    def follow_call(self, item: ast.Function, arguments: list[ir.Expr], scope: Scope) -> ir.Expr:
+        """Return the value of a call where ``scope`` evaluates."""
+
+
+@dataclass(frozen=True)
 class Scope:
     """The surroundings of an expression; immutable, so that every branch has its own.
 
-    ``owner`` is the declaration whose reads are recorded (``update rover.x``), None where reads do not count:
+    ``owner`` is the declaration whose reads are recorded, None where reads do not count:
     in constant expressions and where ``evaluate`` follows calls and lets and unfolds quantifiers to find
     values. ``action`` is then the action's value, if it is known. ``constant`` refuses what is not known when
     the model is compiled. ``history``: the policy's memory, lets and ``last(..)`` can be read. ``open_ints``:
@@ -62,7 +157,7 @@ class Scope:
     """
 
     program: Program
-    owner: str | None = None
+    owner: Owner | None = None
     element: str | None = None
     locals: Mapping[str, ir.Expr] = field(default_factory=dict)
     primed: bool = False
@@ -86,9 +181,7 @@ class Scope:
     def bind(self, name: str, value: ir.Expr, span: Span) -> Scope:
         """Return this scope with a local more, which must not shadow anything."""
         if name in self.locals:
-            raise mistake(
-                "E0202", f"'{name}' shadows an outer local of that name", span, "choose another name"
-            )
+            raise Mistake(e02_names.shadows_local(name, span))
         self.program.symbols.refuse_shadow(name, self.element, span, in_policy=self.history)
         return replace(self, locals={**self.locals, name: value})
 

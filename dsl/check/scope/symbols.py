@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import partial
 
+from hypgen.dsl.messages import e02_names
 from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import Mistake, Report, gather, mistake
+from hypgen.dsl.messages.report import Mistake, Report, gather
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Enum, Type
@@ -71,15 +72,9 @@ class Symbols:
         elif name in self.variants:
             taken = f"a variant of '{self.variants[name][0].name}'", self.variants[name][0].span
         elif name in RESERVED_VALUES:
-            raise mistake("E0202", f"'{name}' is built in", span, "choose another name")
+            raise Mistake(e02_names.built_in(name, span))
         if taken is not None:
-            raise mistake(
-                "E0202",
-                f"'{name}' shadows {taken[0]} of that name",
-                span,
-                "choose another name",
-                [(taken[1], f"'{name}' is declared here")],
-            )
+            raise Mistake(e02_names.shadows(name, taken[0], span, taken[1]))
 
     def is_taken(self, name: str) -> bool:
         """Return whether anything declared is called ``name``."""
@@ -129,25 +124,14 @@ def collect(file: ast.ModelFile, report: Report) -> Symbols:
     return symbols
 
 
-def duplicate(name: str, span: Span, first: Span) -> Mistake:
-    """Return the mistake of declaring ``name`` twice."""
-    return mistake(
-        "E0202",
-        f"'{name}' is already declared",
-        span,
-        "rename or remove one of the two",
-        [(first, f"'{name}' is first declared here")],
-    )
-
-
 def _declare(symbols: Symbols, item: Global) -> None:
     if item.name in symbols.globals:
-        raise duplicate(item.name, item.span, symbols.globals[item.name].span)
+        raise Mistake(e02_names.duplicate(item.name, item.span, symbols.globals[item.name].span))
     symbols.globals[item.name] = item
     if isinstance(item, ast.Element):
         symbols.members[item.name] = {}
     if item.name in RESERVED_VALUES or (isinstance(item, ast.Function) and item.name in RESERVED_CALLS):
-        raise mistake("E0202", f"'{item.name}' is built in", item.span, "choose another name")
+        raise Mistake(e02_names.built_in(item.name, item.span))
 
 
 def _declare_variants(symbols: Symbols, enum: ast.EnumDecl) -> None:
@@ -159,16 +143,16 @@ def _declare_variant(
     symbols: Symbols, enum: ast.EnumDecl, variant: ast.VariantDecl, seen: dict[str, Span]
 ) -> None:
     if variant.name in seen:
-        raise duplicate(variant.name, variant.span, seen[variant.name])
+        raise Mistake(e02_names.duplicate(variant.name, variant.span, seen[variant.name]))
     if variant.name in symbols.globals:
-        raise duplicate(variant.name, variant.span, symbols.globals[variant.name].span)
+        raise Mistake(e02_names.duplicate(variant.name, variant.span, symbols.globals[variant.name].span))
     seen[variant.name] = variant.span
     symbols.variants.setdefault(variant.name, []).append(enum)
 
 
 def _declare_observation(symbols: Symbols, item: ast.Observe, name: str) -> None:
     if name in symbols.observations:
-        raise duplicate(name, item.span, symbols.observations[name].span)
+        raise Mistake(e02_names.duplicate(name, item.span, symbols.observations[name].span))
     symbols.observations[name] = item
 
 
@@ -177,11 +161,11 @@ def _declare_policy_member(symbols: Symbols, member: ast.Item) -> None:
         return
     first = symbols.policy.get(member.name) or symbols.observations.get(member.name)
     if first is not None:
-        raise duplicate(member.name, member.span, first.span)
+        raise Mistake(e02_names.duplicate(member.name, member.span, first.span))
     symbols.refuse_shadow(member.name, None, member.span)
     symbols.policy[member.name] = member
     if member.name == "default":
-        raise mistake("E0202", "'default' is the policy itself", member.span, "choose another name")
+        raise Mistake(e02_names.default_as_member(member.span))
 
 
 def _declare_member(symbols: Symbols, element: ast.Element, member: ast.Item) -> None:
@@ -191,8 +175,8 @@ def _declare_member(symbols: Symbols, element: ast.Element, member: ast.Item) ->
         return
     own = symbols.members[element.name]
     if member.name in own:
-        raise duplicate(member.name, member.span, own[member.name].span)
+        raise Mistake(e02_names.duplicate(member.name, member.span, own[member.name].span))
     symbols.refuse_shadow(member.name, None, member.span)
     if element.binder is not None and element.binder.name == member.name:
-        raise duplicate(member.name, member.span, element.binder.span)
+        raise Mistake(e02_names.duplicate(member.name, member.span, element.binder.span))
     own[member.name] = member

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.scope.grid_literals import check_glyphs
-from hypgen.dsl.check.scope.scope import Scope
-from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import gather, mistake
+from hypgen.dsl.check.scope.scope import Program, Scope
+from hypgen.dsl.messages import e02_names, e03_types, e06_ranges, e08_parts
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import (
@@ -30,9 +29,6 @@ from hypgen.dsl.types import (
     units,
 )
 
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
-
 _MAX_ENTRIES = 1 << 24
 _BASIC: dict[str, Type] = {"bool": BOOL, "int": INT, "float": FLOAT, "prob": PROB}
 
@@ -47,22 +43,12 @@ def resolve(node: ast.TypeExpr, program: Program) -> Type:
         case ast.TypeRange(span, low_node, high_node):
             low, high = gather([partial(_bound, n, program) for n in (low_node, high_node)])
             if low > high:
-                raise mistake(
-                    "E0605",
-                    f"the range {low} .. {high} has no values",
-                    span,
-                    "write the smaller end first; both ends belong to the range",
-                )
+                raise Mistake(e06_ranges.empty_range(low, high, span))
             return Int(low, high)
         case ast.TypeArray(span, element_node, index_nodes):
             element, *indices = gather([partial(resolve, n, program) for n in (element_node, *index_nodes)])
             if isinstance(element, Array):
-                raise mistake(
-                    "E0304",
-                    "an array of arrays",
-                    element_node.span,
-                    "list all indexes in one pair of brackets: T[A, B]",
-                )
+                raise Mistake(e03_types.array_of_arrays(element_node.span))
             for index, index_node in zip(indices, index_nodes, strict=True):
                 require_finite(index, index_node.span, "an array's index")
             found = Array(element, tuple(indices))
@@ -82,47 +68,27 @@ def length(indices: tuple[Type, ...]) -> int:
 def require_length(indices: tuple[Type, ...], span: Span) -> None:
     """Raise if an array with these index types has more entries than memory is for."""
     if length(indices) > _MAX_ENTRIES:
-        raise mistake(
-            "E0605",
-            f"the array has {length(indices)} entries, more than {_MAX_ENTRIES}",
-            span,
-            "use smaller index types",
-        )
+        raise Mistake(e06_ranges.many_entries(length(indices), _MAX_ENTRIES, span))
 
 
 def scalar_type(node: ast.TypeExpr, program: Program) -> Type:
     """Return a type that is not an array."""
     found = program.type_of(node)
     if isinstance(found, Array):
-        raise mistake(
-            "E0304",
-            "an array cannot stand here",
-            node.span,
-            "use one value; index it by a formal or a binder",
-        )
+        raise Mistake(e03_types.array_not_allowed(node.span))
     return found
 
 
 def require_finite(t: Type, span: Span, what: str, instead: str = "") -> None:
     """Raise unless ``t`` has finitely many values; ``instead`` is what else could stand there."""
     if not is_finite(t):
-        raise mistake(
-            "E0304",
-            f"{what} must have a finite type, not {t}",
-            span,
-            f"use {instead}" if instead else "use bool, a range a .. b, an enum or a record",
-        )
+        raise Mistake(e03_types.not_finite(what, t, instead, span))
 
 
 def _bound(node: ast.Expr, program: Program) -> int:
     e = Scope(program, evaluate=True, constant=True).check(node)
     if not isinstance(e, ir.Const) or not isinstance(e.type, Int):
-        raise mistake(
-            "E0810",
-            "the end of a range must be a constant int",
-            node.span,
-            "use literals and consts of type int only",
-        )
+        raise Mistake(e08_parts.end_of_range_not_constant(node.span))
     return int(e.value)
 
 
@@ -131,18 +97,13 @@ def _named(name: str, span: Span, program: Program) -> Type:
     if isinstance(item, ast.TypeAlias | ast.EnumDecl | ast.RecordDecl):
         return program.named_type(item)
     if item is not None:
-        raise mistake("E0207", f"'{name}' is not a type", span, "name a type, an enum or a record here")
+        raise Mistake(e02_names.not_a_type(name, span))
     types = [
         n
         for n, i in program.symbols.globals.items()
         if isinstance(i, ast.TypeAlias | ast.EnumDecl | ast.RecordDecl)
     ]
-    raise mistake(
-        "E0203",
-        f"there is no type '{name}'",
-        span,
-        did_you_mean(name, [*types, *_BASIC]) or f"declare it: type {name} = 0 .. 9",
-    )
+    raise Mistake(e02_names.unknown_type(name, [*types, *_BASIC], span))
 
 
 def declared(item: ast.TypeAlias | ast.EnumDecl | ast.RecordDecl, program: Program) -> Type:
@@ -152,30 +113,20 @@ def declared(item: ast.TypeAlias | ast.EnumDecl | ast.RecordDecl, program: Progr
             found = resolve(node, program)
         case ast.EnumDecl(span, name, variants):
             if not variants:
-                raise mistake("E0605", f"enum '{name}' has no variants", span, "name at least one")
+                raise Mistake(e06_ranges.empty_enum(name, span))
             check_glyphs(variants)
             found = Enum(name, tuple(gather([partial(_variant, v, program) for v in variants])))
         case ast.RecordDecl(span, name, fields):
             seen: set[str] = set()
             for field in fields:
                 if field.name in seen:
-                    raise mistake(
-                        "E0202",
-                        f"record '{name}' has two fields '{field.name}'",
-                        field.span,
-                        "rename or remove one of the two",
-                    )
+                    raise Mistake(e02_names.duplicate_field(name, field.name, field.span))
                 seen.add(field.name)
             if not fields:
-                raise mistake("E0605", f"record '{name}' has no fields", span, "give it at least one")
+                raise Mistake(e06_ranges.empty_record(name, span))
             found = Record(name, tuple(gather([partial(_field, f, program) for f in fields])))
     if not isinstance(found, Array) and is_finite(found) and size_of(found) > INT32_MAX:
-        raise mistake(
-            "E0605",
-            f"'{item.name}' has {size_of(found)} values, more than fit 31 bits",
-            item.span,
-            "use smaller types",
-        )
+        raise Mistake(e06_ranges.many_values(item.name, size_of(found), item.span))
     return found
 
 

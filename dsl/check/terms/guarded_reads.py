@@ -9,40 +9,34 @@ from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.terms.range_calls import number
 from hypgen.dsl.check.terms.references import find, is_atomic
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages.report import mistake
+from hypgen.dsl.messages import e03_calls, e03_types
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Float, Int, Type
-
-_FORM = "its form is at(array, index, .., default)"
 
 
 def at(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     """Return the read with its guard."""
     if len(node.arguments) < 3:
-        raise mistake("E0302", "'at' takes at least 3 arguments", node.span, _FORM)
+        raise Mistake(e03_calls.few_arguments_of_at(node.span))
     array, *nodes, last = node.arguments
     reference = find(array.operand, scope.prime()) if isinstance(array, ast.Prime) else find(array, scope)
     if reference is None or not reference.indices:
-        raise mistake("E0303", "'at' reads an entry of an array, and this is none", array.span, _FORM)
+        raise Mistake(e03_calls.at_of_other(array.span))
     if len(nodes) != len(reference.indices):
-        wanted = ", ".join(map(str, reference.indices))
-        raise mistake(
-            "E0303",
-            f"'{reference.label}' is indexed by [{wanted}], here by {len(nodes)} of {len(reference.indices)}",
-            node.span,
-            _FORM,
+        raise Mistake(
+            e03_calls.wrong_indexes_of_at(reference.label, reference.indices, len(nodes), node.span)
         )
     inside: ir.Expr = operators.TRUE
     indices: list[ir.Expr] = []
     named: list[tuple[str, ir.Expr]] = []
     for index_node, t in zip(nodes, reference.indices, strict=True):
         if not isinstance(t, Int):
-            indices.append(check_as(index_node, scope, t, f"the index of '{reference.label}'", "E0602"))
+            indices.append(check_as(index_node, scope, t, f"the index of '{reference.label}'", is_index=True))
             continue
         e = number(index_node, scope, "at")
         if isinstance(e.type, Float):
-            remedy = "round it first: floor(..), ceil(..) or round(..)"
-            raise mistake("E0301", "an index must be an int, but this is a float", index_node.span, remedy)
+            raise Mistake(e03_types.float_as_index(index_node.span))
         if not is_atomic(e):
             name = scope.fresh("index")
             named.append((name, e))

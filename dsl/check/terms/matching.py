@@ -8,12 +8,13 @@ from functools import partial
 from typing import TypeVar
 
 from hypgen.dsl import ir
-from hypgen.dsl.check.scope.fit_type import described, unify
+from hypgen.dsl.check.scope.fit_type import unify
 from hypgen.dsl.check.scope.let_bindings import let_in
 from hypgen.dsl.check.scope.scope import Scope
-from hypgen.dsl.check.terms.references import is_atomic, unknown_variant
+from hypgen.dsl.check.terms.references import is_atomic
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages.report import gather, mistake, unreachable
+from hypgen.dsl.messages import e02_names, e03_match, e03_types
+from hypgen.dsl.messages.report import Mistake, gather, unreachable
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Bool, Enum, Int, Type
 
@@ -73,14 +74,9 @@ def cases(
     value = scope.check(node.scrutinee)
     matched = value.type
     if not isinstance(matched, Enum | Bool | Int):
-        raise mistake(
-            "E0308",
-            f"'match' takes an enum, a bool or an int, but this is {described(matched)}",
-            node.scrutinee.span,
-            "use if .. then .. else",
-        )
+        raise Mistake(e03_types.match_of_other(matched, node.scrutinee.span))
     if not node.arms:
-        raise mistake("E0305", "'match' has no arms", node.span, "add 'pattern => value'")
+        raise Mistake(e03_match.no_arms(node.span))
     binding = None
     if not is_atomic(value):
         name = scope.fresh("matched")
@@ -147,33 +143,18 @@ def _check_coverage(node: ast.Match, t: Enum | Bool | Int, known: bool) -> None:
     for arm in node.arms:
         for pattern in arm.patterns:
             if closed:
-                raise mistake(
-                    "E0306",
-                    "this arm is never reached: 'else' comes before it",
-                    pattern.span,
-                    "move 'else' to the end",
-                )
+                raise Mistake(e03_match.behind_else(pattern.span))
             if pattern.is_else:
                 closed = True
                 continue
             _check_pattern(pattern, t, alone=len(arm.patterns) == 1, known=known)
             key = _key(pattern)
             if key in seen:
-                raise mistake(
-                    "E0306",
-                    f"this arm is never reached: '{_shown(key)}' comes before it",
-                    pattern.span,
-                    "remove one of the two",
-                )
+                raise Mistake(e03_match.covered_before(_shown(key), pattern.span))
             seen.add(key)
     missing = [] if closed else _missing(t, seen)
     if missing:
-        raise mistake(
-            "E0305",
-            f"'match' leaves out {', '.join(missing)}",
-            node.span,
-            "add an arm for each, or 'else => ..'",
-        )
+        raise Mistake(e03_match.left_out(missing, node.span))
 
 
 def _missing(t: Enum | Bool | Int, seen: set[str | int | bool]) -> list[str]:
@@ -198,24 +179,16 @@ def _check_pattern(pattern: ast.Pattern, t: Enum | Bool | Int, *, alone: bool, k
     key = _key(pattern)
     if isinstance(t, Enum):
         if not isinstance(key, str):
-            raise mistake("E0307", f"this matches values of {t}", pattern.span, "name one of its variants")
+            raise Mistake(e03_match.not_a_variant(t, pattern.span))
         variant = t.variant(key)
         if variant is None:
-            raise unknown_variant(t, key, pattern.span)
+            raise Mistake(e02_names.unknown_variant(t, key, pattern.span))
         if pattern.argument is not None and variant.argument is None:
-            raise mistake("E0307", f"variant '{key}' has no argument", pattern.span, f"write {key} alone")
+            raise Mistake(e03_match.variant_without_argument(key, pattern.span))
         if pattern.argument is not None and not alone:
-            raise mistake(
-                "E0307",
-                "an arm with alternatives cannot name an argument",
-                pattern.span,
-                "write one arm for each alternative",
-            )
+            raise Mistake(e03_match.argument_of_alternatives(pattern.span))
         return
     if pattern.argument is not None or isinstance(key, str) or isinstance(key, bool) != isinstance(t, Bool):
-        wanted = "true or false" if isinstance(t, Bool) else "integers"
-        raise mistake("E0307", f"this matches {wanted}", pattern.span, f"use {wanted} as patterns")
+        raise Mistake(e03_match.other_kind(t, pattern.span))
     if isinstance(t, Int) and not known and not t.low <= key <= t.high:
-        raise mistake(
-            "E0307", f"{key} never occurs: the value ranges over {t}", pattern.span, "remove this pattern"
-        )
+        raise Mistake(e03_match.never_occurs(key, t, pattern.span))

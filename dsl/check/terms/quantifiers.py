@@ -9,16 +9,15 @@ from itertools import product
 from math import prod
 
 from hypgen.dsl import ir
-from hypgen.dsl.check.scope.draw_syntax import misplaced_draw
-from hypgen.dsl.check.scope.fit_type import check_as, described, fit
+from hypgen.dsl.check.scope.fit_type import check_as, fit
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.scope.unit_checks import require_same
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import gather, mistake
+from hypgen.dsl.messages import e02_names, e03_calls, e03_types, e03_units, e06_ranges, e07_draws
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.types import BOOL, FLOAT, INT32_MAX, Bool, Int, Type, intervals, size_of
+from hypgen.dsl.types import BOOL, FLOAT, INT32_MAX, Int, Type, intervals, size_of
 from hypgen.dsl.types.builtin_names import QUANTIFIERS
 
 _EXTREMES = ("min", "max", "argmin", "argmax")
@@ -65,40 +64,24 @@ def check(node: ast.Quantified, scope: Scope, expected: Type | None) -> ir.Expr:
 
 def _check_form(node: ast.Quantified) -> None:
     if node.kind in ("uniform", "weighted"):
-        raise misplaced_draw(f"{node.kind}(..)", node.span)
+        raise Mistake(e07_draws.misplaced_draw(f"{node.kind}(..)", node.span))
     if node.kind not in QUANTIFIERS:
         if node.kind == "distance":
-            raise mistake(
-                "E0313",
-                "'distance' gives a whole table, and one value is asked for here",
-                node.span,
-                "declare const d: float[T, T] = distance(a in T, b in T where ..) and read d[a, b]",
-            )
-        remedy = did_you_mean(node.kind, QUANTIFIERS) or f"use one of {', '.join(sorted(QUANTIFIERS))}"
-        raise mistake("E0204", f"'{node.kind}' cannot run over values", node.span, remedy)
+            raise Mistake(e03_units.distance_as_value(node.span))
+        raise Mistake(e02_names.unknown_quantifier(node.kind, QUANTIFIERS, node.span))
     if node.kind == "count" and node.body is not None:
-        raise mistake("E0302", "'count' has no body", node.body.span, "write count(i in T where condition)")
+        raise Mistake(e03_calls.count_with_body(node.body.span))
     if node.kind != "count" and node.body is None and not (node.kind == "any" and node.where is not None):
-        raise mistake("E0302", f"'{node.kind}' needs a body", node.span, f"write {node.kind}(i in T: ..)")
+        raise Mistake(e03_calls.without_body(node.kind, node.span))
     if node.otherwise is not None and node.kind not in _EXTREMES:
-        raise mistake(
-            "E0302",
-            f"'{node.kind}' of nothing is known: it takes no 'else'",
-            node.otherwise.span,
-            "remove it",
-        )
+        raise Mistake(e03_calls.needless_else(node.kind, node.otherwise.span))
     if node.kind in ("argmin", "argmax") and len(node.binders) != 1:
-        raise mistake("E0302", f"'{node.kind}' runs over one type", node.span, "bind one name")
+        raise Mistake(e03_calls.several_binders(node.kind, node.span))
 
 
 def _require_summand(e: ir.Expr, node: ast.Expr) -> None:
     if not operators.is_numeric(e.type):
-        raise mistake(
-            "E0308",
-            f"'sum' adds numbers, but this is {described(e.type)}",
-            node.span,
-            "count with count(i in T where ..)" if isinstance(e.type, Bool) else "use ints or floats",
-        )
+        raise Mistake(e03_types.summand_not_a_number(e.type, node.span))
 
 
 def bind_types(nodes: tuple[ast.Binder, ...], scope: Scope) -> tuple[ir.Binder, ...]:
@@ -135,17 +118,10 @@ def _extreme(
 ) -> ir.Expr:
     assert node.body is not None
     if condition is not None and operators.is_false(condition) and node.otherwise is None:
-        raise mistake(
-            "E0608", f"'{node.kind}' of nothing: the condition never holds", node.span, "add 'else value'"
-        )
+        raise Mistake(e06_ranges.extreme_of_nothing(node.kind, node.span))
     body = inner.check(node.body)
     if not operators.is_numeric(body.type):
-        raise mistake(
-            "E0308",
-            f"'{node.kind}' compares numbers, but this is {described(body.type)}",
-            node.body.span,
-            "use ints or floats",
-        )
+        raise Mistake(e03_types.extreme_of_other(node.kind, body.type, node.body.span))
     picks = node.kind in ("argmin", "argmax")
     result: Type = binders[0].type if picks else body.type
     otherwise = None
@@ -167,9 +143,7 @@ def _unfold(
 ) -> ir.Expr:
     """Return the value of a quantifier in a constant expression, by going through all values."""
     if prod(size_of(b.type) for b in binders) > min(_MAX_UNFOLDED, INT32_MAX):
-        raise mistake(
-            "E0605", "this runs over too many values for a constant", node.span, "use a smaller type"
-        )
+        raise Mistake(e06_ranges.many_values_to_unfold(node.span))
     bind_all(node.binders, binders, scope)  # for its checks
     result: ir.Expr | None = {
         "sum": operators.integer(0),
@@ -204,7 +178,5 @@ def _unfold(
     if result is None and node.otherwise is not None:
         result = scope.check(node.otherwise, expected)
     if result is None:
-        raise mistake(
-            "E0608", f"'{node.kind}' of nothing: the condition never holds", node.span, "add 'else value'"
-        )
+        raise Mistake(e06_ranges.extreme_of_nothing(node.kind, node.span))
     return result

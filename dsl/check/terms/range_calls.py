@@ -5,13 +5,14 @@ from __future__ import annotations
 from functools import partial
 
 from hypgen.dsl import ir
-from hypgen.dsl.check.scope.fit_type import described, lies, require_int32
+from hypgen.dsl.check.scope.fit_type import require_int32
 from hypgen.dsl.check.scope.let_bindings import let_in
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.unit_checks import require_plain, require_same
 from hypgen.dsl.check.terms.references import is_atomic
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages.report import gather, mistake
+from hypgen.dsl.messages import e03_calls, e03_types, e06_ranges, e08_parts
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT, PROB, Float, Int, Type
@@ -21,12 +22,7 @@ def number(node: ast.Expr, scope: Scope, name: str) -> ir.Expr:
     """Return an argument of the function ``name``, which takes numbers."""
     e = scope.check(node)
     if not operators.is_numeric(e.type):
-        raise mistake(
-            "E0308",
-            f"'{name}' takes numbers, but this is {described(e.type)}",
-            node.span,
-            "use ints or floats",
-        )
+        raise Mistake(e03_types.argument_not_a_number(name, e.type, node.span))
     return e
 
 
@@ -34,8 +30,7 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     """Return ``clamp wrap checked`` of a number, into given ends or into the range that is asked for."""
     name, given = node.name, len(node.arguments)
     if given not in (1, 3):
-        form = f"its form is {name}(x) or {name}(x, low, high)"
-        raise mistake("E0302", f"'{name}' takes 1 argument or 3, here {given}", node.span, form)
+        raise Mistake(e03_calls.wrong_arguments_of_range_call(name, given, node.span))
     if given == 1:
         return _into_target(node, scope, expected)
     values = gather([partial(number, n, scope, name) for n in node.arguments])
@@ -46,29 +41,18 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     operand, low, high = values
     if isinstance(low, ir.Const) and isinstance(high, ir.Const):
         if low.value > high.value:
-            message = f"the lower end of {name} lies above the upper"
-            raise mistake("E0605", message, node.span, "swap the ends")
+            raise Mistake(e06_ranges.swapped_ends(name, node.span))
         return _forced(node, operand, low, high, scope)
     if name == "clamp":
         return operators.arithmetic("min", operators.arithmetic("max", operand, low), high)
-    raise mistake(
-        "E0810",
-        f"the ends of {name} must be constants",
-        node.span,
-        "use literals and consts; clamp takes ends that vary",
-    )
+    raise Mistake(e08_parts.ends_not_constant(name, node.span))
 
 
 def _into_target(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     name, span = node.name, node.arguments[0].span
     finite = isinstance(expected, Int) and expected != INT
     if not isinstance(expected, Int | Float) or not (finite or expected == PROB):
-        raise mistake(
-            "E0310",
-            f"{name}(..) takes its ends from the range that is asked for, and here none is",
-            node.span,
-            f"give the ends: {name}(x, low, high)",
-        )
+        raise Mistake(e03_types.no_ends(name, node.span))
     e = number(node.arguments[0], scope, name)
     if isinstance(expected, Float):
         require_plain(e, span, "a probability")
@@ -76,12 +60,7 @@ def _into_target(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr
             node, operators.to_float(e), operators.real(expected.low), operators.real(expected.high), scope
         )
     if isinstance(e.type, Float):
-        raise mistake(
-            "E0301",
-            "an int is needed, but this is a float",
-            span,
-            f"round it first: {name}(floor(..)), {name}(ceil(..)) or {name}(round(..))",
-        )
+        raise Mistake(e03_types.float_into_int_range(name, span))
     return _forced(node, e, operators.integer(expected.low), operators.integer(expected.high), scope)
 
 
@@ -94,12 +73,7 @@ def _forced(node: ast.Call, e: ir.Expr, low: ir.Const, high: ir.Const, scope: Sc
         return e
     if node.name == "checked":
         if most < low.value or high.value < least:
-            raise mistake(
-                "E0601",
-                f"this {lies(least, most)}, which never fits {low.value} .. {high.value}",
-                node.span,
-                "correct the value or the range",
-            )
+            raise Mistake(e06_ranges.never_in_range(least, most, low.value, high.value, node.span))
         return operators.clamp(e, low.value, high.value, ir.Checked)
     return _wrapped(e, low, high, node.span, scope)
 
@@ -112,7 +86,7 @@ def _wrapped(e: ir.Expr, low: ir.Const, high: ir.Const, span: Span, scope: Scope
         return operators.arithmetic("add", operators.arithmetic("mod", offset, length), low)
     span_of = operators.arithmetic("sub", high, low)
     if isinstance(span_of, ir.Const) and not span_of.value > 0:
-        raise mistake("E0605", "the range to wrap into is empty", span, "the ends must differ")
+        raise Mistake(e06_ranges.empty_wrap(span))
     name = scope.fresh("wrapped")
     x = e if is_atomic(e) else ir.Local(e.type, name)
     turns = operators.arithmetic("div", operators.arithmetic("sub", x, low), span_of)

@@ -7,19 +7,16 @@ recursion. Each call must give a lower constant than the call that it stands in,
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.uses import Use
-from hypgen.dsl.check.scope.scope import Falling, Scope
-from hypgen.dsl.check.terms.references import walk
-from hypgen.dsl.messages.report import Mistake, mistake
+from hypgen.dsl.check.scope.scope import Falling, Program, Scope
+from hypgen.dsl.messages import e02_names
+from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.walk import walk
 from hypgen.dsl.types import INT, Int
-
-if TYPE_CHECKING:
-    from hypgen.dsl.check.program import Program
 
 _MAX_DEPTH = 100
 _MAX_COPIES = 1 << 12
@@ -60,7 +57,7 @@ def call(item: ast.Function, arguments: list[ir.Expr], node: ast.Call, scope: Sc
     name = copy_name(item, constants, program)
     copy = program.copy(name, item, frames)
     if scope.owner is not None:
-        program.uses.add(scope.owner, Use("fn", name, scope.primed, node.span))
+        program.uses.add(scope.owner, Use("function", name, scope.primed, node.span))
     result = copy.type
     if not scope.unrolling and any(f.type == INT for f in copy.formals):  # whose ranges each call proves
         proving = replace(scope, owner=None, evaluate=True, unrolling=frames)
@@ -80,27 +77,10 @@ def copy_name(item: ast.Function, constants: dict[str, int], program: Program) -
 def _require_fall(item: ast.Function, constants: dict[str, int], span: Span, scope: Scope) -> None:
     outer = next((f.constants for f in reversed(scope.unrolling) if f.function == item.name), None)
     if not constants:
-        raise _endless(item, span, "gives it no constant int")
+        raise Mistake(e02_names.endless_recursion(item.name, "gives it no constant int", span, item.span))
     if outer is not None and not any(n in outer and v < outer[n] for n, v in constants.items()):
         kept = [f"'{n}' is {v} after {outer[n]}" for n, v in constants.items() if n in outer]
-        raise _endless(
-            item, span, f"does not lower it: {', '.join(kept)}" if kept else "gives it another int"
-        )
+        why = f"does not lower it: {', '.join(kept)}" if kept else "gives it another int"
+        raise Mistake(e02_names.endless_recursion(item.name, why, span, item.span))
     if len(scope.unrolling) >= _MAX_DEPTH or len(scope.program.unrolled) >= _MAX_COPIES:
-        raise mistake(
-            "E0210",
-            f"'{item.name}' calls itself too often: more than {_MAX_DEPTH} times in a row, or with more than "
-            f"{_MAX_COPIES} different constants",
-            span,
-            "start from a smaller number, or use sum, min, max or a table",
-        )
-
-
-def _endless(item: ast.Function, span: Span, why: str) -> Mistake:
-    return mistake(
-        "E0209",
-        f"'{item.name}' calls itself, and nothing shows that this ends: the call {why}",
-        span,
-        "give each call an int that is constant and lower than before: if n == 0 then .. else f(n - 1)",
-        [(item.span, f"'{item.name}' is declared here")],
-    )
+        raise Mistake(e02_names.deep_recursion(item.name, _MAX_DEPTH, _MAX_COPIES, span))

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 from hypgen.dsl import ir
-from hypgen.dsl.analysis.uses import Use
-from hypgen.dsl.check.scope.fit_type import check_as, described
+from hypgen.dsl.analysis.uses import ReadKind, Use
+from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.symbols import StateMember, kind_of
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.operators import to_index
-from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.report import Mistake, gather, mistake
+from hypgen.dsl.messages import e02_names, e03_calls, e04_variables, e05_reads, e08_parts
+from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.walk import walk
 from hypgen.dsl.types import PROB, Enum, Float, Record, Type, size_of
 from hypgen.dsl.types.units import PLAIN
 
@@ -55,14 +56,11 @@ def entry(reference: Reference, nodes: tuple[ast.Expr, ...], span: Span, scope: 
         remedy = f"it is indexed by [{wanted}]" if wanted else _alone(reference.label, scope)
         if not nodes and scope.primed:
             remedy += f"; the prime stands behind the index: {reference.label}[..]'"
-        raise mistake(
-            "E0303",
-            f"'{reference.label}' takes {_indexes(len(reference.indices))}, here given {len(nodes)}",
-            span,
-            remedy,
+        raise Mistake(
+            e03_calls.wrong_indexes(reference.label, len(reference.indices), len(nodes), remedy, span)
         )
     indices = [
-        partial(check_as, n, scope, t, f"the index of '{reference.label}'", "E0602")
+        partial(check_as, n, scope, t, f"the index of '{reference.label}'", is_index=True)
         for n, t in zip(nodes, reference.indices, strict=True)
     ]
     return scope.narrow(reference.entry(tuple(gather(indices))))
@@ -78,10 +76,6 @@ def _alone(label: str, scope: Scope) -> str:
     return (
         f"write {name} for this member, {other} for another" if element == scope.element else f"write {other}"
     )
-
-
-def _indexes(number: int) -> str:
-    return "no index" if number == 0 else "one index" if number == 1 else f"{number} indexes"
 
 
 def find(node: ast.Expr, scope: Scope) -> Reference | None:
@@ -126,12 +120,7 @@ def _named(name: str, span: Span, scope: Scope) -> Reference | None:
 def _policy_member(name: str, span: Span, scope: Scope) -> Reference:
     """Return a register or let of the policy."""
     if scope.primed:
-        raise mistake(
-            "E0407",
-            f"'{name}' has no next value here",
-            span,
-            "remove the prime; to use what memory will hold, name it with a let",
-        )
+        raise Mistake(e04_variables.next_of_policy(name, span))
     program = scope.program
     item = program.symbols.policy[name]
     if isinstance(item, ast.Memory):
@@ -142,7 +131,7 @@ def _policy_member(name: str, span: Span, scope: Scope) -> Reference:
             lambda i: record(ir.MemoryRead(t, name, i), Use("memory", name, False, span), scope),
         )
     let = program.policy_let(item)
-    use = Use("draw" if let.draws else "let", let.name, False, span)
+    use = Use("policy draw" if let.draws else "policy let", let.name, False, span)
     return Reference(name, (), lambda _: record(ir.LetRead(let.dist.type, let.name), use, scope))
 
 
@@ -175,12 +164,7 @@ def _action_entry(action: ir.Action, span: Span, scope: Scope, indices: tuple[ir
 
 def _refuse_constant(what: str, span: Span, scope: Scope) -> None:
     if scope.constant:
-        raise mistake(
-            "E0810",
-            f"{what} is not known when the model is compiled",
-            span,
-            "use literals, consts and functions of them only",
-        )
+        raise Mistake(e08_parts.not_constant(what, span))
 
 
 def element_of(node: ast.Expr, scope: Scope) -> tuple[str, tuple[ir.Expr, ...]] | None:
@@ -193,15 +177,12 @@ def element_of(node: ast.Expr, scope: Scope) -> tuple[str, tuple[ir.Expr, ...]] 
     binder = scope.program.element(name.name).binder
     given = node.indices if isinstance(node, ast.Index) else ()
     if len(given) != (0 if binder is None else 1):
-        raise mistake(
-            "E0303",
-            f"'{name.name}' is {'one element' if binder is None else 'a family: say which member'}",
-            node.span,
-            f"write {name.name}.name" if binder is None else f"write {name.name}[{binder.name}].name",
-        )
+        if binder is None:
+            raise Mistake(e03_calls.element_with_index(name.name, node.span))
+        raise Mistake(e03_calls.family_without_index(name.name, binder.name, node.span))
     if binder is None:
         return name.name, ()
-    index = check_as(given[0], scope, binder.type, f"the index of '{name.name}'", "E0602")
+    index = check_as(given[0], scope, binder.type, f"the index of '{name.name}'", is_index=True)
     return name.name, (index,)
 
 
@@ -213,26 +194,15 @@ def _element_member(
         return _state(element, name, indices, span, scope)
     if f"{element}.{name}" in scope.program.symbols.observations:
         raise observation_read(f"{element}.{name}", span, scope)
-    raise mistake(
-        "E0205",
-        f"element '{element}' has no variable or let '{name}'",
-        span,
-        did_you_mean(name, members) or f"declare it in element {element}",
-    )
+    raise Mistake(e02_names.unknown_member(element, name, members, span))
 
 
 def observation_read(path: str, span: Span, scope: Scope) -> Mistake:
     """Return the mistake of reading an observation."""
     name = path.rpartition(".")[2]
     if scope.history:
-        message = f"'{name}' is an observation, which comes only after the policy has chosen"
-        return mistake("E0207", message, span, "write last(.., first) for what was seen in the step before")
-    return mistake(
-        "E0207",
-        f"'{name}' is an observation, which the model cannot read",
-        span,
-        "read the variables it depends on, or make it a visible variable",
-    )
+        return Mistake(e02_names.observation_in_policy(name, span))
+    return Mistake(e02_names.observation_in_model(name, span))
 
 
 def _state(element: str, name: str, member: tuple[ir.Expr, ...], span: Span, scope: Scope) -> Reference:
@@ -256,7 +226,7 @@ def _state(element: str, name: str, member: tuple[ir.Expr, ...], span: Span, sco
         )
     let = program.let(element, item)
     draws, primed = item.rhs.draw and let.draws, scope.primed
-    kind = "draw" if draws else "let"
+    kind: ReadKind = "draw" if draws else "let"
     if scope.evaluate and not draws:
         return Reference(path, (), lambda _: program.follow_let(element, item, member, scope))
     return Reference(
@@ -282,12 +252,7 @@ def _plain_name(node: ast.Name, scope: Scope, expected: Type | None) -> ir.Expr:
         variant = enum.variant(name)
         assert variant is not None
         if variant.argument is not None:
-            raise mistake(
-                "E0302",
-                f"variant '{name}' takes an argument of type {variant.argument}",
-                node.span,
-                f"write {name}(..)",
-            )
+            raise Mistake(e03_calls.variant_takes_argument(name, variant.argument, node.span))
         return ir.Const(enum, enum.offsets[name])
     if name == "gamma":
         return operators.real(program.discount(node.span), PLAIN)
@@ -295,31 +260,21 @@ def _plain_name(node: ast.Name, scope: Scope, expected: Type | None) -> ir.Expr:
         return operators.real(_PI, PLAIN)
     item = program.symbols.globals.get(name)
     if isinstance(item, ast.Element):
-        raise mistake(
-            "E0207", f"'{name}' is an element, not a value", node.span, f"read one of its variables: {name}.x"
-        )
+        raise Mistake(e02_names.element_as_value(name, node.span))
     if isinstance(item, ast.Function):
-        raise mistake("E0207", f"'{name}' is a function", node.span, f"call it: {name}(..)")
+        raise Mistake(e02_names.function_as_value(name, node.span))
     if item is not None:
-        raise mistake("E0207", f"'{name}' is {kind_of(item)}, not a value", node.span, "name a value here")
+        raise Mistake(e02_names.not_a_value(name, kind_of(item), node.span))
     own = f"{scope.element}.{name}"
     if name in program.symbols.observations or own in program.symbols.observations:
         raise observation_read(name, node.span, scope)
     if name in program.symbols.policy:
-        raise mistake(
-            "E0505",
-            f"'{name}' is {kind_of(program.symbols.policy[name])} of the policy, which is not known here",
-            node.span,
-            "read it in the policy or in 'bound lower'; a fn can be given its value",
-        )
+        kind = kind_of(program.symbols.policy[name])
+        raise Mistake(e05_reads.policy_outside_policy(name, kind, node.span))
     if not any(isinstance(declared, ast.Action) for declared in program.symbols.globals.values()):
         raise Mistake  # that the model has no action is reported: this may be its name
-    raise mistake(
-        "E0201",
-        f"there is nothing called '{name}' here",
-        node.span,
-        program.symbols.suggestion(name, scope.element, _local_names(scope), expected),
-    )
+    remedy = program.symbols.suggestion(name, scope.element, _local_names(scope), expected)
+    raise Mistake(e02_names.unknown_name(name, remedy, node.span))
 
 
 def _local_names(scope: Scope) -> set[str]:
@@ -331,12 +286,7 @@ def owner_of(name: str, span: Span, scope: Scope, expected: Type | None) -> Enum
     owners = scope.program.symbols.variants[name]
     item = next((o for o in owners if isinstance(expected, Enum) and o.name == expected.name), None)
     if item is None and len(owners) > 1:
-        raise mistake(
-            "E0206",
-            f"'{name}' is a variant of {' and of '.join(o.name for o in owners)}",
-            span,
-            f"say which: {owners[0].name}.{name}",
-        )
+        raise Mistake(e02_names.ambiguous_variant(name, [o.name for o in owners], span))
     found = scope.program.named_type(item or owners[0])
     assert isinstance(found, Enum)
     return found
@@ -350,55 +300,27 @@ def _member(node: ast.Member, scope: Scope) -> ir.Expr:
             enum = scope.program.named_type(item)
             assert isinstance(enum, Enum)
             if enum.variant(node.name) is None:
-                raise unknown_variant(enum, node.name, node.span)
+                raise Mistake(e02_names.unknown_variant(enum, node.name, node.span))
             return _plain_name(ast.Name(node.span, node.name), scope, enum)
     operand = scope.check(node.operand)
     if not isinstance(operand.type, Record):
-        is_variant = isinstance(operand.type, Enum) and operand.type.variant(node.name) is not None
         left = node.operand.name if isinstance(node.operand, ast.Name) else ".."
-        raise mistake(
-            "E0205",
-            f"this has no field '{node.name}': it is {described(operand.type)}",
-            node.span,
-            f"write {left} == {node.name}" if is_variant else "only elements, records and enums have members",
-        )
+        raise Mistake(e02_names.no_members(node.name, operand.type, left, node.span))
     if operand.type.field_type(node.name) is None:
         names = [n for n, _ in operand.type.fields]
-        raise mistake(
-            "E0205",
-            f"record '{operand.type}' has no field '{node.name}'",
-            node.span,
-            did_you_mean(node.name, names) or f"its fields are {', '.join(names)}",
-        )
+        raise Mistake(e02_names.unknown_field(operand.type, node.name, names, node.span))
     return scope.narrow(operators.field(operand.type, node.name, operand))
-
-
-def unknown_variant(enum: Enum, name: str, span: Span) -> Mistake:
-    """Return the mistake of naming a variant that ``enum`` lacks."""
-    names = [v.name for v in enum.variants]
-    remedy = did_you_mean(name, names) or f"its variants are {', '.join(names)}"
-    return mistake("E0205", f"enum '{enum}' has no variant '{name}'", span, remedy)
 
 
 def _not_indexable(node: ast.Index, scope: Scope) -> Mistake:
     if isinstance(node.operand, ast.Name):
         item = scope.program.symbols.globals.get(node.operand.name)
         if isinstance(item, ast.Element):
-            return mistake(
-                "E0207",
-                "a member of a family is not a value",
-                node.span,
-                f"read one of its variables: {node.operand.name}[..].x",
-            )
+            return Mistake(e02_names.member_as_value(node.operand.name, node.span))
         if isinstance(item, ast.Function):
-            return mistake("E0207", f"'{node.operand.name}' is a function", node.span, "call it with (..)")
+            return Mistake(e02_names.function_as_array(node.operand.name, node.span))
     operand = scope.check(node.operand)
-    return mistake(
-        "E0303",
-        f"this cannot be indexed: it is {described(operand.type)}",
-        node.span,
-        "index arrays, and families of elements, only",
-    )
+    return Mistake(e03_calls.not_indexable(operand.type, node.span))
 
 
 def is_bare_variant(node: ast.Expr, scope: Scope) -> bool:
@@ -429,18 +351,3 @@ def mentions_state(node: ast.Expr, scope: Scope) -> bool:
             case ast.Call(_, name) if isinstance(symbols.globals.get(name), ast.Function):
                 return True
     return False
-
-
-def walk(node: ast.Node) -> Iterator[ast.Node]:
-    """Yield ``node`` and all nodes in it."""
-    yield node
-    for f in fields(node):
-        yield from _inside(getattr(node, f.name))
-
-
-def _inside(value: object) -> Iterator[ast.Node]:
-    if isinstance(value, ast.Node):
-        yield from walk(value)
-    elif isinstance(value, tuple):
-        for item in value:
-            yield from _inside(item)

@@ -11,7 +11,7 @@ from hypgen.dsl.foreign.cassandra.tokens import HEADINGS, Tokens, Word
 from hypgen.dsl.foreign.tables.foreign_model import ForeignModel, Law, Read, Row, Variable
 from hypgen.dsl.foreign.tables.rows import TOLERANCE, row_of
 from hypgen.dsl.foreign.tables.trouble import Trouble
-from hypgen.dsl.messages.diagnostic import did_you_mean
+from hypgen.dsl.messages import e09_cassandra
 from hypgen.dsl.messages.source import Source
 
 MAX_STATES = 100_000
@@ -61,12 +61,11 @@ class _Reader:
         return self._model()
 
     def _unknown(self, word: Word) -> None:
-        remedy = did_you_mean(word.text.lower(), HEADINGS) or "a specification starts with T, O or R"
-        code, message = "E0901", f"a specification is expected, but found '{word.text[:30]}'"
+        span = self.tokens.span(word)
         if self.tokens.taken and _INTEGER.match(word.text.lstrip("+-.")):
-            code, message = "E0903", f"here is a number too many: {self.tokens.taken}"
-            remedy = "remove it, or one before it"
-        self.trouble.add(code, message, word.start, len(word.text), remedy)
+            self.trouble.add(e09_cassandra.number_too_many(self.tokens.taken, span))
+        else:
+            self.trouble.add(e09_cassandra.unknown_specification(word.text, HEADINGS, span))
         self.tokens.skip_to_heading()
 
     def _colon(self, after: Word) -> bool:
@@ -86,8 +85,7 @@ class _Reader:
         if self.discount is None:
             self.tokens.skip_to_heading()
         elif not 0 <= self.discount <= 1:
-            message = f"the discount is {self.discount:g}"
-            self.trouble.add("E0908", message, place.start, len(place.text), "give one from 0 to 1")
+            self.trouble.add(e09_cassandra.wrong_discount(self.discount, self.tokens.span(place)))
 
     def _values(self, heading: Word) -> None:
         if not self._colon(heading):
@@ -103,11 +101,11 @@ class _Reader:
         if not self._colon(heading):
             return
         kind, words = heading.text.lower(), self.tokens.words()
-        if kind in self.declared or self.tables is not None:
-            message = f"the {kind} are declared " + ("twice" if kind in self.declared else "after T, O or R")
-            self.trouble.add(
-                "E0907", message, heading.start, len(heading.text), "keep one declaration, before the tables"
-            )
+        if kind in self.declared:
+            self.trouble.add(e09_cassandra.declared_twice(kind, self.tokens.span(heading)))
+            return
+        if self.tables is not None:
+            self.trouble.add(e09_cassandra.declared_late(kind, self.tokens.span(heading)))
             return
         if not words:
             self.tokens.unexpected(self.tokens.peek(), f"the number or the names of the {kind}")
@@ -116,10 +114,8 @@ class _Reader:
         if len(words) == 1 and _INTEGER.fullmatch(words[0].text):
             size = int(words[0].text)
             if not 0 < size <= MAX_STATES:
-                message = f"there are {size} {kind}, and 1 to {MAX_STATES} can be imported"
-                raise self.trouble.stop(
-                    "E0912", message, words[0].start, len(words[0].text), "make the model smaller"
-                )
+                span = self.tokens.span(words[0])
+                raise self.trouble.stop(e09_cassandra.wrong_size(kind, size, MAX_STATES, span))
             self.declared[kind] = Variable(singular, size)
             return
         if listed := next((word for word in words if "," in word.text), None):
@@ -127,8 +123,7 @@ class _Reader:
         first: dict[str, Word] = {}
         for word in words:
             if first.setdefault(word.text, word) is not word:
-                message = f"the {singular} '{word.text}' is declared twice"
-                self.trouble.add("E0907", message, word.start, len(word.text), "give each a name of its own")
+                self.trouble.add(e09_cassandra.duplicate_name(singular, word.text, self.tokens.span(word)))
         self.declared[kind] = Variable(singular, len(words), tuple(w.text for w in words))
 
     def _start(self, heading: Word) -> None:
@@ -143,15 +138,12 @@ class _Reader:
     def _begin_tables(self, place: Word) -> None:
         for kind in ("states", "actions"):
             if kind not in self.declared:
-                raise self.trouble.stop(
-                    "E0907", f"the {kind} are not declared", place.start, len(place.text),
-                    f"add `{kind}: ` and their number or names above the tables",
-                )  # fmt: skip
+                raise self.trouble.stop(e09_cassandra.not_declared(kind, self.tokens.span(place)))
         states, actions = self.declared["states"], self.declared["actions"]
         seen = self.declared.get("observations")
         if states.size * actions.size > MAX_ROWS:
-            message = f"{states.size} states times {actions.size} actions are more than {MAX_ROWS} rows"
-            raise self.trouble.stop("E0912", message, place.start, len(place.text), "make the model smaller")
+            span = self.tokens.span(place)
+            raise self.trouble.stop(e09_cassandra.many_rows(states.size, actions.size, MAX_ROWS, span))
         moves = Probabilities(self.tokens, "T", (actions, states), states)
         sensor = None if seen is None else Probabilities(self.tokens, "O", (actions, states), seen)
         self.tables = moves, sensor, Rewards(self.tokens, actions, states, seen)
@@ -165,10 +157,7 @@ class _Reader:
         moves, sensor, rewards = self.tables
         kind = heading.text.upper()
         if kind == "O" and sensor is None:
-            raise self.trouble.stop(
-                "E0907", "the observations are not declared", heading.start, 1,
-                "add `observations: ` and their number or names above the tables",
-            )  # fmt: skip
+            raise self.trouble.stop(e09_cassandra.not_declared("observations", self.tokens.span(heading)))
         table = {"T": moves, "O": sensor, "R": rewards}[kind]
         assert table is not None
         if not table.read(heading):
@@ -229,8 +218,7 @@ class _Reader:
         if not form and words[0].text.lower() == "uniform" and len(words) == 1:
             return everywhere
         if not form and len(words) > 1 and _are_numbers(words):
-            message = f"'start' takes {states.size} numbers, one for each state, but {len(words)} are given"
-            self.trouble.add("E0903", message, heading.start, len(heading.text), "give one for each state")
+            self.trouble.add(e09_cassandra.wrong_start(states.size, len(words), self.tokens.span(heading)))
             return everywhere
         assert self.tables is not None
         named = [self.tables[0].resolve(word, states) for word in words]
@@ -240,20 +228,17 @@ class _Reader:
         if form == "exclude":
             chosen = set(range(states.size)) - chosen
         if not chosen:
-            self.trouble.add(
-                "E0904", "no state is left to start in", heading.start, len(heading.text), "exclude fewer"
-            )
+            self.trouble.add(e09_cassandra.no_start(self.tokens.span(heading)))
             return everywhere
         return tuple((s, 1.0 / len(chosen)) for s in sorted(chosen))
 
     def _start_vector(self, words: list[Word]) -> Row:
         values = [float(w.text) for w in words]
-        total = sum(values)
-        if min(values) < 0 or not abs(total - 1) <= TOLERANCE:
-            message = f"the probabilities of the start sum to {total:.6g}"
-            if min(values) < 0:
-                message = f"a probability of the start is {min(values):g}"
-            self.trouble.add("E0904", message, words[0].start, len(words[0].text), "make them sum to 1")
+        total, span = sum(values), self.tokens.span(words[0])
+        if min(values) < 0:
+            self.trouble.add(e09_cassandra.negative_start(min(values), span))
+        elif not abs(total - 1) <= TOLERANCE:
+            self.trouble.add(e09_cassandra.wrong_sum_of_start(total, span))
         return row_of(values)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from hypgen.dsl.foreign.cassandra.tokens import Tokens, Word
 from hypgen.dsl.foreign.tables.foreign_model import Row, Variable
 from hypgen.dsl.foreign.tables.rows import TOLERANCE, normalised
-from hypgen.dsl.messages.diagnostic import did_you_mean
+from hypgen.dsl.messages import e09_cassandra
 
 MAX_WRITTEN = 20_000_000  # entries, those that are written again included: ten seconds
 _SHOWN = 5
@@ -43,15 +43,12 @@ def resolve(tokens: Tokens, word: Word, variable: Variable) -> Sequence[int] | N
     if text.isascii() and text.isdigit() and len(text) < 10:
         if int(text) < variable.size:
             return (int(text),)
-        message = f"there is no {what} {text}: they are numbered 0 to {variable.size - 1}"
-        tokens.trouble.add("E0902", message, word.start, len(text), "correct the number")
+        tokens.trouble.add(e09_cassandra.unknown_number(what, text, variable.size, tokens.span(word)))
         return None
     alike = [number for name, number in names.items() if name.lower() == text.lower()]
     if len(alike) == 1:
         return (alike[0],)
-    remedy = did_you_mean(text, names) or (f"declare it, or use one of the {what}s declared above")
-    message = f"there is no {what} called '{text[:30]}'"
-    tokens.trouble.add("E0902", message, word.start, len(text), remedy)
+    tokens.trouble.add(e09_cassandra.unknown_name(what, text, names, tokens.span(word)))
     return None
 
 
@@ -114,8 +111,7 @@ class Probabilities:
         if form == "identity":
             self.tokens.next()
             if states != size:
-                message = f"'identity' needs as many {self.values.name}s as states"
-                self.tokens.trouble.add("E0903", message, word.start, len(word.text), "give the matrix")
+                self.tokens.trouble.add(e09_cassandra.not_square(self.values.name, self.tokens.span(word)))
             for s in range(states):
                 self._set(actions, (s,), {s: 1.0}, place)
             return True
@@ -155,15 +151,13 @@ class Probabilities:
         return number
 
     def _no_probability(self, number: float, word: Word) -> None:
-        self.tokens.trouble.add(
-            "E0906", f"{number:g} is no probability", word.start, len(word.text), "give one from 0 to 1"
-        )
+        self.tokens.trouble.add(e09_cassandra.no_probability(number, self.tokens.span(word)))
 
     def _count(self, entries: int, place: int) -> None:
         self.written += entries
         if self.written > MAX_WRITTEN:
-            message = "specifications with '*' write millions of entries again and again"
-            raise self.tokens.trouble.stop("E0912", message, place, 1, "write each entry once")
+            trouble = self.tokens.trouble
+            raise trouble.stop(e09_cassandra.many_rewrites(trouble.span(place, 1)))
 
     def _set(self, actions: Sequence[int], states: Sequence[int], row: dict[int, float], place: int) -> None:
         self._count(len(actions) * len(states), place)
@@ -189,6 +183,7 @@ class Probabilities:
     def check(self, needed: Sequence[set[int]] | None) -> None:
         """Note rows that are missing or do not sum to 1; of O those of states that are ``needed``."""
         missing: list[str] = []
+        trouble = self.tokens.trouble
         wrong = 0
         for a, rows in enumerate(self.table):
             for s, row in enumerate(rows):
@@ -203,24 +198,18 @@ class Probabilities:
                     continue
                 wrong += 1
                 if wrong <= _SHOWN:
-                    message = f"the probabilities of row {self._row_name(a, s)} sum to {total:.6g}"
-                    self._add("E0904", message, self.places[a][s], "make them sum to 1")
+                    span = trouble.span(self.places[a][s], 1)
+                    trouble.add(e09_cassandra.wrong_sum(self._row_name(a, s), total, span))
         if wrong > _SHOWN:
-            message = f"{wrong - _SHOWN} more rows of {self.name} do not sum to 1"
-            self._add("E0904", message, max(self.places[-1].values(), default=0), "make them sum to 1")
+            place = max(self.places[-1].values(), default=0)
+            trouble.add(e09_cassandra.more_wrong_sums(wrong - _SHOWN, self.name, trouble.span(place, 1)))
         if missing:
-            shown = ", ".join(missing[:3]) + (f" and {len(missing) - 3} more" if len(missing) > 3 else "")
-            rows_are = "row has" if len(missing) == 1 else "rows have"
-            message = f"{len(missing)} {rows_are} no probabilities: {shown}"
             place = min((p for places in self.places for p in places.values()), default=0)
-            self._add("E0905", message, place, "give what happens in each state under each action")
+            trouble.add(e09_cassandra.rows_missing(missing, trouble.span(place, 1)))
 
     def _row_name(self, action: int, state: int) -> str:
         actions, states = self.given
         return f"{self.name} : {actions.shown(action)} : {states.shown(state)}"
-
-    def _add(self, code: str, message: str, place: int, remedy: str) -> None:
-        self.tokens.trouble.add(code, message, place, 1, remedy)
 
     def rows(self) -> list[Row]:
         """Return the rows of all actions and states; equal ones are one object."""

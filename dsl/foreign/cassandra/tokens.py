@@ -7,11 +7,11 @@ import re
 from typing import NamedTuple
 
 from hypgen.dsl.foreign.tables.trouble import Trouble
-from hypgen.dsl.messages.diagnostic import did_you_mean
+from hypgen.dsl.messages import e09_cassandra
+from hypgen.dsl.messages.source import Span
+from hypgen.dsl.messages.words import counted
 
 HEADINGS = ("discount", "values", "states", "actions", "observations", "start")
-_FORM = "write `T : action : state : next-state probability`, and `O` and `R` likewise"
-_GIVE = "give the numbers that are missing"
 _COMMENT = re.compile(r"#[^\n]*")
 _WORD = re.compile(r"\s*(:|[^\s:]+)")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
@@ -76,9 +76,11 @@ class Tokens:
             result.append(self.next())
         return result
 
-    def numbers(self, count: int, what: str, remedy: str = _GIVE) -> list[float] | None:
+    def numbers(
+        self, count: int, what: str, remedy: str = e09_cassandra.MISSING_NUMBERS
+    ) -> list[float] | None:
         """Return the next ``count`` numbers; None where there are fewer, a mistake with that ``remedy``."""
-        self.taken = f"{what} takes {_numbers(count)}"
+        self.taken = f"{what} takes {counted(count, 'number')}"
         window = self.text[self.at : self.at + 24 * count + 64]
         words = window.split(None, count)
         if len(words) > count and "_" not in window:
@@ -96,21 +98,21 @@ class Tokens:
         self.taken = f"{what} is one number"
         word = self.peek()
         if not _NUMBER.fullmatch(word.text) or not math.isfinite(float(word.text)):
-            self.unexpected(word, what, remedy or _number_like(word))
+            self.unexpected(word, what, remedy or e09_cassandra.number_remedy(word.text))
             return None
         self.next()
         return float(word.text)
 
-    def unexpected(self, word: Word, what: str, remedy: str = _FORM) -> None:
+    def span(self, word: Word) -> Span:
+        """Return a word's place."""
+        return self.trouble.span(word.start, len(word.text))
+
+    def unexpected(self, word: Word, what: str, remedy: str = e09_cassandra.FORM) -> None:
         """Note that ``what`` was expected and ``word`` found."""
         if not word.text:
-            self.trouble.add(
-                "E0901", f"{what} is expected, but the file ends", word.start - 1, 1, "complete the file"
-            )
+            self.trouble.add(e09_cassandra.early_end(what, self.trouble.span(word.start - 1, 1)))
             return
-        self.trouble.add(
-            "E0901", f"{what} is expected, but found '{_cut(word.text)}'", word.start, len(word.text), remedy
-        )
+        self.trouble.add(e09_cassandra.unexpected(what, word.text, remedy, self.span(word)))
 
     def _slowly(self, count: int, what: str, remedy: str) -> list[float] | None:
         first = self.peek()
@@ -121,29 +123,18 @@ class Tokens:
                 if self.at_heading() or not values:
                     self._too_few(count, len(values), first, word, what, remedy)
                 else:
-                    self.unexpected(word, f"number {len(values) + 1} of {what}", _number_like(word))
+                    remedy = e09_cassandra.number_remedy(word.text)
+                    self.unexpected(word, f"number {len(values) + 1} of {what}", remedy)
                 return None
             values.append(float(self.next().text))
         return values
 
     def _too_few(self, count: int, given: int, first: Word, word: Word, what: str, remedy: str) -> None:
         if word.text and not given:
-            self.unexpected(word, what, remedy if self.at_heading() else _number_like(word))
+            self.unexpected(
+                word, what, remedy if self.at_heading() else e09_cassandra.number_remedy(word.text)
+            )
             return
-        end = "the file ends" if not word.text else "the next specification starts"
-        message = f"{what} takes {_numbers(count)}, but {end} after {given}"
-        place = (first if given else word).start - (0 if first.text else 1)
-        self.trouble.add("E0903", message, place, max(len(first.text), 1), remedy)
-
-
-def _numbers(count: int) -> str:
-    return f"{count} number{'' if count == 1 else 's'}"
-
-
-def _number_like(word: Word) -> str:
-    """Return what to write instead of a word where numbers are expected."""
-    return did_you_mean(word.text.lower(), ("identity", "uniform", "reset")) or "write a number, such as 0.25"
-
-
-def _cut(text: str) -> str:
-    return text if len(text) <= 30 else text[:27] + "..."
+        start = (first if given else word).start - (0 if first.text else 1)
+        span = self.trouble.span(start, max(len(first.text), 1))
+        self.trouble.add(e09_cassandra.numbers_missing(what, count, given, not word.text, remedy, span))

@@ -1,4 +1,4 @@
 """Small models as the exact solver enumerates them, written for other solvers.
 
-Takes the exact solver's dump. Gives Cassandra's format, split states and policy files.
+Takes the exact solver's dump. Gives Cassandra's format and split states.
 """

@@ -7,7 +7,7 @@ import os.path
 import re
 
 from hypgen.dsl.foreign.pomdpx.tables import Axis, Tables
-from hypgen.dsl.foreign.pomdpx.xml_tree import Element, parse
+from hypgen.dsl.foreign.pomdpx.xml_tree import Element, parse, place_of
 from hypgen.dsl.foreign.tables.foreign_model import (
     ForeignModel,
     Gain,
@@ -20,6 +20,7 @@ from hypgen.dsl.foreign.tables.foreign_model import (
 from hypgen.dsl.foreign.tables.reduction import without_observations
 from hypgen.dsl.foreign.tables.rows import TOLERANCE, normalised
 from hypgen.dsl.foreign.tables.trouble import Trouble
+from hypgen.dsl.messages import e09_pomdpx
 from hypgen.dsl.messages.diagnostic import did_you_mean
 from hypgen.dsl.messages.source import Source
 
@@ -49,8 +50,7 @@ class _Reader:
     def run(self) -> ForeignModel:
         root = parse(self.trouble)
         if root.tag != "pomdpx":
-            message = f"the document's element is '{root.tag}'"
-            raise self.trouble.stop("E0911", message, root.start, len(root.tag) + 1, "it has to be <pomdpx>")
+            raise self.trouble.stop(e09_pomdpx.other_root(root.tag, place_of(root, self.trouble)))
         discount = self._discount(root)
         self._declare(self._part(root, "Variable"))
         for kind, word in (("state", "StateVar"), ("action", "ActionVar")):
@@ -81,19 +81,17 @@ class _Reader:
         return found
 
     def _lacks(self, element: Element, what: str) -> Exception:
-        message = f"<{element.tag}> lacks {what}"
-        remedy, tag = f"add {what} to it", what.strip("<>")
-        for child in element.children:
-            if child.tag not in _PARTS and did_you_mean(child.tag, (tag,)):
-                remedy = f"did you mean {what} where <{child.tag}> stands?"
-        return self.trouble.stop("E0911", message, element.start, len(element.tag) + 1, remedy)
+        tag, others = what.strip("<>"), [c.tag for c in element.children if c.tag not in _PARTS]
+        alike = [other for other in others if did_you_mean(other, (tag,))]
+        instead, span = alike[-1] if alike else None, place_of(element, self.trouble)
+        return self.trouble.stop(e09_pomdpx.lacks_part(element.tag, what, instead, span))
 
     def _discount(self, root: Element) -> float:
         element = self._part(root, "Discount")
         number = self.tables.number(element.text)
         if number is None or not 0 <= number <= 1:
-            message = f"the discount is '{element.text[:30]}'"
-            self.trouble.add("E0908", message, element.text_start, len(element.text), "give one from 0 to 1")
+            span = self.trouble.span(element.text_start, len(element.text))
+            self.trouble.add(e09_pomdpx.wrong_discount(element.text, span))
             return 0.5
         return number
 
@@ -111,11 +109,10 @@ class _Reader:
         given = element.attributes
         called = [given.get(a, "") for a in (("vnamePrev", "vnameCurr") if kind == "state" else ("vname",))]
         for name in called:
-            if not name or name in self.axes:
-                what = f"the name '{name}' is taken" if name else f"<{element.tag}> has no name"
-                self.trouble.add(
-                    "E0911", what, element.start, len(element.tag) + 1, "give it a name of its own"
-                )
+            if not name:
+                self.trouble.add(e09_pomdpx.nameless(element.tag, place_of(element, self.trouble)))
+            elif name in self.axes:
+                self.trouble.add(e09_pomdpx.duplicate_name(name, place_of(element, self.trouble)))
         number = len(self.variables[kind])
         stem = os.path.commonprefix(called).rstrip("_") if kind == "state" else called[0]
         visible = given.get("fullyObs", "false").strip().lower() in ("true", "1")
@@ -132,18 +129,14 @@ class _Reader:
             names = listed.text.split()
             if names and len(names) == len(set(names)):
                 return names
-            what = "names a value twice" if names else "names no value"
-            place = listed.text_start
-            self.trouble.add(
-                "E0911", f"<ValueEnum> {what}", place, len(listed.text.split("\n")[0]), "correct it"
-            )
+            span = self.trouble.span(listed.text_start, len(listed.text.split("\n")[0]))
+            self.trouble.add(e09_pomdpx.duplicate_value(span) if names else e09_pomdpx.no_value(span))
             return list(dict.fromkeys(names)) or ["none"]
         text = counted.text if counted is not None else ""
         if re.fullmatch(r"\d{1,9}", text) and 0 < int(text) <= MAX_VALUES:
             return [f"{kind[0]}{n}" for n in range(int(text))]
-        message = f"<{element.tag}> says not how many values there are, or says '{text[:20]}'"
-        remedy = f"give it <NumValues> from 1 to {MAX_VALUES}, or <ValueEnum>"
-        self.trouble.add("E0911", message, element.start, len(element.tag) + 1, remedy)
+        span = place_of(element, self.trouble)
+        self.trouble.add(e09_pomdpx.no_size(element.tag, text, MAX_VALUES, span))
         return ["none"]
 
     # Tables --------------------------------------------------------------------------------------
@@ -151,9 +144,8 @@ class _Reader:
     def _axis(self, element: Element, name: str) -> Axis | None:
         if name in self.axes:
             return self.axes[name]
-        remedy = did_you_mean(name, self.axes) or "declare it in <Variable>"
-        message = f"there is no variable '{name[:30]}'"
-        self.trouble.add("E0902", message, element.text_start, len(name), remedy)
+        span = self.trouble.span(element.text_start, len(name))
+        self.trouble.add(e09_pomdpx.unknown_variable(name, self.axes, span))
         return None
 
     def _parents(self, element: Element) -> list[Axis] | None:
@@ -166,8 +158,8 @@ class _Reader:
         known = [a for a in found if a is not None]
         twice = next((a for n, a in enumerate(known) if a in known[:n]), None)
         if twice is not None:
-            message = f"'{twice.name}' is a parent twice"
-            self.trouble.add("E0911", message, parent.text_start, len(twice.name), "name it once")
+            span = self.trouble.span(parent.text_start, len(twice.name))
+            self.trouble.add(e09_pomdpx.duplicate_parent(twice.name, span))
         return None if len(known) < len(names) or twice is not None else known
 
     def _laws(self, part: Element, kind: str) -> tuple[Law, ...]:
@@ -181,17 +173,15 @@ class _Reader:
             if own is None or parents is None:
                 continue
             if own.read.kind != role:
-                message = f"'{own.name}' has no law in <{part.tag}>"
-                remedy = "name the variable as it is called there, before or after the step"
-                self.trouble.add("E0911", message, var.text_start, len(own.name), remedy)
+                span = self.trouble.span(var.text_start, len(own.name))
+                self.trouble.add(e09_pomdpx.misplaced_law(own.name, part.tag, span))
                 continue
             law = self._law(element, own, parents, kind)
             if law is not None:
                 found[own.read.number] = law
         missing = [a.name for a in self.axes.values() if a.read.kind == role and a.read.number not in found]
         if missing and not self.trouble.found:
-            message = f"<{part.tag}> says nothing of '{missing[0]}'"
-            self.trouble.add("E0911", message, part.start, len(part.tag) + 1, "add a <CondProb> of it")
+            self.trouble.add(e09_pomdpx.law_missing(missing[0], part.tag, place_of(part, self.trouble)))
         return tuple(found[n] for n in range(number_of) if n in found)
 
     def _law(self, element: Element, own: Axis, parents: list[Axis], kind: str) -> Law | None:
@@ -200,8 +190,8 @@ class _Reader:
             if p.read.kind == "observation" or (kind == "start" and p.read.kind != "state") or p is own
         ]  # fmt: skip
         if wrong:
-            message = f"'{own.name}' cannot depend on '{wrong[0].name}' here"
-            self.trouble.add("E0911", message, element.start, 9, "remove that parent")
+            span = self.trouble.span(element.start, 9)
+            self.trouble.add(e09_pomdpx.wrong_parent(own.name, wrong[0].name, span))
             return None
         rows = self.tables.law(self._part(element, "Parameter"), parents, own)
         if rows is None:
@@ -215,6 +205,7 @@ class _Reader:
         self, element: Element, own: Axis, parents: list[Axis], rows: list[dict[int, float]]
     ) -> None:
         wrong = [n for n, row in enumerate(rows) if abs(math.fsum(row.values()) - 1) > TOLERANCE]
+        span = self.trouble.span(element.start, 9)
         for number in wrong[:3]:
             total, left, given = math.fsum(rows[number].values()), number, []
             for parent in reversed(parents):
@@ -222,30 +213,23 @@ class _Reader:
                 given.append(f"{parent.name} = {parent.names[value]}")
             row = f"'{own.name}'" + (f" given {', '.join(reversed(given))}" if given else "")
             if total:
-                message = f"the probabilities of {row} sum to {total:.6g}"
-                self.trouble.add("E0904", message, element.start, 9, "make them sum to 1")
+                self.trouble.add(e09_pomdpx.wrong_sum(row, total, span))
             else:
-                message = f"there are no probabilities of {row}"
-                self.trouble.add(
-                    "E0905", message, element.start, 9, "give them, in an <Entry> of its own or with '*'"
-                )
+                self.trouble.add(e09_pomdpx.row_missing(row, span))
         if len(wrong) > 3:
-            message = f"{len(wrong) - 3} more rows of '{own.name}' do not sum to 1"
-            self.trouble.add("E0904", message, element.start, 9, "make them sum to 1")
+            self.trouble.add(e09_pomdpx.more_wrong_sums(len(wrong) - 3, own.name, span))
 
     def _check_order(self, root: Element, laws: tuple[Law, ...], kind: str) -> None:
         if not self.trouble.found and len(drawing_order(laws, kind)) < len(laws):
-            message = "state variables depend on each other in a circle"
-            self.trouble.add("E0911", message, root.start, 7, "remove a parent")
+            self.trouble.add(e09_pomdpx.circular_laws(self.trouble.span(root.start, 7)))
 
     def _gains(self, part: Element) -> list[Gain]:
         gains = []
         for element in part.all("Func"):
             var = self._part(element, "Var")
             if var.text not in self.rewards:
-                remedy = did_you_mean(var.text, self.rewards) or "declare it as <RewardVar>"
-                message = f"there is no reward '{var.text[:30]}'"
-                self.trouble.add("E0902", message, var.text_start, len(var.text), remedy)
+                span = self.trouble.span(var.text_start, len(var.text))
+                self.trouble.add(e09_pomdpx.unknown_reward(var.text, self.rewards, span))
             parents = self._parents(element)
             if parents is None:
                 continue

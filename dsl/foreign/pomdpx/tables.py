@@ -8,11 +8,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
-from hypgen.dsl.foreign.pomdpx.xml_tree import Element
+from hypgen.dsl.foreign.pomdpx.xml_tree import Element, place_of
 from hypgen.dsl.foreign.tables.foreign_model import Read, count, position
 from hypgen.dsl.foreign.tables.rows import TOLERANCE
 from hypgen.dsl.foreign.tables.trouble import Trouble
-from hypgen.dsl.messages.diagnostic import did_you_mean
+from hypgen.dsl.messages import e09_pomdpx
 
 MAX_ROWS = 2_000_000
 MAX_WRITTEN = 10_000_000  # entries of a table, those that are written again included
@@ -71,10 +71,8 @@ class Tables:
         """Return how many rows a table has."""
         size = count([a.size for a in parents])
         if size > MAX_ROWS:
-            sizes = " x ".join(str(a.size) for a in parents)
-            message = f"a table of {sizes} rows is larger than {MAX_ROWS}"
-            remedy = "make the model smaller, or split the variables"
-            raise self.trouble.stop("E0912", message, element.start, 10, remedy)
+            span = self.trouble.span(element.start, 10)
+            raise self.trouble.stop(e09_pomdpx.many_rows([a.size for a in parents], MAX_ROWS, span))
         return size
 
     def _fill(self, element: Element, target: _Target, tag: str) -> bool:
@@ -87,15 +85,12 @@ class Tables:
             target.templates = {t.attributes.get("id", ""): t for t in element.all("SubDAGTemplate")}
             dag = element.child("DAG")
             if dag is None:
-                self._add("E0911", "<Parameter> of type DD lacks <DAG>", element, "add it")
+                self.trouble.add(e09_pomdpx.no_diagram(place_of(element, self.trouble)))
             else:
                 self._inside(dag, target, {}, 0)
         else:
-            self._add("E0911", f"a <Parameter> has the type '{kind[:20]}'", element, "give it TBL or DD")
+            self.trouble.add(e09_pomdpx.unknown_parameter(kind, place_of(element, self.trouble)))
         return len(self.trouble.found) == before
-
-    def _add(self, code: str, message: str, element: Element, remedy: str) -> None:
-        self.trouble.add(code, message, element.start, len(element.tag) + 1, remedy)
 
     def _set(self, target: _Target, at: Sequence[int], value: float) -> None:
         sizes = [a.size for a in target.axes]
@@ -110,9 +105,7 @@ class Tables:
         """Yield the places of all combinations; there may not be too many in all."""
         target.written += count([len(r) for r in ranges])
         if target.written > MAX_WRITTEN:
-            remedy = "write each entry once"
-            message = "entries are written again and again, millions of them"
-            raise self.trouble.stop("E0912", message, element.start, len(element.tag) + 1, remedy)
+            raise self.trouble.stop(e09_pomdpx.many_rewrites(place_of(element, self.trouble)))
         return product(*ranges)
 
     # Tables of entries ---------------------------------------------------------------------------
@@ -120,14 +113,13 @@ class Tables:
     def _entry(self, entry: Element, target: _Target, tag: str) -> None:
         instance, numbers = entry.child("Instance"), entry.child(tag)
         if instance is None or numbers is None:
-            lacks = f"<{tag}>" if instance is not None else "<Instance>"
-            self._add("E0911", f"<Entry> lacks {lacks}", entry, f"give it <Instance> and <{tag}>")
+            lacks = tag if instance is not None else "Instance"
+            self.trouble.add(e09_pomdpx.incomplete_entry(tag, lacks, place_of(entry, self.trouble)))
             return
         words = instance.text.split()
         if len(words) != len(target.axes):
-            message = f"<Instance> names {len(words)} values, and there are {len(target.axes)} variables"
-            remedy = f"name one of each: {' '.join(a.name for a in target.axes)}"
-            self.trouble.add("E0903", message, instance.text_start, len(instance.text), remedy)
+            span = self.trouble.span(instance.text_start, len(instance.text))
+            self.trouble.add(e09_pomdpx.wrong_instance(len(words), [a.name for a in target.axes], span))
             return
         ranges: list[Sequence[int]] = []
         for word, axis in zip(words, target.axes, strict=True):
@@ -167,9 +159,8 @@ class Tables:
             return range(axis.size)
         if word in axis.names:
             return (axis.names.index(word),)
-        remedy = did_you_mean(word, axis.names) or f"its values are {', '.join(axis.names[:5])}"
-        message = f"'{axis.name}' has no value '{word[:30]}'"
-        self.trouble.add("E0902", message, place.text_start, len(place.text.split("\n")[0]), remedy)
+        span = self.trouble.span(place.text_start, len(place.text.split("\n")[0]))
+        self.trouble.add(e09_pomdpx.unknown_value(axis.name, word, axis.names, span))
         return None
 
     def _numbers(
@@ -178,18 +169,18 @@ class Tables:
         """Return the numbers of an entry, one for each combination of the values marked ``-``."""
         text, size = element.text, count(sizes)
         if text == "identity":
-            self._add("E0903", "'identity' needs two '-' of like variables", element, "give the numbers")
+            self.trouble.add(e09_pomdpx.misplaced_identity(place_of(element, self.trouble)))
             return None
         if size > MAX_WRITTEN:
-            self._add("E0912", f"an entry stands for more than {MAX_WRITTEN}", element, "write them apart")
+            self.trouble.add(e09_pomdpx.large_entry(MAX_WRITTEN, place_of(element, self.trouble)))
             return None
         if text == "uniform":
             last = target.axes[-1].size
             return [1.0 / last] * size
         words = text.split()
         if len(words) != size:
-            message = f"<{element.tag}> has {len(words)} numbers and takes {size}"
-            self._add("E0903", message, element, "give one for each combination of the values marked '-'")
+            span = place_of(element, self.trouble)
+            self.trouble.add(e09_pomdpx.wrong_count(element.tag, len(words), size, span))
             return None
         values = [self.number(w) for w in words]
         for word, value in zip(words, values, strict=True):
@@ -199,18 +190,15 @@ class Tables:
         return [v for v in values if v is not None]
 
     def _no_number(self, word: str, element: Element, target: _Target) -> None:
-        what = "probability" if target.rows is not None else "number"
-        message = f"'{word[:30]}' is no {what}"
-        remedy = "give one from 0 to 1" if what == "probability" else "correct it"
-        self.trouble.add("E0906", message, element.text_start, 1, remedy)
+        wrong = e09_pomdpx.no_number if target.rows is None else e09_pomdpx.no_probability
+        self.trouble.add(wrong(word, self.trouble.span(element.text_start, 1)))
 
     # Decision diagrams ---------------------------------------------------------------------------
 
     def _inside(self, parent: Element, target: _Target, given: dict[str, Sequence[int]], depth: int) -> None:
         """Fill in what is below ``parent``, where ``given`` holds."""
         if depth > _MOST_NESTED:
-            remedy = "a template may not lead to itself"
-            raise self.trouble.stop("E0910", "the diagram is nested too deep", parent.start, 4, remedy)
+            raise self.trouble.stop(e09_pomdpx.deep_diagram(self.trouble.span(parent.start, 4)))
         for element in parent.children:
             if element.tag == "Node":
                 self._node(element, target, given, depth)
@@ -219,17 +207,15 @@ class Tables:
             elif element.tag == "SubDAG":
                 self._sub_dag(element, target, given, depth)
             else:
-                self._add(
-                    "E0911", f"<{element.tag}> cannot stand here", element, "use Node, Terminal or SubDAG"
-                )
+                self.trouble.add(e09_pomdpx.misplaced_element(element.tag, place_of(element, self.trouble)))
 
     def _axis(self, element: Element, target: _Target) -> Axis | None:
         name = element.attributes.get("var", "")
         for axis in target.axes:
             if axis.name == name:
                 return axis
-        remedy = did_you_mean(name, [a.name for a in target.axes]) or "name it in <Parent>"
-        self._add("E0902", f"'{name[:30]}' is no variable of this table", element, remedy)
+        known = [a.name for a in target.axes]
+        self.trouble.add(e09_pomdpx.not_of_table(name, known, place_of(element, self.trouble)))
         return None
 
     def _node(self, node: Element, target: _Target, given: dict[str, Sequence[int]], depth: int) -> None:
@@ -264,15 +250,11 @@ class Tables:
         if kind == "template":
             template = target.templates.get(element.attributes.get("idref", ""))
             if template is None:
-                self._add(
-                    "E0902", "there is no template of this name", element, "add <SubDAGTemplate> with it"
-                )
+                self.trouble.add(e09_pomdpx.unknown_template(place_of(element, self.trouble)))
             else:
                 self._inside(template, target, given, depth + 1)
         elif kind not in ("deterministic", "persistent", "uniform") or target.rows is None:
-            self._add(
-                "E0911", f"a <SubDAG> of type '{kind[:20]}' cannot stand here", element, "correct its type"
-            )
+            self.trouble.add(e09_pomdpx.misplaced_sub_diagram(kind, place_of(element, self.trouble)))
         elif kind == "uniform":
             for at in self._write(target, self._ranges(target, given), element):
                 self._set(target, at, 1.0 / target.axes[-1].size)
@@ -297,9 +279,7 @@ class Tables:
             if a.read.kind == "state" and own.read.kind == "next" and a.read.number == own.read.number
         ]
         if not before:
-            self._add(
-                "E0911", "'persistent' needs the variable before the step as a parent", element, "name it"
-            )
+            self.trouble.add(e09_pomdpx.misplaced_persistent(place_of(element, self.trouble)))
             return
         for at in self._write(target, self._ranges(target, given), element):
             if at[-1] == at[before[0]]:

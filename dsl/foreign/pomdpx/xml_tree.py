@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from xml.parsers import expat
 
 from hypgen.dsl.foreign.tables.trouble import Trouble
+from hypgen.dsl.messages import e09_pomdpx
 from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.messages.source import Span
 
 MAX_DEPTH = 200
-_DECLARATION = "a document type or an entity is declared, which is refused: entities can grow without limit"
 
 
 @dataclass
@@ -36,6 +37,11 @@ class Element:
     def all(self, tag: str) -> Iterator[Element]:
         """Yield the children with this tag."""
         return (c for c in self.children if c.tag == tag)
+
+
+def place_of(element: Element, trouble: Trouble) -> Span:
+    """Return where an element starts: its bracket and its name."""
+    return trouble.span(element.start, len(element.tag) + 1)
 
 
 def parse(trouble: Trouble) -> Element:
@@ -66,10 +72,8 @@ class _Builder:
             place = self.trouble.offset(error.lineno, error.offset)
             reason = expat.ErrorString(error.code)
             cut = self.root is None or not self.trouble.source.text[place + 1 :].strip()
-            remedy = "complete the file, which may be cut off" if cut else "correct the XML"
-            raise self.trouble.stop(
-                "E0909", f"this is no well-formed XML: {reason}", place, 1, remedy
-            ) from None
+            span = self.trouble.span(place, 1)
+            raise self.trouble.stop(e09_pomdpx.malformed(reason, cut, span)) from None
         assert self.root is not None
         return self.root
 
@@ -79,8 +83,8 @@ class _Builder:
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         start = self._place()
         if len(self.open) == MAX_DEPTH:
-            message = f"elements are nested more than {MAX_DEPTH} levels deep"
-            raise self.trouble.stop("E0910", message, start, len(tag) + 1, "share parts as templates")
+            span = self.trouble.span(start, len(tag) + 1)
+            raise self.trouble.stop(e09_pomdpx.deep_elements(MAX_DEPTH, span))
         element = Element(tag, attributes, start, start)
         if self.open:
             self.open[-1].children.append(element)
@@ -102,4 +106,4 @@ class _Builder:
         raise self._refusal()
 
     def _refusal(self) -> ModelError:
-        return self.trouble.stop("E0910", _DECLARATION, self._place(), 9, "remove the declaration")
+        return self.trouble.stop(e09_pomdpx.refused_declaration(self.trouble.span(self._place(), 9)))

@@ -1,4 +1,4 @@
-"""What the readers of other formats give and the writer takes: variables, and tables of numbers.
+"""Models as readers of other formats give them and the writer takes them: variables and tables.
 
 Takes rows and names of a foreign file. Gives a ``ForeignModel``; ``trouble`` gathers mistakes.
 """

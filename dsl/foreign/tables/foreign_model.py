@@ -1,4 +1,4 @@
-"""What the readers of other formats give and the writer takes: variables, and tables of numbers over them."""
+"""A model as readers of other formats give it: variables, and tables of numbers over them."""
 
 from __future__ import annotations
 

@@ -18,15 +18,15 @@ class Trouble:
         self.source = source
         self.found: list[Diagnostic] = []
 
-    def add(self, code: str, message: str, start: int, length: int, remedy: str) -> None:
-        """Note a mistake ``start`` characters into the text; raises ``ModelError`` when there are many."""
-        self.found.append(Diagnostic(code, message, self.span(start, length), remedy))
+    def add(self, diagnostic: Diagnostic) -> None:
+        """Note a mistake; raises ``ModelError`` when there are many."""
+        self.found.append(diagnostic)
         if len(self.found) >= _MOST:
             self.raise_any()
 
-    def stop(self, code: str, message: str, start: int, length: int, remedy: str) -> ModelError:
+    def stop(self, diagnostic: Diagnostic) -> ModelError:
         """Return the error of a mistake after which nothing more can be read, for the caller to raise."""
-        self.found.append(Diagnostic(code, message, self.span(start, length), remedy))
+        self.found.append(diagnostic)
         return self._error()
 
     def raise_any(self) -> None:
@@ -35,7 +35,7 @@ class Trouble:
             raise self._error()
 
     def span(self, start: int, length: int) -> Span:
-        """Return the place of a stretch of a line."""
+        """Return the place of a stretch of a line that starts ``start`` characters into the text."""
         line = bisect_right(self._starts, start)
         column = start - self._starts[line - 1] + 1
         return Span(self.source.name, line, column, line, column + max(length, 1))

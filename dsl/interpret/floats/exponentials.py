@@ -1,4 +1,4 @@
-"""Square roots, exponentials, logarithms and powers: ``runtime/include/hypgen/exponentials.hpp`` in numpy.
+"""Square roots, exponentials, logarithms and powers: ``math/exponentials.hpp`` in numpy.
 
 The polynomials are plain series. The logarithm of the mantissa m in (sqrt(1/2), sqrt(2)] is 2 atanh(z) with
 z = (m - 1) / (m + 1), so |z| < 0.1716 and stopping after z^21 errs by less than 2^-57 of the result. 2^f for

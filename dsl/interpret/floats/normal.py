@@ -1,4 +1,4 @@
-"""The normal law and the exponential law in float64: ``runtime/include/hypgen/normal.hpp`` in numpy.
+"""The normal law and the exponential law in float64: ``math/normal.hpp`` in numpy.
 
 Each function is the header's of the same name, operation by operation. The polynomials interpolate at
 Chebyshev nodes; ``benchmarks/normal_polynomials.py`` computes them.

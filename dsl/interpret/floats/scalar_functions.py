@@ -1,6 +1,6 @@
-"""The scalar functions of models on arrays: what ``runtime/include/hypgen/math.hpp`` does, in numpy.
+"""The scalar functions of models on arrays: ``math/scalar_functions.hpp`` in numpy.
 
-Float functions have modules of their own: ``float_exponentials``, ``float_trigonometry``, ``float_normal``.
+Float functions have modules of their own: ``exponentials``, ``trigonometry`` and ``normal``.
 They are computed in float64 by a fixed sequence of IEEE + - * /, sqrt and floor and rounded once to float32.
 Each function, here and there, is the header's function of the same name, operation by operation; change both
 or neither. Where C++ branches, all lanes compute every branch and the right one is chosen, so floating-point

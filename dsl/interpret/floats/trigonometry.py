@@ -1,4 +1,4 @@
-"""Trigonometric functions: ``runtime/include/hypgen/trigonometry.hpp`` in numpy, operation by operation.
+"""Trigonometric functions: ``math/trigonometry.hpp`` in numpy, operation by operation.
 
 An angle is reduced modulo pi/2 with a rest that is right to about 2^-52 of itself below 2^20 and to 2^-70
 above, where the least rest of a float32 is about 2^-30. The series of the rest err by less than 2^-58.

@@ -1,4 +1,4 @@
-"""What sampling a model has found: mistakes that no reading of its text can prove."""
+"""Findings of a sampled model: mistakes that no reading of its text can prove."""
 
 from __future__ import annotations
 

@@ -9,6 +9,7 @@ from hypgen.dsl import ir
 from hypgen.dsl.interpret.evaluate.values import Array, History, State
 from hypgen.dsl.interpret.sampling.findings import Findings
 from hypgen.dsl.interpret.sampling.watched_interpreter import WatchedInterpreter
+from hypgen.dsl.messages import c_sampling
 
 _BATCH = 16_384  # states that are evaluated at once
 _MOST_REMEMBERED = 1_000_000  # states that are known to be checked
@@ -54,9 +55,7 @@ class BoundsCheck:
         lower = run.lower(state, history)
         run.note(
             "lower",
-            "C0202",
-            lambda lane: f"bound lower is {lower[lane]:.6g}, above bound upper, {upper[lane]:.6g}",
-            "correct one of the two: no value lies between them",
+            lambda lane, span: c_sampling.crossed_bounds(lower[lane], upper[lane], span),
             lower > upper,
             state,
             history,

@@ -18,7 +18,7 @@ from hypgen.dsl.interpret.interpreter import Interpreter
 from hypgen.dsl.interpret.sampling.findings import Moment, Place
 from hypgen.dsl.interpret.sampling.sample_model import Progress, Visit, Walk
 from hypgen.dsl.interpret.value_text import value_text
-from hypgen.dsl.messages.diagnostic import Diagnostic
+from hypgen.dsl.messages import c_sampling
 
 _FALSE_ALARM = 1e-6  # of a whole run on a correct model
 _STEPS, _REPEATS, _ENTRIES = 16, 2000, 16
@@ -116,12 +116,7 @@ def _check_law(
     again = _rejected(run, part, number, frame_of(2), bins, level)
     for visit in sorted(suspects.keys() & again.keys()):
         span, name = part.span, part.name if isinstance(part, ir.Observation) else part.variable
-        diagnostic = Diagnostic(
-            "C0401",
-            f"'{name}' is not drawn as its density says: {again[visit]}",
-            span,
-            "this is a bug of hypgen: please report it with the model",
-        )
+        diagnostic = c_sampling.wrong_density(name, again[visit], span)
         place = Place(span, (part.dist,), part.binders)
         walk.collected.add(diagnostic, 1, partial(_moment, run.visits[visit]), place)
 
@@ -194,7 +189,7 @@ def check_returns(walk: Walk, progress: Progress) -> None:
 
     The policies: the default one, and others that begin with another legal action.
     """
-    wrong_rewards = any(f.diagnostic.code == "C0104" for f in walk.findings)
+    wrong_rewards = any(f.diagnostic.code == c_sampling.INFINITE_REWARD for f in walk.findings)
     if "upper" not in walk.model.spans or wrong_rewards:
         return
     visits = [v._replace(action=a) for v in _spaced(walk.visits, _STATES) for a in _first_actions(walk, v)]
@@ -205,12 +200,7 @@ def check_returns(walk: Walk, progress: Progress) -> None:
     for visit, mean, upper in _above(walk, [v for v, _, _ in worst], _CONFIRMING, _SIGMAS, 6, progress):
         how = "the default policy" if visit.action < 0 else "one action and then the default policy"
         place = Place(walk.model.spans["upper"], (walk.model.upper,))
-        diagnostic = Diagnostic(
-            "C0203",
-            f"bound upper is {upper:.6g}, and {how} earns {mean:.6g} from here in the mean",
-            place.span,
-            "raise the bound: it must hold in each state for whatever the agent does",
-        )
+        diagnostic = c_sampling.low_upper_bound(upper, how, mean, place.span)
         walk.collected.add(diagnostic, 1, partial(_moment, visit), place)
 
 

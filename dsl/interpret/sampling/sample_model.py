@@ -16,6 +16,7 @@ from hypgen.dsl.interpret.sampling.findings import Finding, Findings
 from hypgen.dsl.interpret.sampling.sample_bounds import BoundsCheck
 from hypgen.dsl.interpret.sampling.watched_interpreter import WatchedInterpreter
 from hypgen.dsl.interpret.value_text import action_text
+from hypgen.dsl.messages import c_sampling, w_warnings
 
 _CHOICE_SITE = ir.Site("check:choice").id
 _ACTION_SITE = ir.Site("check:action").id
@@ -114,9 +115,7 @@ class Walk:
         possible = legal.any(axis=0)
         run.note(
             "legal",
-            "C0301",
-            lambda _: "no action is legal in a state that can be reached",
-            "let some action be legal in every state, or end the episode there (`terminal when`)",
+            lambda _, span: c_sampling.no_legal_action(span),
             ~possible,
             state,
             history,
@@ -129,9 +128,7 @@ class Walk:
             allowed = np.take_along_axis(legal, choice[np.newaxis], axis=0)[0]
             run.note(
                 "policy",
-                "W04",
-                lambda lane: f"the default policy chooses an illegal action, {self._name(choice[lane])}",
-                "choose a legal one; the solver takes the first legal action instead",
+                lambda lane, span: w_warnings.illegal_choice(self._name(choice[lane]), span),
                 ~allowed,
                 state,
                 history,

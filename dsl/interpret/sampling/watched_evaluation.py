@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,9 @@ from hypgen.dsl import ir
 from hypgen.dsl.interpret.evaluate.distributions import Evaluator
 from hypgen.dsl.interpret.evaluate.values import Array, Frame, Word, combinations
 from hypgen.dsl.interpret.sampling.findings import Findings, Moment, Place
+from hypgen.dsl.messages import c_sampling
 from hypgen.dsl.messages.diagnostic import Diagnostic
+from hypgen.dsl.messages.source import Span
 
 _ROUNDING = 1e-6  # by which a probability computed in float32 may miss 0 or 1
 
@@ -55,16 +58,14 @@ class Watch(Evaluator):
 
     def note(
         self,
-        code: str,
-        message: Callable[[int], str],
-        remedy: str,
+        finding: Callable[[int, Span | None], Diagnostic],
         bad: npt.NDArray[np.bool_] | np.bool_,
         frame: Frame,
         part: ir.Expr | ir.Dist | None = None,
     ) -> None:
-        """Add a finding if any lane that counts is bad; ``message`` takes the first such lane.
+        """Add a finding if any lane that counts is bad; ``finding`` takes the first such lane, and the place.
 
-        It points at ``part``, as far as that says where it stands, or else at the declaration.
+        That is the place of ``part``, as far as that says where it stands, or else of the declaration.
         """
         if not np.any(bad):
             return
@@ -80,7 +81,7 @@ class Watch(Evaluator):
         own, declared = None if part is None else part.span, self.place.span
         outside = own is not None and declared is not None and not declared.contains(own)
         notes = ((declared, "it is drawn from here"),) if outside and declared is not None else ()
-        diagnostic = Diagnostic(code, message(lane), own or declared, remedy, notes)
+        diagnostic = replace(finding(lane, own or declared), notes=notes)
         self._findings.add(diagnostic, int(wrong.sum()), lambda: moment_of(frame, lane), self.place)
 
     def where(self, condition: Array, evaluate: Callable[[], Array]) -> Array:
@@ -110,9 +111,7 @@ class Watch(Evaluator):
         if isinstance(e, ir.Checked):
             operand = self.value(e.operand, frame)
             self.note(
-                "C0107",
-                lambda lane: f"a 'checked' value is {_at(operand, lane):.6g}, outside {e.low} .. {e.high}",
-                "correct what it is computed from; solvers go on with the nearest end",
+                lambda lane, span: c_sampling.outside_checked(_at(operand, lane), e.low, e.high, span),
                 result != operand,
                 frame,
                 e,
@@ -124,9 +123,7 @@ class Watch(Evaluator):
             holds = [self.holds(e.condition, frame.bind(values)) for _, _, values in combinations(e.binders)]
             empty = ~np.logical_or.reduce(np.broadcast_arrays(*holds))
             self.note(
-                "C0103",
-                lambda _: f"nothing fulfils the condition of this '{e.kind}'",
-                "say what it is then: add `else value`, or change the condition",
+                lambda _, span: c_sampling.extreme_of_nothing(e.kind, span),
                 empty,
                 frame,
                 e,
@@ -155,9 +152,7 @@ class Watch(Evaluator):
     def _check_probability(self, e: ir.Expr, frame: Frame) -> None:
         value = self.value(e, frame).astype(np.float64)
         self.note(
-            "C0101",
-            lambda lane: f"a probability of {_at(value, lane):.6g}, outside 0..1",
-            "change the formula, or limit it with clamp(.., 0, 1)",
+            lambda lane, span: c_sampling.wrong_probability(_at(value, lane), span),
             ~((value >= -_ROUNDING) & (value <= 1 + _ROUNDING)),
             frame,
             e,
@@ -173,9 +168,7 @@ class Watch(Evaluator):
         slack = _ROUNDING * len(dist.entries)
         too_much = possible & (total > 1 + slack)  # what is no probability has been told already
         self.note(
-            "C0102",
-            lambda lane: f"the probabilities of a table sum to {_at(total, lane):.6g}",
-            "make them sum to 1; `else value` takes what is left",
+            lambda lane, span: c_sampling.wrong_sum(_at(total, lane), span),
             too_much if dist.rest is not None else too_much | possible & (total < 1 - slack),
             frame,
             dist,
@@ -188,9 +181,7 @@ class Watch(Evaluator):
             self.holds(dist.condition, frame.bind(values)) for _, _, values in combinations(dist.binders)
         ]
         self.note(
-            "C0103",
-            lambda _: "nothing fulfils the condition of this 'uniform': there is no value to draw",
-            "say what to draw then: add `else draw`, or change the condition",
+            lambda _, span: c_sampling.draw_from_nothing(span),
             ~np.logical_or.reduce(np.broadcast_arrays(*holds)),
             frame,
             dist,
@@ -206,9 +197,7 @@ class Watch(Evaluator):
             some = some | (holds & (weight > 0.0))
         if dist.otherwise is None:
             self.note(
-                "C0103",
-                lambda _: "no weight of this 'weighted' is above 0: there is no value to draw",
-                "say what to draw then: add `else draw`, or change the weights",
+                lambda _, span: c_sampling.only_zero_weights(span),
                 ~some,
                 frame,
                 dist,
@@ -240,7 +229,12 @@ class Watch(Evaluator):
     def _check_parameter(
         self, what: str, value: Array, wrong: Array, remedy: str, frame: Frame, part: ir.Expr | ir.Dist
     ) -> None:
-        self.note("C0106", lambda lane: f"{what} is {_at(value, lane):.6g}", remedy, wrong, frame, part)
+        self.note(
+            lambda lane, span: c_sampling.wrong_parameter(what, _at(value, lane), remedy, span),
+            wrong,
+            frame,
+            part,
+        )
 
     # Branches of distributions ---------------------------------------------------------------
 

@@ -13,6 +13,9 @@ from hypgen.dsl.interpret.floats.philox import DrawSource
 from hypgen.dsl.interpret.interpreter import Interpreter
 from hypgen.dsl.interpret.sampling.findings import Findings, Place
 from hypgen.dsl.interpret.sampling.watched_evaluation import Watch
+from hypgen.dsl.messages import c_sampling
+from hypgen.dsl.messages.diagnostic import Diagnostic
+from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import Float
 
 # Rewards are fixed-point numbers that saturate here.
@@ -51,16 +54,14 @@ class WatchedInterpreter(Interpreter):
     def note(
         self,
         part: str,
-        code: str,
-        message: Callable[[int], str],
-        remedy: str,
+        finding: Callable[[int, Span | None], Diagnostic],
         bad: npt.NDArray[np.bool_] | np.bool_,
         state: State,
         history: History,
     ) -> None:
         """Add a finding about a part of the model if a lane that counts is bad."""
         with self.watch.at(self.places[part]):
-            self.watch.note(code, message, remedy, bad, self._frame(state, history=history))
+            self.watch.note(finding, bad, self._frame(state, history=history))
 
     def check_invariants(self, state: State) -> None:
         """Add a finding for each invariant that does not hold in a state that counts."""
@@ -70,9 +71,7 @@ class WatchedInterpreter(Interpreter):
                 for _, _, values in combinations(binders):
                     frame = self._frame(state).bind(values)
                     self.watch.note(
-                        "C0303",
-                        lambda _: "an invariant does not hold in a state that can be reached",
-                        "correct the updates or inits that lead there, or the invariant",
+                        lambda _, span: c_sampling.broken_invariant(span),
                         ~self._spread(invariant.condition, frame),
                         frame,
                     )
@@ -91,9 +90,9 @@ class WatchedInterpreter(Interpreter):
             if isinstance(self._evaluator.variables[assign.variable].type, Float):
                 values = target[assign.variable].reshape(self.lanes, -1)
                 self.watch.note(
-                    "C0105",
-                    lambda lane: f"'{assign.variable}' becomes {_odd(values[lane])}",
-                    "keep what it is computed from in range: a divisor from 0, a root or logarithm above 0",
+                    lambda lane, span: c_sampling.infinite_variable(
+                        assign.variable, _odd(values[lane]), span
+                    ),
                     ~np.isfinite(values).all(axis=1),
                     frame,
                 )
@@ -116,11 +115,7 @@ class WatchedInterpreter(Interpreter):
         with self.watch.at(Place(reward.span, (e,), () if reward.binder is None else (reward.binder,))):
             value = super()._spread(e, frame)
             self.watch.note(
-                "C0104",
-                lambda lane: (
-                    f"the reward '{reward.name}' is {value[lane]:.6g}, not a number up to 16,777,216"
-                ),
-                "look for a division by 0 or a logarithm in it, or limit it with clamp(.., low, high)",
+                lambda lane, span: c_sampling.infinite_reward(reward.name, value[lane], span),
                 ~(np.abs(value.astype(np.float64)) <= _LARGEST_REWARD),
                 frame,
             )
@@ -128,9 +123,7 @@ class WatchedInterpreter(Interpreter):
 
     def _check_bound(self, name: str, value: Array, frame: Frame) -> None:
         self.watch.note(
-            "C0201",
-            lambda lane: f"bound {name} is {value[lane]:.6g}",
-            "a bound is a finite number: look for a division by 0 or a logarithm in it",
+            lambda lane, span: c_sampling.infinite_bound(name, value[lane], span),
             ~np.isfinite(value.astype(np.float64)),
             frame,
         )

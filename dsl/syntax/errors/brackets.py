@@ -7,7 +7,7 @@ import re
 from lark import Token
 
 from hypgen.dsl.messages.diagnostic import Diagnostic
-from hypgen.dsl.syntax.errors.describe import Situation, shown
+from hypgen.dsl.syntax.errors.situation import Situation, shown
 from hypgen.dsl.types import builtin_names
 
 _OVER_SETS = builtin_names.QUANTIFIERS | {"uniform", "weighted"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from hypgen.dsl.messages.diagnostic import Diagnostic
-from hypgen.dsl.syntax.errors.describe import Situation
+from hypgen.dsl.syntax.errors.situation import Situation
 
 _TYPE_WORDS = ("BOOL", "INT_TYPE", "FLOAT_TYPE", "PROB")
 _DECLARES = ("VISIBLE", "HIDDEN", "FIXED", "CONST", "PARAM", "MEMORY", "OBSERVE", "LPAR", "COMMA", "LBRACE")

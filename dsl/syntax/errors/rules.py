@@ -14,8 +14,8 @@ from lark import Token
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax.errors.brackets import BRACKET_MISTAKES
-from hypgen.dsl.syntax.errors.describe import CLOSERS, END, SIGNS, UNKNOWN, Situation, shown
 from hypgen.dsl.syntax.errors.other_languages import FOREIGN_MISTAKES
+from hypgen.dsl.syntax.errors.situation import CLOSERS, END, SIGNS, UNKNOWN, Situation, shown
 
 _COMPARISONS = ("EQ", "NE", "LE", "GE", "LT", "GT")
 _OPERATORS = (

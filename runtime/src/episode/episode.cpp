@@ -33,9 +33,16 @@ EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int vi
     const Status believed = step.result.terminal ? Status::kOk : belief.update(decision.action, step.key);
     const bool stops = believed != Status::kOk && limits.stop_on_depletion;
     if (believed != Status::kOk && !stops) belief.propagate(decision.action, step.key);
-    std::vector<std::uint64_t> seen(step.key.begin(), step.key.end());
-    report({run, t, decision, reward, step.result.terminal, std::move(seen), believed,
-            belief.effective_sample_size()});
+    StepRecord record;
+    record.episode = run;
+    record.step = t;
+    record.decision = decision;
+    record.reward = reward;
+    record.terminal = step.result.terminal;
+    record.observation.assign(step.key.begin(), step.key.end());
+    record.belief_status = believed;
+    record.effective_sample_size = belief.effective_sample_size();
+    report(record);
     if (step.result.terminal) {
       episode.terminal = true;
       episode.status = Status::kTerminal;

@@ -152,7 +152,9 @@ int BeliefGraph::best_choice(int at) {
   if (nodes_[index(at)].choices.empty()) {
     BeliefNode& node = nodes_[index(at)];
     for (std::size_t a = 0; a < actions.size(); ++a) {
-      node.choices.push_back({node.base[a], expected(actions[a].reward, node.belief), false, {}});
+      Choice& choice = node.choices.emplace_back();
+      choice.upper = node.base[a];
+      choice.reward = expected(actions[a].reward, node.belief);
     }
   }
   std::vector<char> fresh(actions.size(), 0);

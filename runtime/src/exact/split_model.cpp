@@ -45,7 +45,10 @@ void add_outcomes(const ExactModel& model, const ExactAction& from, const std::v
     const int column = static_cast<int>(i);
     if (to.outcomes.empty() || to.outcomes.back().observation != observation ||
         to.outcomes.back().next_class != next_class) {
-      to.outcomes.push_back({observation, next_class, column, column});
+      Outcome& outcome = to.outcomes.emplace_back();
+      outcome.observation = observation;
+      outcome.next_class = next_class;
+      outcome.begin = column;
     }
     to.outcomes.back().end = column + 1;
     to.next.push_back(next);

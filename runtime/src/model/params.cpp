@@ -188,8 +188,8 @@ bool read_params(const std::string& text, const std::vector<ParamSpec>& specs, P
     return false;
   }
   for (const auto& [name, value] : json.items()) {
-    const auto spec =
-        std::find_if(specs.begin(), specs.end(), [&](const ParamSpec& s) { return s.name == name; });
+    const auto spec = std::find_if(specs.begin(), specs.end(),
+                                   [&name = name](const ParamSpec& s) { return s.name == name; });
     if (spec == specs.end()) {
       error = "unknown param \"" + name + "\"; " + known_names(specs);
       return false;

@@ -9,24 +9,7 @@ namespace hypgen {
 
 namespace {
 
-// Of the memory: the evaluator keeps states and rows, the tree everything else. They share it as an expansion
-// takes it: two groups an action, of which a search looks at two, or with regularisation at all; on the host
-// a fifth of the scenarios (RockSample(7,8) fills both at about the same time).
-std::size_t evaluator_bytes(const PlannerOptions& options, int action_count) {
-  constexpr std::size_t kGroups = 2, kLookedAt = 2, kMemberBytes = 10;
-  const bool is_regularised = options.pruning > 0.0;
-  const auto actions = static_cast<std::size_t>(action_count);
-  const std::size_t tables = is_regularised ? actions : std::min(actions, kLookedAt);
-  const std::size_t arrays = is_regularised || options.mode == Mode::kPomcp ? 2 : 1;
-  const std::size_t tree = Expansion::bytes(actions, arrays) + sizeof(Node) +
-                           tables * (sizeof(ActionTable) + kGroups * sizeof(Child));
-  const std::size_t rows = actions * (sizeof(ActionRow) + kGroups * sizeof(ChildRow));
-  const std::size_t members = wants_gpu(options.mode) ? 0 : options.scenarios / 5 * kMemberBytes;
-  const std::size_t evaluator = rows + members;
-  return options.memory_bytes / (evaluator + tree) * evaluator;
-}
-
-// The first look at what a rollout costs, where time is limited.
+// The first look at the time of a rollout takes so many scenarios, where time is limited.
 constexpr std::size_t kProbeScenarios = 4;
 
 Clock::time_point deadline_after(double seconds) {
@@ -35,34 +18,47 @@ Clock::time_point deadline_after(double seconds) {
   return now + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-}  // namespace
-
-EvaluatorOptions evaluator_options(const PlannerOptions& options, const ModelDescriptor& model) {
-  return {options.scenarios,
-          evaluator_bytes(options, model.action_count),
-          model.discount,
-          options.depth,
-          options.in_flight,
-          options.device_memory_bytes,
-          0,
-          options.threads,
-          options.patience};
+// The evaluator's memory for an expansion in a typical tree: rows of two groups an action, and on the host the
+// members of a fifth of the scenarios.
+std::size_t evaluator_expansion_bytes(const PlannerOptions& options, std::size_t actions) {
+  constexpr std::size_t kGroups = 2, kMemberBytes = 10;
+  const std::size_t rows = actions * (sizeof(ActionRow) + kGroups * sizeof(ChildRow));
+  return rows + (wants_gpu(options.mode) ? 0 : options.scenarios / 5 * kMemberBytes);
 }
-
-namespace {
 
 TreeOptions tree_options(const PlannerOptions& options, const ModelDescriptor& model, std::size_t threads) {
   const bool is_pomcp = options.mode == Mode::kPomcp;
-  return {options.memory_bytes - evaluator_bytes(options, model.action_count),
-          options.depth,
-          model.discount,
-          is_pomcp ? 0.0 : options.pruning,
-          std::min(options.threads, threads),
-          is_pomcp || options.exploration > 0.0,
-          is_pomcp};
+  TreeOptions result;
+  result.max_depth = options.depth;
+  result.discount = model.discount;
+  result.pruning = is_pomcp ? 0.0 : options.pruning;
+  result.threads = std::min(options.threads, threads);
+  result.counts_actions = is_pomcp || options.exploration > 0.0;
+  result.keeps_values = is_pomcp;
+  result.memory_bytes = options.memory_bytes - evaluator_options(options, model).memory_bytes;
+  return result;
 }
 
 }  // namespace
+
+// Tree and evaluator share the memory in proportion to what an expansion takes of each.
+EvaluatorOptions evaluator_options(const PlannerOptions& options, const ModelDescriptor& model) {
+  const auto actions = static_cast<std::size_t>(model.action_count);
+  TreeOptions tree;
+  tree.pruning = options.pruning;
+  tree.keeps_values = options.mode == Mode::kPomcp;
+  const std::size_t expansion = evaluator_expansion_bytes(options, actions);
+  EvaluatorOptions result;
+  result.max_scenarios = options.scenarios;
+  result.memory_bytes = options.memory_bytes / (expansion + tree.expansion_bytes(actions)) * expansion;
+  result.discount = model.discount;
+  result.max_depth = options.depth;
+  result.in_flight = options.in_flight;
+  result.device_memory_bytes = options.device_memory_bytes;
+  result.threads = options.threads;
+  result.patience = options.patience;
+  return result;
+}
 
 Planner::Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor& model,
                  const PlannerOptions& options)
@@ -83,7 +79,10 @@ Decision Planner::plan(const Belief& belief, std::uint64_t run, int step) {
   const StreamKey key =
       derive(options_.seed, StreamKind::kPlan, plan_number(run, static_cast<std::uint64_t>(step)));
   const int left = horizon_ > 0 ? std::max(1, horizon_ - step) : std::numeric_limits<int>::max();
-  setup_ = {key, std::min(options_.depth, left), left <= options_.depth, deadline_after(options_.time_limit)};
+  setup_.key = key;
+  setup_.depth_limit = std::min(options_.depth, left);
+  setup_.at_horizon = left <= options_.depth;
+  setup_.deadline = deadline_after(options_.time_limit);
   Decision decision;
   decision.action = belief.default_action(key);
   if (decision.action < 0) {
@@ -131,7 +130,7 @@ void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decisio
   }
 }
 
-// Later plans use another evaluator. The lost one's memory is given back first.
+// Gives back the lost evaluator's memory, and makes another evaluator for later plans.
 void Planner::replace_evaluator() {
   past_stats_ = evaluator_stats();
   const std::string problem = evaluator_ ? evaluator_->problem() : "";

@@ -56,7 +56,7 @@ int Planner::compared_action(int default_action) const {
   return significant ? best.action : default_action;
 }
 
-// How many scenarios to try the candidates on, so that about two such batches fit before `end`.
+// The scenarios of the next batch: about two such batches fit before `end`.
 std::size_t Planner::batch_until(Clock::time_point end) const {
   if (setup_.deadline == Clock::time_point::max()) return options_.scenarios;
   const double seconds = std::chrono::duration<double>(end - Clock::now()).count();
@@ -65,8 +65,8 @@ std::size_t Planner::batch_until(Clock::time_point end) const {
   return static_cast<std::size_t>(std::clamp(fits, 1.0, static_cast<double>(options_.scenarios)));
 }
 
-// One expansion of the root over scenarios that no earlier one has used, but for the untimed first, which
-// takes those of the root.
+// Expands the root once over new scenarios, and adds up the gains. Without a time limit the first expansion
+// takes the scenarios of the root.
 bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_point end, Decision& decision) {
   const std::size_t batch = batch_until(end);
   const Clock::time_point start = Clock::now();
@@ -76,8 +76,11 @@ bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_poin
     if (decision.status != Status::kOk) return false;
     sampled_ += batch;
   }
+  LeafRequest root;
+  root.count = static_cast<std::uint32_t>(batch);
+  root.actions = actions_;
   LeafResult leaf;
-  decision.status = evaluate({0, kNoHandle, 0, 0, static_cast<std::uint32_t>(batch), 0, actions_}, leaf);
+  decision.status = evaluate(root, leaf);
   if (decision.status != Status::kOk) return false;
   SearchCounts counts;
   counts.trials.add(1);
@@ -93,12 +96,12 @@ void Planner::take_gains(const LeafResult& leaf, Decision& decision) {
   decision.looked = Looked::kOneStep;
   if (candidates_.empty()) {
     for (const ActionRow& row : leaf.actions) {
-      candidates_.push_back({row.action, 0, 0.0, 0.0});
+      candidates_.emplace_back().action = row.action;
       actions_.push_back(row.action);
     }
   }
   for (std::size_t i = 0; i < leaf.actions.size(); ++i) {
-    const Gain& gain = leaf.gains[i];  // of the candidate at the same place: legality does not change
+    const Gain& gain = leaf.gains[i];  // of candidate i: all scenarios have the same legal actions
     candidates_[i].samples += leaf.count;
     candidates_[i].gain += from_fixed_sum(gain.sum);
     candidates_[i].gain_square += gain.square_sum;

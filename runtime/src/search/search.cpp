@@ -6,7 +6,7 @@ namespace hypgen {
 
 namespace {
 
-// How long after its deadline a search waits for threads that have lost their core.
+// The time after its deadline that a search waits for threads that have lost their core.
 constexpr std::chrono::microseconds kGrace{500};
 
 double seconds_since(Clock::time_point start) {
@@ -20,7 +20,7 @@ Search::Search(const PlannerOptions& options, const TreeOptions& tree)
       workers_(tree.threads - 1, [this](std::size_t thread) { shared_.run_thread(thread); }) {
   const std::size_t threads = workers_.size() + 1;
   for (std::size_t i = 0; i < threads; ++i) {
-    // At least one, as a thread without a trial would do nothing.
+    // Each thread needs at least one trial to do anything.
     const std::size_t share = options.in_flight / threads + (i < options.in_flight % threads ? 1 : 0);
     shared_.threads.push_back(std::make_unique<SearchThread>(shared_, i, std::max<std::size_t>(1, share)));
   }
@@ -35,9 +35,9 @@ void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchS
   shared_.run_thread(0);
   const bool is_limited = setup.deadline != Clock::time_point::max();
   decision.late_threads = is_alone ? 0 : workers_.park(is_limited ? setup.deadline + kGrace : setup.deadline);
-  // Threads that have done all trials have not stopped the search.
+  // Threads that end because all trials are done do not stop the search.
   Status status = shared_.is_stopped() ? shared_.status.load() : Status::kTrialLimit;
-  // What the planner has to act on is told first.
+  // A status that the planner has to act on goes before crossed bounds.
   if (shared_.has_crossed_at_root && !is_failure(status) && status != Status::kDeviceLost)
     status = Status::kCrossedBounds;
   decision.status = status;
@@ -47,7 +47,7 @@ void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchS
   decision.tree_seconds = seconds_since(start_time) - decision.waiting_seconds;
 }
 
-// Of late threads too, as far as they have come.
+// Late threads count too, with what they have done so far.
 void Search::add_counts(Decision& decision) const {
   for (std::size_t i = 0; i < shared_.threads.size(); ++i) {
     shared_.threads[i]->counts().add_to(decision);

@@ -22,7 +22,7 @@ void relax_core() {
 #endif
 }
 
-// Whether the planner has to act on it: it must not pass for an ordinary limit.
+// Whether the planner has to act on a status. Such a status must not pass for an ordinary limit.
 bool is_grave(Status status) { return is_failure(status) || status == Status::kDeviceLost; }
 
 }  // namespace
@@ -103,7 +103,7 @@ void SearchThread::run() {
     if (at_hand() != waiting_) publish(waiting_);
     if (status == Status::kOk) status = shared_.status.load();
   }
-  // A thread without a trial to start does not end what others do.
+  // A thread that has no trial to start ends alone.
   if (status != Status::kTrialLimit) shared_.stop(status);
   abandon();
 }
@@ -136,7 +136,7 @@ Status SearchThread::start_trial() {
   }
   const bool is_alone = waiting_ == 0;
   const bool found_nothing = progress == Progress::kWithoutEffect || progress == Progress::kBackedOut;
-  // With nothing in flight all uncertainty left is rounding.
+  // If no thread has a trial, all uncertainty left is rounding.
   const bool has_converged = is_alone && progress == Progress::kWithoutEffect && is_search_at_rest();
   if (is_alone && found_nothing && !has_converged) return undo_trial(node, before);
   if (progress == Progress::kWithoutEffect) tree_.backup(*node);
@@ -145,13 +145,13 @@ Status SearchThread::start_trial() {
   return Status::kOk;
 }
 
-// Others have all there is to do at the moment. Were such trials to count, threads beside a long leaf would
-// use up a limit in no time. `node` is where the trial is; null: nowhere any more.
+// Takes back a trial that found nothing to do while others have all the work. If such trials counted, threads
+// beside a long leaf would use up a limit at once. `node` is the trial's deepest node; null: it has left all.
 Status SearchThread::undo_trial(Node* node, std::uint64_t activity) {
   for (; node != nullptr; node = node->parent) tree_.leave(*node);
   counts_.trials.set(counts_.trials.get() - 1);
   shared_.give_trial_back();
-  activity_.store(activity, std::memory_order_release);  // as if it had not been
+  activity_.store(activity, std::memory_order_release);  // as before the trial
   idle();
   return Status::kOk;
 }
@@ -170,7 +170,7 @@ Status SearchThread::apply_oldest() {
   return timed_walk(node, true) == Progress::kFull ? Status::kMemoryFull : Status::kOk;
 }
 
-// Takes the oldest trial, which waits, from the queue and expands its node.
+// Waits for the oldest trial's leaf, takes the trial from the queue and expands its node.
 Status SearchThread::expand_oldest(Node*& node) {
   LeafResult leaf{};
   const Status status = wait(leaf);
@@ -186,7 +186,7 @@ Status SearchThread::expand_oldest(Node*& node) {
 
 Status SearchThread::wait(LeafResult& leaf) {
   const Clock::time_point start = Clock::now(), deadline = shared_.setup.deadline;
-  // An evaluator that is never late would otherwise keep trials that go on from leaf to leaf from stopping.
+  // Trials may go on from leaf to leaf without a new start: this ends them even if no leaf is late.
   if (start >= deadline) return Status::kDeadline;
   Clock::time_point now = start;
   Status status = Status::kOk;
@@ -206,7 +206,7 @@ Status SearchThread::wait(LeafResult& leaf) {
   return status;
 }
 
-// Hands the evaluator as many leaves as it takes.
+// Submits the leaves of the queue that the evaluator does not have yet, as many as it takes.
 void SearchThread::send() {
   requests_.clear();
   for (std::size_t i = sent_; i < size_; ++i) {
@@ -219,7 +219,7 @@ void SearchThread::send() {
   }
 }
 
-// A walk, and how long it took but for the backup that may end it.
+// A walk. Of one in kTimedWalks it counts the time, apart from the backup at the end.
 SearchThread::Progress SearchThread::timed_walk(Node*& node, bool has_expanded) {
   if (--walks_to_timed_ > 0) return walk(node, has_expanded);
   walks_to_timed_ = kTimedWalks;
@@ -233,7 +233,7 @@ SearchThread::Progress SearchThread::timed_walk(Node*& node, bool has_expanded) 
   return progress;
 }
 
-// Ends a walk.
+// Backs up at the end of a walk.
 void SearchThread::backup(Node& node) {
   if (!is_timed_) return tree_.backup(node);
   const Clock::time_point start = Clock::now();
@@ -249,16 +249,23 @@ SearchThread::Progress SearchThread::walk(Node*& node, bool has_expanded) {
 }
 
 // One trial (Algorithm 2, EXPLORE), from an expanded node down: to a leaf, or to where the excess uncertainty
-// is gone. Where everything below a node is in expansion it goes on from the parent. `node` becomes where a
-// trial without effect is; any other is backed up, or has been backed out of.
+// is gone. Where everything below a node is in expansion, the trial leaves that node and goes on from its
+// parent. A trial that has expanded a leaf goes back no further than to that leaf: it has happened, so its
+// visits stay and its bounds go up to the root. `node` becomes where a trial without effect is. Any other
+// trial has been backed up or has left all nodes.
 SearchThread::Progress SearchThread::walk_by_bounds(Node*& node, bool has_expanded) {
   const PlannerOptions& options = shared_.options;
+  const Node* const expanded = has_expanded ? node : nullptr;
   const BranchRule rule =
       tree_.branch_rule({options.target_ratio, options.observation_loss, options.exploration});
   while (true) {
     const Branch branch = choose(*node, rule);
     if (branch.kind == Branch::kClosed) {
       counts_.collisions.add(1);
+      if (node == expanded) {
+        backup(*node);
+        return Progress::kEnded;
+      }
       tree_.leave(*node);
       node = node->parent;
       if (node == nullptr) return Progress::kBackedOut;
@@ -295,44 +302,54 @@ SearchThread::Progress SearchThread::walk_by_bounds(Node*& node, bool has_expand
   }
 }
 
-// Whether this thread is to expand a leaf.
+// Gives this thread the expansion of a leaf; false if another thread has it or had it.
 bool SearchThread::claim(Node& leaf) {
   if (!tree_.close(leaf)) return false;
   if (leaf.expanded() == nullptr) return true;
-  tree_.open(leaf);  // it has been expanded and opened since this thread looked
+  tree_.open(leaf);  // another thread has expanded and opened it since this thread looked
   return false;
 }
 
-// Where to go on from a node; one with nothing left to take is closed.
+// Chooses the branch from a node. Closes a node below which everything is taken.
 SearchThread::Branch SearchThread::choose(Node& node, const BranchRule& rule) {
-  if (tree_.is_closed(node)) return {Branch::kClosed, kNoIndex, nullptr, nullptr};
+  if (tree_.is_closed(node)) return {Branch::kClosed};
   Branch branch = look(node, rule);
   if (branch.kind != Branch::kClosed) return branch;
   tree_.close(node);
-  branch = look(node, rule);  // as something below may have been opened before the node was closed
+  branch = look(node, rule);  // another thread may have opened something below before the node was closed
   if (branch.kind != Branch::kClosed) tree_.open(node);
   return branch;
 }
 
-// The best action's best child; the next action's where that is in expansion.
+// Gives the best child of the best action. Where all children are in expansion it turns to the next action.
 SearchThread::Branch SearchThread::look(const Node& node, const BranchRule& rule) {
   bool met_closed = false;
   const ActionRule action_rule = tree_.action_rule(node, rule);
   ActionChoice action = tree_.best_action(node, action_rule);
   while (action.place != kNoIndex) {
     ActionTable* const table = tree_.open_action(number_, node, action.place);
-    if (table == nullptr) return {Branch::kFull, kNoIndex, nullptr, nullptr};
+    if (table == nullptr) return {Branch::kFull};
     const ChildChoice choice = tree_.best_child(*table, rule);
-    if (choice.child != nullptr) return {Branch::kTaken, action.place, table, choice.child};
+    if (choice.child != nullptr) {
+      Branch branch{Branch::kTaken};
+      branch.action = action.place;
+      branch.table = table;
+      branch.child = choice.child;
+      return branch;
+    }
     met_closed |= choice.met_closed;
     if (!met_closed) break;
     action = tree_.next_action(node, action_rule, action);
   }
-  return {met_closed ? Branch::kClosed : Branch::kStop, kNoIndex, nullptr, nullptr};
+  return {met_closed ? Branch::kClosed : Branch::kStop};
 }
 
 LeafRequest SearchThread::request(const Node& node) const {
-  LeafRequest request{node.number, kNoHandle, 0, node.child->first, node.child->count, node.depth, {}};
+  LeafRequest request;
+  request.ticket = node.number;
+  request.first = node.child->first;
+  request.count = node.child->count;
+  request.depth = node.depth;
   const PlannerOptions& options = shared_.options;
   if (options.mode != Mode::kPomcp) request.rolled = options.rolled;  // POMCP ranks actions by their rollouts
   if (node.parent != nullptr) {
@@ -364,7 +381,7 @@ SearchThread::Trial SearchThread::pop() {
   return trial;
 }
 
-// Leaves what is in flight, with what those trials have found so far.
+// Ends all trials in flight with the bounds that they have found so far.
 void SearchThread::abandon() {
   while (size_ > 0) {
     const Trial trial = pop();
@@ -382,8 +399,8 @@ void SearchThread::publish(std::size_t at_hand) {
   activity_.store(times << kActivityBits | at_hand, std::memory_order_release);
 }
 
-// For a trial that found nothing to do: whether no other thread has a trial at hand, nor has had one since
-// this one found the same before. Then the tree that both trials saw was the same and is at rest.
+// Whether no other thread has a trial at hand, or has had one since this thread last asked. Then two trials
+// of this thread found nothing to do in the same tree, and no thread changes it any more.
 bool SearchThread::is_search_at_rest() {
   std::uint64_t others = 0;
   for (const auto& thread : shared_.threads) {
@@ -397,14 +414,14 @@ bool SearchThread::is_search_at_rest() {
   return is_same;
 }
 
-// Lets the evaluator work on what others have sent.
+// Lets the evaluator work on the leaves of other threads, and pauses.
 void SearchThread::idle() {
   LeafResult none;
   shared_.evaluator->poll(number_, none);
   pause();
 }
 
-// Waits for other threads: the longer, the longer there has been nothing to do.
+// Waits for other threads, each time longer until there is something to do.
 void SearchThread::pause() {
   if (pauses_ < kLongestPause) {
     pauses_ = std::max(1U, 2 * pauses_);

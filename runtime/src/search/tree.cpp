@@ -17,6 +17,14 @@ constexpr double kRounding = 1e-6;
 
 }  // namespace
 
+std::size_t TreeOptions::expansion_bytes(std::size_t actions) const {
+  constexpr std::size_t kGroups = 2, kLookedAt = 2;  // of most actions no trial ever makes the children
+  const bool is_regularised = pruning > 0.0;
+  const std::size_t tables = is_regularised ? actions : std::min(actions, kLookedAt);
+  return Expansion::bytes(actions, is_regularised || keeps_values ? 2 : 1) + sizeof(Node) +
+         tables * (sizeof(ActionTable) + kGroups * sizeof(Child));
+}
+
 Tree::Tree(const TreeOptions& options)
     : pool_(options.memory_bytes, options.threads),
       makers_(options.threads, Maker(pool_)),
@@ -40,34 +48,33 @@ bool Tree::reset(const ChildRow& row) {
   root_ = get(maker.memory.take<Node>());
   if (root_ == nullptr) return false;
   maker.crossed.set(make_child(child, row, 0));
-  root_ = new (root_) Node{{nullptr}, child, nullptr, nullptr, kNoIndex, 0, 0, nullptr};
+  root_ = new (root_) Node;
+  root_->child = child;
   child->node.store(root_, std::memory_order_relaxed);
   maker.first = maker.last = root_;
   maker.nodes.set(1);
   return true;
 }
 
-// Gives how many bounds crossed: 0 or 1.
+// Gives the number of groups whose bounds crossed: 0 or 1.
 std::uint64_t Tree::make_child(Child* place, const ChildRow& row, int depth) const {
   const double share = weight(depth);
   const double lower = share * from_fixed_sum(row.lower_sum);
   double upper = share * from_fixed_sum(row.upper_sum);
   std::uint64_t crossed = 0;
   if (upper < lower) {
-    // Bounds that are equal but for rounding have not crossed.
+    // Bounds that differ by rounding alone have not crossed.
     crossed = lower - upper > kRounding * (share * row.count + std::abs(upper));
     upper = lower;
   }
   // A subtree costs lambda at least, or is the default policy.
-  new (place) Child{{std::max(lower, upper - pruning_)},
-                    {lower},
-                    {upper},
-                    lower,
-                    row.first,
-                    row.count,
-                    {nullptr},
-                    {0},
-                    {false}};
+  Child& child = *new (place) Child;
+  child.upper.store(std::max(lower, upper - pruning_), std::memory_order_relaxed);
+  child.lower.store(lower, std::memory_order_relaxed);
+  child.plain_upper.store(upper, std::memory_order_relaxed);
+  child.default_value = lower;
+  child.first = row.first;
+  child.count = row.count;
   return crossed;
 }
 
@@ -100,14 +107,12 @@ Expansion* Tree::make_expansion(Maker& maker, const LeafResult& result) const {
   const std::uint32_t arrays = is_regularised() || keeps_values_ ? 2 : 1;
   Expansion* const place = get(maker.memory.take<Expansion>(Expansion::bytes(actions, arrays)));
   if (place == nullptr) return nullptr;
-  Expansion* const expansion = new (place) Expansion{result.handle,
-                                                     result.actions.begin(),
-                                                     result.children.begin(),
-                                                     static_cast<std::uint32_t>(actions),
-                                                     arrays,
-                                                     {-std::numeric_limits<double>::infinity()},
-                                                     {kNoIndex},
-                                                     {0}};
+  Expansion* const expansion = new (place) Expansion;
+  expansion->handle = result.handle;
+  expansion->rows = result.actions.begin();
+  expansion->child_rows = result.children.begin();
+  expansion->action_count = static_cast<std::uint32_t>(actions);
+  expansion->arrays = arrays;
   for (std::size_t a = 0; a < actions; ++a)
     new (expansion->tables() + a) Expansion::Table{Ref<ActionTable>{}};
   return expansion;
@@ -117,7 +122,7 @@ double Tree::row_lower(const ActionRow& row, int depth) const {
   return weight(depth) * from_fixed_sum(row.reward_sum) + weight(depth + 1) * from_fixed_sum(row.lower_sum);
 }
 
-// Fills in a leaf's actions from the rows' sums; gives the largest lower bound.
+// Sets the upper bounds of a leaf's actions from the rows' sums; gives the largest lower bound.
 double Tree::set_uppers(Expansion& expansion, int depth) const {
   const double reward_share = weight(depth), share = weight(depth + 1);
   double best = -std::numeric_limits<double>::infinity();
@@ -130,8 +135,8 @@ double Tree::set_uppers(Expansion& expansion, int depth) const {
   return best;
 }
 
-// The same with regularisation, where each child has a penalty of its own and so all are made; false if they
-// do not fit.
+// The same with regularisation. Each child has a penalty of its own, so this makes all children; false if
+// they do not fit.
 bool Tree::set_regularised_uppers(std::size_t thread, Node& node, Expansion& expansion, double& lower) {
   lower = -std::numeric_limits<double>::infinity();
   for (std::uint32_t a = 0; a < expansion.action_count; ++a) {
@@ -158,7 +163,8 @@ ActionTable* Tree::open_action(std::size_t thread, const Node& node, std::uint32
   return there ? get(there) : make_table(thread, expansion, node.depth, action);
 }
 
-// Gives another thread's if that was faster; null if there is no room.
+// Makes an action's children. Gives another thread's table if that was published first; null if there is no
+// room.
 ActionTable* Tree::make_table(std::size_t thread, Expansion& expansion, int depth, std::uint32_t action) {
   Maker& maker = makers_[thread];
   const ActionRow& row = expansion.rows[action];
@@ -195,9 +201,13 @@ Node* Tree::visit(std::size_t thread, Node& parent, std::uint32_t action, Action
   Maker& maker = makers_[thread];
   const Ref<Node> made = maker.memory.take<Node>();
   if (!made) return nullptr;
-  Node* const node = new (get(made))
-      Node{{nullptr},        &child, &parent, &table, action, static_cast<std::uint32_t>(maker.nodes.get()),
-           parent.depth + 1, nullptr};
+  Node* const node = new (get(made)) Node;
+  node->child = &child;
+  node->parent = &parent;
+  node->table = &table;
+  node->action = action;
+  node->number = static_cast<std::uint32_t>(maker.nodes.get());
+  node->depth = parent.depth + 1;
   if (!child.node.compare_exchange_strong(there, node, std::memory_order_acq_rel)) {
     maker.memory.take_back(made);
     return there;

@@ -1,4 +1,4 @@
-// How the bounds of a search tree move: below as they are found, then up to the root.
+// The movement of a search tree's bounds: a thread moves a node's own bounds, then those above it.
 #include <limits>
 
 #include "hypgen/search/atomic_maximum.hpp"
@@ -7,10 +7,13 @@
 
 namespace hypgen {
 
-// Sets `best` and `largest`. A scan counts for nothing if what it found has fallen, as who lowered it may
-// have read the `best` before; nor if `largest` was changed or a bound has risen since it began (changed and
-// changed back, `largest` would not show it). Who raises `largest` scans once more: that bound may have
-// fallen again before, seen by somebody who found `largest` right.
+// Sets `best` and `largest` by scans, until one scan stands. Four events void a scan:
+// - The bound that it found has fallen since. The thread that lowered it may have read the old `best`, and
+//   then does not scan itself.
+// - Another thread has changed `largest` since the scan began.
+// - A bound has risen since the scan began. `largest` does not show it if it was changed and changed back.
+// - The scan itself has raised `largest`. The bound that it found may have fallen before the store, seen by a
+//   thread that found the old `largest` right.
 void Tree::find_best(Expansion& expansion) const {
   if (expansion.action_count == 0) return;
   while (true) {
@@ -24,13 +27,13 @@ void Tree::find_best(Expansion& expansion) const {
   }
 }
 
-// Takes over an expanded node's bounds from its actions, one of which reaches `lower`.
+// Moves an expanded node's bounds to those of its actions. `lower` is a lower bound of one of them.
 void Tree::refresh(Node& node, double lower) {
   const Expansion* const expansion = node.expanded();
   if (expansion == nullptr) return;
   Child& child = *node.child;
   const double lower_change = raise_to(child.lower, lower);
-  // What an upper bound has once excluded stays so, even where the model's bounds of successors are looser.
+  // The upper bound never rises to that of its actions: the model's bounds of successors may be looser.
   const double upper_change = lower_to(child.upper, child.lower, expansion->largest.load());
   double plain_change = 0.0;
   if (is_regularised()) {
@@ -51,7 +54,7 @@ void Tree::make_default(Node& node) {
   pass_on(node, 0.0, upper_change, plain_change);
 }
 
-// Adds what this thread has changed of a node's bounds to the parent's action.
+// Adds the changes that this thread has made to a node's bounds to the parent's action.
 void Tree::pass_on(const Node& node, double lower_change, double upper_change, double plain_change) {
   if (node.parent == nullptr) return;
   Expansion& above = *node.parent->expanded();
@@ -59,7 +62,7 @@ void Tree::pass_on(const Node& node, double lower_change, double upper_change, d
   if (plain_change != 0.0) add(above.plain_uppers()[node.action], plain_change);
   if (upper_change == 0.0) return;
   add(above.uppers()[node.action], upper_change);
-  // It rises only where a lower bound has crossed it.
+  // An upper bound rises only where a lower bound has crossed it.
   if (upper_change > 0.0) above.rises.fetch_add(1);
   if (upper_change > 0.0 || above.best.load() == node.action) find_best(above);
 }
@@ -75,7 +78,7 @@ void Tree::backup(Node& from) {
   }
 }
 
-// A node that was closed for a moment only may have closed its parent.
+// The nodes above are opened too: one that was closed for a moment may have made a trial close its parent.
 void Tree::open(Node& node) {
   node.child->closed.store(false);
   for (Node* above = node.parent; above != nullptr && is_closed(*above); above = above->parent) {

@@ -1,4 +1,4 @@
-// Where a trial goes on from a node.
+// The choice of the branch by which a trial goes on from a node.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,27 +9,28 @@
 namespace hypgen {
 
 BranchRule Tree::branch_rule(const BranchRatios& ratios) const {
-  // Between two threads' moves it may be below 0.
+  // The gap may be below 0 between the moves of two threads.
   const double gap = std::max(0.0, root_->child->gap());
   return {scenario_share_ * ratios.target * gap, ratios.loss * gap, ratios.exploration * gap};
 }
 
-// The bonus is c_a eps(b0) w(b) sqrt(log(n N(b)) / (n N(b, a))), with n = max(|Phi_b|, 2): weighted as upper
-// bounds are, otherwise it alone would decide wherever few scenarios are left. Counts start at 1, and the
-// trial that asks is in the node's.
+// The bonus is c_a eps(b0) w(b) sqrt(log(n N(b)) / (n N(b, a))), with n = max(|Phi_b|, 2). It is weighted as
+// upper bounds are: without a weight it alone would decide wherever few scenarios are left. Counts start at
+// 1, and N(b) includes the trial that asks.
 ActionRule Tree::action_rule(const Node& node, const BranchRule& rule) const {
   const Child& child = *node.child;
   if (rule.exploration == 0.0) return {0.0, 0.0};
   const double scenarios = std::max<std::uint32_t>(child.count, 2);
   const double visits = static_cast<double>(child.visits());
-  // The model's own logarithm, of which every library has the same bits.
+  // The logarithm of models, which has the same bits with every library.
   const double logarithm = math::log(static_cast<float>(scenarios * visits));
   const double bonus = rule.exploration * weight(node.depth) * child.count * std::sqrt(logarithm / scenarios);
   return {bonus, child.count * rule.target};
 }
 
-// Without exploration the best is known. With it, what is left to find out below an action has to exceed what
-// a trial leaves alone, or a trial would end there: the action with the largest upper bound always does.
+// Without exploration the tree knows the best action. With exploration, an action counts only if its gap
+// exceeds the gap that a trial leaves alone; below any other a trial would end at once. The action with the
+// largest upper bound always counts.
 ActionChoice Tree::best_action(const Node& node, const ActionRule& rule) const {
   const Expansion& expansion = *node.expanded();
   const std::uint32_t best = expansion.best.load();
@@ -38,14 +39,15 @@ ActionChoice Tree::best_action(const Node& node, const ActionRule& rule) const {
   return next_action(node, rule, {0, std::numeric_limits<double>::infinity()});
 }
 
-// The order is that of `last` as it was chosen: bounds that fall meanwhile cannot make a trial go in circles.
+// The order rests on the score that `last` had when it was chosen. Bounds that fall meanwhile cannot send a
+// trial in circles.
 ActionChoice Tree::next_action(const Node& node, const ActionRule& rule, const ActionChoice& last) const {
   const Expansion& expansion = *node.expanded();
   const double lower = node.child->lower.load();
   ActionChoice found{kNoIndex, -std::numeric_limits<double>::infinity()};
   for (std::uint32_t i = 0; i < expansion.action_count; ++i) {
     const double upper = expansion.uppers()[i].load();
-    // Most actions need no more than this: a visit only takes from the bonus.
+    // This dismisses most actions: visits only lessen the bonus.
     if (!(upper > lower && upper + rule.bonus > found.score)) continue;
     const double score = upper + explored(expansion, i, rule);
     const bool comes_after = score < last.score || (score == last.score && i > last.place);
@@ -56,7 +58,7 @@ ActionChoice Tree::next_action(const Node& node, const ActionRule& rule, const A
   return found;
 }
 
-// What exploring adds to an action's upper bound.
+// The bonus that exploration adds to an action's upper bound.
 double Tree::explored(const Expansion& expansion, std::uint32_t action, const ActionRule& rule) const {
   const ActionTable* const opened = rule.bonus > 0.0 ? table(expansion, action) : nullptr;
   if (opened == nullptr) return rule.bonus;

@@ -1,9 +1,8 @@
 // POMCP (Silver and Veness, "Monte-Carlo Planning in Large POMDPs", NeurIPS 2010) over the same tree and
-// evaluator: actions by their mean return and UCB1, observations as a scenario drawn at random sees them.
+// evaluator. A trial chooses actions by mean return and UCB1, and the observation of a random scenario.
 //
-// A leaf's value is what the default policy earns on all of its scenarios, which its parent's expansion has
-// told: a trial knows its return when it comes to a leaf and adds it then, so trials wait for expansions but
-// no return does.
+// A leaf's value is the default policy's return on all of its scenarios. The expansion of the leaf's parent
+// has computed it. So a trial knows its return when it comes to a leaf, and adds it before the expansion.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,7 +16,7 @@ namespace hypgen {
 
 namespace {
 
-// Apart from all sites of a model by its value (they are hashes), and of each thread.
+// The site of POMCP's draws. Sites of a model are hashes, and none is equal to it.
 constexpr std::uint32_t kSite = 0x706f6d63;
 
 std::uint32_t draw(StreamKey key, std::size_t thread, std::uint64_t trial, int depth) {
@@ -28,7 +27,7 @@ std::uint32_t draw(StreamKey key, std::size_t thread, std::uint64_t trial, int d
 
 }  // namespace
 
-// Before any trial it is what the default policy earns after the action: that counts as one.
+// The default policy's return after the action counts as the first trial's return.
 double Tree::mean_value(const Node& node, std::uint32_t action) const {
   const Expansion& expansion = *node.expanded();
   const ActionTable* const opened = table(expansion, action);
@@ -40,7 +39,7 @@ std::uint32_t Tree::best_value(const Node& node, double exploration) const {
   const Expansion& expansion = *node.expanded();
   const Child& child = *node.child;
   const auto visits = static_cast<float>(std::max<std::uint64_t>(1, child.visits()));
-  // The values are weighted, so this is too.
+  // The bonus is weighted, as the values are.
   const double bonus =
       exploration * weight(node.depth) * child.count * std::sqrt(static_cast<double>(math::log(visits)));
   std::uint32_t best = kNoIndex;
@@ -61,7 +60,7 @@ Child& Tree::draw_child(ActionTable& table, std::uint32_t scenarios, std::uint32
   return *child;
 }
 
-// What is below a node counts by the share of its scenarios in the parent's: as if all had gone the same way.
+// The value below a node is scaled to the parent's scenarios, as if all of them had gone the same way.
 void Tree::add_return(Node& from) {
   double value = from.child->lower.load();
   for (Node* node = &from; node->parent != nullptr; node = node->parent) {
@@ -73,8 +72,8 @@ void Tree::add_return(Node& from) {
   }
 }
 
-// One trial (Algorithm 1, SIMULATE): to a node that is to be expanded, or where nothing is left to be found
-// out. One that comes to a leaf that another has in expansion ends there with the same value.
+// One trial (Algorithm 1, SIMULATE). It ends at a leaf, at the depth limit or at a node without a gap. A leaf
+// that another trial has in expansion ends it too, with the leaf's value.
 SearchThread::Progress SearchThread::walk_by_values(Node* node) {
   const double exploration = shared_.options.exploration * std::max(0.0, tree_.root().child->gap());
   bool is_full = false;

@@ -124,8 +124,7 @@ std::vector<Option> option_table(SolverOptions& options) {
        "despot (regularised DESPOT), parallel (the same by several threads: two runs differ), gpu (on a GPU, "
        "with many trials in flight), hyp (HyP-DESPOT: several threads and a GPU), pomcp (POMCP), "
        "rollout (one-ply rollouts) or default (the default policy) (hyp with a GPU, parallel with two cores "
-       "or "
-       "more, else despot; gpu or despot for --threads 1, despot for --signature)",
+       "or more, else despot; gpu or despot for --threads 1, despot for --signature)",
        "despot, parallel, gpu, hyp, pomcp, rollout or default",
        [&](const std::string& text) { return read_mode(text, planner.mode); }},
       integer("--runs", "N", "episodes to run (10)", 1, kMillion, options.runs),
@@ -141,8 +140,7 @@ std::vector<Option> option_table(SolverOptions& options) {
           UINT64_MAX, planner.trial_limit),
       {"--threads", "N",
        "threads of modes parallel and hyp, and of a self-test or a check of bounds (one for each core); of "
-       "mode "
-       "pomcp (1)",
+       "mode pomcp (1)",
        "an integer from 1 to 1024",
        [&](const std::string& text) {
          return read_integer(text, 1, kMostThreads, planner.threads) &&
@@ -168,10 +166,11 @@ std::vector<Option> option_table(SolverOptions& options) {
       toggle("--require-gpu", "end with an error rather than plan on the CPU", options.require_gpu),
       integer("--scenarios", "K", "scenarios of a search, at most 16384 (500)", 1, 1 << 14,
               planner.scenarios),
-      integer("--rollouts", "M",
-              "actions of a leaf that are rolled out, besides the default policy's: those that promise most (3; "
-              "at the root 16 or more)",
-              1, 1 << 20, planner.rolled),
+      integer(
+          "--rollouts", "M",
+          "actions of a leaf that are rolled out, besides the default policy's: those that promise most (3; "
+          "at the root 16 or more)",
+          1, 1 << 20, planner.rolled),
       integer("--depth", "D", "depth limit of a search (90)", 1, 10000, planner.depth),
       number("--xi", "RATIO", "gap that a trial aims at, relative to the root's (0.95)", 0.0, 1.0,
              planner.target_ratio),

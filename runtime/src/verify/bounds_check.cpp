@@ -24,9 +24,14 @@ BoundsFound walk_all(const ModelDescriptor& model, const ModelInstance& instance
   std::atomic<std::uint32_t> next{0};
   const auto work = [&] {
     for (std::uint32_t number; (number = next++) < kWalks;) {
-      const std::uint64_t beliefs = options.beliefs / kWalks + (number < options.beliefs % kWalks ? 1 : 0);
-      const BoundsFound some = instance.check_bounds(
-          {options.seed, number, beliefs, options.steps, model.horizon, model.discount});
+      BoundsWalk walk;
+      walk.seed = options.seed;
+      walk.number = number;
+      walk.beliefs = options.beliefs / kWalks + (number < options.beliefs % kWalks ? 1 : 0);
+      walk.steps = options.steps;
+      walk.horizon = model.horizon;
+      walk.discount = model.discount;
+      const BoundsFound some = instance.check_bounds(walk);
       const std::lock_guard<std::mutex> lock(guard);
       for (std::size_t i = 0; i < kBounds; ++i) found[i].add(some[i]);
     }

@@ -34,14 +34,15 @@ std::vector<std::uint64_t> walk_on_host(const ModelInstance& instance, const Dig
   std::mutex faults;
   const auto work = [&](bool reports) {
     for (std::uint32_t first; (first = next.fetch_add(kChunk)) < range.lanes;) {
-      const std::uint32_t count = std::min(kChunk, range.lanes - first);
-      const DigestRange chunk{range.key, range.first_lane + first, count, range.steps};
+      DigestRange chunk = range;
+      chunk.first_lane += first;
+      chunk.lanes = std::min(kChunk, range.lanes - first);
       const ScheduleFault found = instance.digests(chunk, warps, digests.data() + first);
       if (is_fault(found)) {
         const std::lock_guard<std::mutex> lock(faults);
         if (!is_fault(fault) || found.lane < fault.lane) fault = found;
       }
-      done += count;
+      done += chunk.lanes;
       if (reports) progress(done);
     }
   };
@@ -64,7 +65,10 @@ bool compare_walks(const DigestRange& range, const std::vector<std::uint64_t>& e
   }
   if (comparison.differing == 0) return true;
   // Digests that differ after some step differ after all later ones: the first is found by bisection.
-  const DigestRange lane{range.key, comparison.lane, 1, 0};
+  DigestRange lane;
+  lane.key = range.key;
+  lane.first_lane = comparison.lane;
+  lane.lanes = 1;
   std::uint32_t same_until = 0, differ_at = range.steps;
   while (differ_at - same_until > 1) {
     const std::uint32_t middle = same_until + (differ_at - same_until) / 2;

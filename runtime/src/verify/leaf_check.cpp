@@ -16,13 +16,13 @@ constexpr std::size_t kMostBranches = 100000;
 
 // A group that can be expanded, by its parent's handle at either evaluator.
 struct Branch {
-  std::uint64_t reference;
-  std::uint64_t other;
-  int action;
-  std::uint32_t first;
-  std::uint32_t count;
-  int depth;
-  std::int64_t lower_sum;
+  std::uint64_t reference = kNoHandle;
+  std::uint64_t other = kNoHandle;
+  int action = 0;
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  int depth = 0;
+  std::int64_t lower_sum = INT64_MIN;
 };
 
 bool same_bytes(const void* a, const void* b, std::size_t size) {
@@ -71,7 +71,7 @@ class Growth {
         draws_(derive(seed, StreamKind::kTest, 2), 0, 0) {}
 
   LeafComparison grow(std::uint32_t root_count, std::size_t leaves) {
-    batch_.push_back({kNoHandle, kNoHandle, 0, 0, root_count, 0, INT64_MIN});
+    batch_.emplace_back().count = root_count;
     while (!batch_.empty() && evaluate()) {
       batch_.clear();
       const std::size_t left = leaves - std::min<std::size_t>(leaves, found_.leaves);
@@ -91,7 +91,12 @@ class Growth {
   }
 
   static LeafRequest request(const Branch& branch, std::uint64_t parent) {
-    LeafRequest request{0, parent, branch.action, branch.first, branch.count, branch.depth, {}};
+    LeafRequest request;
+    request.parent = parent;
+    request.action = branch.action;
+    request.first = branch.first;
+    request.count = branch.count;
+    request.depth = branch.depth;
     // All ways of rolling out: every action, one, and some, of which known bounds leave out more.
     constexpr std::uint32_t kRolled[] = {kRollsAll, 1, 3};
     if (branch.depth > 0) {
@@ -138,8 +143,14 @@ class Growth {
       for (std::uint32_t i = 0; i < row.child_count && branches_.size() < kMostBranches; ++i) {
         const ChildRow& child = expected.children[row.first_child + i];
         if (child.terminal) continue;
-        branches_.push_back({expected.handle, result.handle, row.action, child.first, child.count,
-                             parent.depth + 1, child.lower_sum});
+        Branch& branch = branches_.emplace_back();
+        branch.reference = expected.handle;
+        branch.other = result.handle;
+        branch.action = row.action;
+        branch.first = child.first;
+        branch.count = child.count;
+        branch.depth = parent.depth + 1;
+        branch.lower_sum = child.lower_sum;
       }
     }
   }

@@ -34,6 +34,15 @@ struct Outcome {
   bool equal() const { return differing == 0; }
 };
 
+// A check that has compared nothing yet.
+Outcome outcome_of(const std::string& check, const std::string& variant, const std::string& remark = "") {
+  Outcome outcome;
+  outcome.check = check;
+  outcome.variant = variant;
+  outcome.remark = remark;
+  return outcome;
+}
+
 std::string counted_warps(int warps) { return std::to_string(warps) + (warps == 1 ? " warp" : " warps"); }
 
 std::string describe(const ScheduleFault& fault) {
@@ -114,11 +123,11 @@ class Checks {
  public:
   Checks(const ModelDescriptor& model, const ModelInstance& instance, const SelftestOptions& options,
          Report& report)
-      : model_(model),
-        instance_(instance),
-        options_(options),
-        report_(report),
-        range_{derive(options.seed, StreamKind::kTest, 0), 0, options.lanes, options.steps} {}
+      : model_(model), instance_(instance), options_(options), report_(report) {
+    range_.key = derive(options.seed, StreamKind::kTest, 0);
+    range_.lanes = options.lanes;
+    range_.steps = options.steps;
+  }
 
   bool all() {
     plain_ = host_digests("plain", 1);
@@ -171,7 +180,7 @@ class Checks {
     std::vector<DeviceInfo> devices;
     if (model_.device != nullptr) devices = model_.device->devices(error);
     if (devices.empty()) {
-      report_.write({"device", "", 0, 0, error});
+      report_.write(outcome_of("device", "", error));
       return true;
     }
     bool equal = true;
@@ -203,7 +212,7 @@ class Checks {
   // Leaves expanded on a GPU against those expanded on the host: small and large ones, with and without the
   // horizon in sight.
   bool check_leaves(int device, int warps) {
-    Outcome outcome{"leaves " + std::to_string(device), counted_warps(warps), 0, 0, ""};
+    Outcome outcome = outcome_of("leaves " + std::to_string(device), counted_warps(warps));
     for (const std::size_t scenarios : {7, 32, 150}) {
       const bool ends = scenarios == 32;
       const LeafComparison found = compare_leaves_on(device, warps, scenarios, ends, outcome.remark);
@@ -244,7 +253,10 @@ class Checks {
     const StreamKey key = derive(options_.seed, StreamKind::kPlan, scenarios);
     belief->sample(key, 0, scenarios, root);
     const std::size_t a_leaf = scenarios * static_cast<std::size_t>(model_.action_count * kDepth);
-    const SearchSetup setup{key, ends ? kHorizon : kDepth, ends, Clock::time_point::max()};
+    SearchSetup setup;
+    setup.key = key;
+    setup.depth_limit = ends ? kHorizon : kDepth;
+    setup.at_horizon = ends;
     return compare_leaves(*reference, *other, root, setup, std::clamp<std::size_t>(steps / a_leaf, 3, 500),
                           options_.seed);
   }
@@ -252,7 +264,7 @@ class Checks {
   // Searches of the first steps of an episode with leaves from a GPU against the same with leaves from the
   // host: the trees have to be equal, bit for bit.
   bool check_search(int device, std::size_t in_flight) {
-    Outcome outcome{"search " + std::to_string(device), std::to_string(in_flight) + " at once", 0, 0, ""};
+    Outcome outcome = outcome_of("search " + std::to_string(device), std::to_string(in_flight) + " at once");
     const PlannerOptions planning = search_options(in_flight);
     const EvaluatorOptions options = evaluator_options(planning, model_);
     auto evaluator = model_.device->make_evaluator(instance_.params(), options, device, outcome.remark);
@@ -297,13 +309,19 @@ class Checks {
       signatures.push_back(step.decision.signature);
       expansions += step.decision.expansions;
     };
-    const EpisodeLimits limits{kSteps, model_.discount, [] { return false; }, false};
+    EpisodeLimits limits;
+    limits.steps = kSteps;
+    limits.discount = model_.discount;
+    limits.interrupted = [] { return false; };
     run_episode(planner, *belief, *world, model_.visible_count, 0, limits, note);
     return signatures;
   }
 
   Outcome failed(const std::string& check, const std::string& variant, const std::string& error) const {
-    return {check, variant, std::uint64_t{range_.lanes} * range_.steps, range_.lanes, error};
+    Outcome outcome = outcome_of(check, variant, error);
+    outcome.steps = std::uint64_t{range_.lanes} * range_.steps;
+    outcome.differing = range_.lanes;
+    return outcome;
   }
 
   Outcome compare(const std::string& check, const std::string& variant,
@@ -313,7 +331,9 @@ class Checks {
     if (!compare_walks(range_, plain_, found, host_walker(1), walker, comparison, error)) {
       return failed(check, variant, error);
     }
-    Outcome outcome{check, variant, std::uint64_t{range_.lanes} * range_.steps, comparison.differing, ""};
+    Outcome outcome = outcome_of(check, variant);
+    outcome.steps = std::uint64_t{range_.lanes} * range_.steps;
+    outcome.differing = comparison.differing;
     if (!outcome.equal()) {
       outcome.remark = "first: lane " + std::to_string(comparison.lane) + ", step " +
                        std::to_string(comparison.step) + " (--seed " + std::to_string(options_.seed) + ")";

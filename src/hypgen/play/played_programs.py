@@ -1,4 +1,4 @@
-"""What ``hypgen compare`` does with programs that play: runs them and puts their episodes together."""
+"""Plays programs for ``hypgen compare``: runs them and puts their episodes together."""
 
 from __future__ import annotations
 
@@ -47,12 +47,11 @@ class Policy:
 class Comparison:
     """What is known so far; an interrupt leaves it as it is.
 
-    ``solved`` is what was proven of the best policy, ``sarsop`` what SARSOP says of it.
+    ``solved`` is what was proven of the best policy.
     """
 
     policies: list[Policy] = field(default_factory=list)
     solved: dict[str, Any] | None = None
-    sarsop: dict[str, Any] | None = None
 
     def add(self, name: str, problem: str = "") -> Policy:
         """Return a new policy, which has not played yet."""
@@ -117,7 +116,7 @@ def play_exact(
 ) -> None:
     """Play the episodes of policies on the exact belief, and note what is proven of the value."""
     policies = {kind: comparison.add(kind) for kind in kinds}
-    play = ["--policy-kind", ",".join(kinds)] if kinds else ["--runs", "0"]
+    play = ["--policy-kind", ",".join(kinds)]
     try:
         for line in lines_of([str(program), *options, *play, "--json", "-", "--quiet"]):
             if line["type"] == "solve":
@@ -187,7 +186,6 @@ def numbers(comparison: Comparison) -> dict[str, Any]:
             for policy in policies
         ],
         "value": comparison.solved,
-        "sarsop": comparison.sarsop,
     }
 
 

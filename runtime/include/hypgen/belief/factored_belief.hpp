@@ -1,5 +1,6 @@
-// A belief that is a product: a posterior for each unit, an element or a family's member whose hidden
-// variables are independent of all others. A unit of few values has an exact one, any other has particles.
+// A belief that is a product of posteriors, one for each unit. A unit is a group of hidden variables that is
+// independent of all others: an element of the model, or one member of a family. A unit of few values has an
+// exact posterior, any other has particles.
 #pragma once
 
 #include <algorithm>
@@ -11,9 +12,8 @@
 
 namespace hypgen {
 
-// Units are numbered as M::unit_of does: the exact ones, then those with particles. The particles of all
-// units share an array, in which a unit owns a column: columns have their own weights and are resampled one
-// by one.
+// M::unit_of numbers the units: exact ones first, then those with particles. The particles of all units share
+// an array in which each unit owns a column. A column has weights of its own and is resampled by itself.
 template <class M>
 class FactoredBelief final : public Belief {
  public:
@@ -50,7 +50,7 @@ class FactoredBelief final : public Belief {
       return ends_surely(action) ? Status::kAllParticlesTerminal : Status::kImpossibleObservation;
     }
     bool explained = filter(action, key, 0);
-    // Particles that contradict the observation may not do so with other draws.
+    // Particles that contradict the observation may explain it with other draws.
     for (std::uint32_t round = 1; round <= kRedraws && !explained; ++round)
       explained = filter(action, key, round);
     if (!explained) {
@@ -61,7 +61,7 @@ class FactoredBelief final : public Belief {
     return Status::kOk;
   }
 
-  // A unit whose values all contradict what was seen keeps its posterior, or the weights of its particles.
+  // A unit keeps its posterior, or its particles' weights, if all its values contradict the observation.
   void propagate(int action, KeyWords words) override {
     const auto key = key_from<typename M::Key>(words);
     typename M::State next;
@@ -81,7 +81,7 @@ class FactoredBelief final : public Belief {
     }
   }
 
-  // Each unit is drawn by systematic sampling, and the draws of different units are put together at random.
+  // Draws each unit by systematic sampling, and joins the draws of different units at random.
   void sample(StreamKey key, std::uint32_t first, std::size_t count, ScenarioBuffer& out) const override {
     out.clear(first);
     out.set_history(history_);
@@ -129,7 +129,7 @@ class FactoredBelief final : public Belief {
 
   bool import_particles(const ScenarioBuffer&, const std::vector<double>&) override { return false; }
 
-  // That of the unit whose particles have degenerated most; `size()` where all posteriors are exact.
+  // The least of all units with particles; `size()` where all posteriors are exact.
   double effective_sample_size() const override {
     double least = static_cast<double>(size_);
     for (int unit = 0; unit < M::kParticleUnits; ++unit) least = std::min(least, effective_size(unit));
@@ -141,7 +141,7 @@ class FactoredBelief final : public Belief {
  private:
   static constexpr std::uint32_t kRedraws = 16;
   static constexpr int kUnits = M::kExactUnits + M::kParticleUnits;
-  static constexpr std::size_t kTrials = 256;  // joint states that tell whether an episode surely ends
+  static constexpr std::size_t kTrials = 256;  // joint states on which ends_surely tries an action
 
   struct Particle {
     typename M::Fixed fixed;
@@ -156,7 +156,7 @@ class FactoredBelief final : public Belief {
     return values[variable] == value;
   }
 
-  // How many joint values or particles a unit has.
+  // The number of a unit's joint values or particles.
   int values_of(int unit) const {
     if constexpr (M::kExactUnits > 0) {
       if (unit < M::kExactUnits) return M::unit_size(unit);
@@ -164,7 +164,7 @@ class FactoredBelief final : public Belief {
     return static_cast<int>(now_.size());
   }
 
-  // The probability of a unit's joint value, or the weight of its particle, number i.
+  // The probability of joint value i of a unit, or the weight of its particle i.
   double weight(int unit, int i) const {
     if constexpr (M::kExactUnits > 0) {
       if (unit < M::kExactUnits) return M::probability(posterior_, unit, i);
@@ -173,7 +173,7 @@ class FactoredBelief final : public Belief {
                     static_cast<std::size_t>(i)];
   }
 
-  // Writes a unit's joint value, or what its particle holds, number i.
+  // Writes joint value i of a unit, or the unit's variables in particle i.
   void put(int unit, int i, typename M::Fixed& fixed, typename M::State& state) const {
     if constexpr (M::kExactUnits > 0) {
       if (unit < M::kExactUnits) M::put_unit(unit, i, fixed, state);
@@ -185,7 +185,7 @@ class FactoredBelief final : public Belief {
     }
   }
 
-  // Makes `next`, `after` and the particles in next_ the belief.
+  // Makes the visible state `next`, the posteriors `after` and the particles in next_ the belief.
   void move_on(int action, const typename M::Key& key, const typename M::State& next,
                const typename M::Posterior& after) {
     typename M::History remembered;
@@ -203,8 +203,8 @@ class FactoredBelief final : public Belief {
     }
   }
 
-  // Moves all particles to next_; false if those of some unit have no weight left, where they keep what they
-  // had.
+  // Moves all particles to next_ and weighs them. Gives false if all particles of some unit contradict the
+  // key; that unit keeps its weights.
   bool filter(int action, const typename M::Key& key, std::uint32_t round) {
     bool all_explained = true;
     if constexpr (M::kParticleUnits > 0) {
@@ -239,13 +239,13 @@ class FactoredBelief final : public Belief {
     return 1.0 / sum;
   }
 
-  // Calls `take(i, pick)` for i < count with joint values or particles of a unit, by systematic sampling.
+  // Calls `take(i, pick)` for each i < count: `pick` is a joint value or particle, by systematic sampling.
   template <class Take>
   void choose(int unit, std::uint32_t word, std::size_t count, const Take& take) const {
     const double stride = 1.0 / static_cast<double>(count);
     const double offset = static_cast<double>(word) * 0x1p-32;
     int end = values_of(unit);
-    while (end > 1 && !(weight(unit, end - 1) > 0.0)) --end;  // the sum may round to below 1
+    while (end > 1 && !(weight(unit, end - 1) > 0.0)) --end;  // the sum of weights may round to below 1
     int pick = 0;
     double reached = weight(unit, 0);
     for (std::size_t i = 0; i < count; ++i) {
@@ -255,7 +255,7 @@ class FactoredBelief final : public Belief {
     }
   }
 
-  // Leaves a random order of the first `count` numbers in order_.
+  // Puts the first `count` numbers into order_ in a random order.
   void shuffle(PhiloxDraws& draws, std::size_t count) const {
     for (std::uint32_t i = 0; i < count; ++i) {
       const std::uint64_t word = draws.word(kSampleSite, i + 1);
@@ -278,7 +278,7 @@ class FactoredBelief final : public Belief {
     resampled_ = true;
   }
 
-  // Whether the episode ends by the action in every one of many joint states.
+  // Whether the action ends the episode in each of kTrials joint states.
   bool ends_surely(int action) const {
     ScenarioBuffer buffer;
     reserve(buffer, kTrials);
@@ -300,7 +300,7 @@ class FactoredBelief final : public Belief {
   StreamKey key_{};
   std::uint32_t step_ = 0;
   bool resampled_ = false;     // in this episode
-  typename M::Fixed fixed_{};  // the visible variables; what is hidden stays 0
+  typename M::Fixed fixed_{};  // with `state_`: the visible variables; hidden ones are 0
   typename M::State state_{};
   typename M::History history_{};
   typename M::Posterior posterior_{};
@@ -308,7 +308,7 @@ class FactoredBelief final : public Belief {
   std::vector<Particle> next_;
   std::vector<double> weights_;  // unit by unit
   std::vector<double> next_weights_;
-  mutable std::vector<std::uint32_t> order_;  // scratch of `sample`, sized by `reserve`
+  mutable std::vector<std::uint32_t> order_;  // with `picks_`: scratch of `sample`, sized by `reserve`
   mutable std::vector<int> picks_;
 };
 

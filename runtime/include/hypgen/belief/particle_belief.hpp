@@ -1,4 +1,4 @@
-// A particle filter that weighs by the likelihoods of the model's own declarations.
+// A particle filter. It weighs particles by the likelihood that the model declares for an observation.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,8 @@
 
 namespace hypgen {
 
-// Particles of equal number at all times; systematic resampling when the effective sample size is below half.
-// Fixed values that a copy has not read yet it draws anew (unread.hpp).
+// The number of particles stays the same. The filter resamples systematically when the effective sample size
+// falls below half of it. A copied particle draws fixed values again that it has not read yet (redraw.hpp).
 template <class M>
 class ParticleBelief final : public Belief {
  public:
@@ -42,7 +42,7 @@ class ParticleBelief final : public Belief {
   Status update(int action, KeyWords words) override {
     const auto key = key_from<typename M::Key>(words);
     double total = filter(action, key, 0);
-    // Particles that contradict the observation may not do so with other draws.
+    // Particles that contradict the observation may explain it with other draws.
     for (std::uint32_t round = 1; round <= kRedraws && !(total > 0.0); ++round)
       total = filter(action, key, round);
     if (!(total > 0.0)) return explain_failure(action);
@@ -50,7 +50,7 @@ class ParticleBelief final : public Belief {
     return Status::kOk;
   }
 
-  // Only those particles go on whose episode does, if there are any.
+  // Drops the particles whose episode ends, unless all end.
   void propagate(int action, KeyWords words) override {
     const auto key = key_from<typename M::Key>(words);
     filter(action, key, 0);
@@ -88,7 +88,7 @@ class ParticleBelief final : public Belief {
     double sum = 0.0;
     std::int32_t values[M::kVariableCount];
     for (const Particle& particle : now_) {
-      const typename T::Fixed fixed = particle.fixed;  // looking at it from outside is no reading
+      const typename T::Fixed fixed = particle.fixed;  // a copy, so that the particle notes no read
       T::export_state(fixed, particle.state, values);
       if (values[variable] == value) sum += particle.weight;
     }
@@ -137,7 +137,7 @@ class ParticleBelief final : public Belief {
   static constexpr bool kTracks = Tracked<M>::kAny;
   using T = typename Tracked<M>::Model;  // as M, but for the type of the words of Fixed
 
-  // The words of a particle's own: at first, and of each of the two proposals.
+  // The sites of a particle's own words: the first ones, and those of the two proposals.
   static constexpr std::uint32_t kFirstSite = site_id("belief:first");
   static constexpr std::uint32_t kAllSite = site_id("belief:all");
   static constexpr std::uint32_t kEntriesSite = site_id("belief:entries");
@@ -146,10 +146,10 @@ class ParticleBelief final : public Belief {
     typename T::Fixed fixed;
     typename T::State state;
     double weight;
-    std::uint32_t origin;  // whose draws its initial values came of, but for those made anew
+    std::uint32_t origin;  // the particle whose draws its initial values come from, redrawn values apart
   };
 
-  // The same bytes as another type: of T and of M.
+  // Copies the bytes of a type of M to the same type of T.
   template <class To, class From>
   static std::unique_ptr<To> copied(const From& from) {
     static_assert(sizeof(To) == sizeof(From) && std::is_trivially_copyable_v<To>);
@@ -186,7 +186,7 @@ class ParticleBelief final : public Belief {
     }
   }
 
-  // Draws a particle's initial values, and forgets which of them others read for that.
+  // Draws a particle's initial values, and forgets the reads that drawing them took.
   void draw_initial(Particle& particle) const {
     T::import_visible(visible_.data(), particle.fixed, particle.state);
     PhiloxDraws draws(key_, particle.origin, 0);
@@ -201,8 +201,8 @@ class ParticleBelief final : public Belief {
     }
   }
 
-  // Draws what a particle has not read anew: all of it, and then entries only, which are more likely to leave
-  // what was read as it is.
+  // Draws again what a particle has not read. It proposes all unread words first, then those of arrays alone:
+  // the second proposal is more likely to leave the read values as they are.
   void redraw_unread(Particle& particle, const PhiloxDraws& fresh) const {
     if constexpr (kTracks) {
       if (M::kRedrawnSingles > 0) propose(particle, fresh, kAllSite, 0);
@@ -210,8 +210,8 @@ class ParticleBelief final : public Belief {
     }
   }
 
-  // Draws words from `first` on anew whose values were not read, if what was read stays the same, and what
-  // the rest of the state began with.
+  // Draws the unread words from `first` on again. Keeps them only if all read values and the initial values
+  // of State stay the same.
   void propose(Particle& particle, const PhiloxDraws& fresh, std::uint32_t purpose, int first) const {
     if constexpr (kTracks) {
       Particle other = particle;
@@ -238,7 +238,7 @@ class ParticleBelief final : public Belief {
     return PhiloxDraws(key_, particle + round * static_cast<std::uint32_t>(now_.size()), step_ + 1);
   }
 
-  // Fills next_ with unnormalised weights and gives their sum.
+  // Moves all particles to next_ and weighs them; gives the sum of the weights, which are not normalised.
   double filter(int action, const typename M::Key& key, std::uint32_t round) {
     double total = 0.0;
     for (std::uint32_t i = 0; i < now_.size(); ++i) {
@@ -254,11 +254,11 @@ class ParticleBelief final : public Belief {
     return total;
   }
 
-  // Makes next_, whose weights add up to `total`, the belief.
+  // Makes next_ the belief. Its weights add up to `total`.
   void move_on(int action, const typename M::Key& key, double total) {
     ++step_;
     for (Particle& particle : next_) particle.weight /= total;
-    // The history follows from what is visible, which is the same in all particles.
+    // The history depends on visible variables alone, which are the same in all particles.
     typename T::History after;
     T::advance_history(params(), now_[0].fixed, now_[0].state, action, key, next_[0].state, history_, after);
     history_ = after;
@@ -266,14 +266,14 @@ class ParticleBelief final : public Belief {
     if (effective_sample_size() < 0.5 * static_cast<double>(now_.size())) resample();
   }
 
-  // Calls `take` with `count` particles by systematic resampling: one uniform word places all the pointers.
+  // Calls `take` with `count` particles by systematic resampling: one random word places all pointers.
   template <class Take>
   void choose(std::uint32_t word, std::size_t count, const Take& take) const {
     const double stride = 1.0 / static_cast<double>(count);
     const double offset = static_cast<double>(word) * 0x1p-32;
     double reached = now_[0].weight;
     std::size_t particle = 0;
-    std::size_t end = now_.size();  // after the last that may be taken: the weights' sum may round to below 1
+    std::size_t end = now_.size();  // of the particles with weight: the sum of weights may round to below 1
     while (end > 1 && !(now_[end - 1].weight > 0.0)) --end;
     for (std::size_t i = 0; i < count; ++i) {
       const double pointer = (static_cast<double>(i) + offset) * stride;
@@ -294,7 +294,7 @@ class ParticleBelief final : public Belief {
     }
   }
 
-  // Why no particle explains what was seen.
+  // The reason why no particle explains the observation.
   Status explain_failure(int action) const {
     bool all_terminal = true;
     for (std::uint32_t i = 0; i < now_.size() && all_terminal; ++i) all_terminal = ends(i, action);
@@ -302,14 +302,14 @@ class ParticleBelief final : public Belief {
     return count_distinct() < hypotheses_ ? Status::kDepletedBelief : Status::kImpossibleObservation;
   }
 
-  // Whether the action ends the episode of a particle, by the draws of round 0.
+  // Whether the action ends a particle's episode, with the draws of round 0.
   bool ends(std::uint32_t particle, int action) const {
     PhiloxDraws draws = draws_of(particle, 0);
     typename T::State next;
     return T::step(params(), now_[particle].fixed, now_[particle].state, action, draws, next).terminal;
   }
 
-  // How many hypotheses there are. Copies that draw anew what they have not read differ and are one still.
+  // The number of hypotheses. Copies of a particle that differ in redrawn values count as one.
   std::size_t count_distinct() const {
     std::set<std::string> distinct;
     for (const Particle& particle : now_) {
@@ -334,8 +334,8 @@ class ParticleBelief final : public Belief {
   std::uint64_t seed_;
   StreamKey key_{};
   std::uint32_t step_ = 0;
-  std::size_t hypotheses_ = 0;         // distinct particles that the episode began with
-  std::vector<std::int32_t> visible_;  // initial values
+  std::size_t hypotheses_ = 0;         // at the start of the episode
+  std::vector<std::int32_t> visible_;  // their initial values
   typename T::History history_{};
   std::vector<Particle> now_;
   std::vector<Particle> next_;

@@ -1,5 +1,5 @@
-// Exact posteriors of independent hidden variables: the arithmetic that every model shares. `Real` is double
-// for the agent's belief, which many observations go into, and float for the history of policies.
+// The arithmetic of exact posteriors of independent hidden variables. `Real` is double for the agent's
+// belief, which takes in many observations, and float for a policy's history.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace hypgen {
 
-// The base of a model none of whose hidden variables have a posterior of their own.
+// The base of a model without a factored belief (model/model.hpp).
 struct NotFactored {
   struct Posterior {};
   static constexpr bool kFactored = false;
@@ -24,14 +24,14 @@ struct NotFactored {
 
 namespace posteriors {
 
-// The probability of one of N joint values. Of two, only the second's is stored.
+// The probability of one of N joint values. Of two values only the second's probability is stored.
 template <int N, class Real>
 HYPGEN_FN Real probability(const Real* stored, std::int32_t value) {
   if constexpr (N == 2) return value != 0 ? stored[0] : Real{1} - stored[0];
   return stored[value];
 }
 
-// Stores the sums divided by their total; false, and nothing is stored, unless that is above 0.
+// Stores the sums divided by their total. Stores nothing and gives false unless the total is above 0.
 template <int N, class Real>
 HYPGEN_FN bool normalise(const Real* sums, Real* stored) {
   Real total{};

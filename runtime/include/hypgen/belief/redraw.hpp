@@ -1,11 +1,11 @@
-// Fixed state that nothing has read yet.
+// Fixed state that a particle has not read yet, and may draw again.
 //
-// What a particle filter learns about a map of which it sees a few cells at a time it learns by killing
-// particles, and survivors are copies of each other, in cells too that none of them has ever looked at. But
-// all that was observed depends on a particle's random words through the values that were read only. So a
-// copy may draw the words of other values anew, where that leaves all that was read as it is: a step of
-// Metropolis and Hastings that never changes a likelihood and proposes from the prior. Where an unread value
-// depends on nothing but what is kept, it is as if values were drawn when they are read.
+// A robot that maps sees a few cells at a time. A particle filter learns the map by dropping particles. The
+// survivors are copies of each other, even in cells that none of them has looked at. But observations depend
+// on a particle's random words only through the values that the particle has read. So a copy may draw the
+// words of unread values again, if that leaves all read values as they are. This is a step of Metropolis and
+// Hastings that proposes from the prior and never changes a likelihood. Where an unread value depends on kept
+// values alone, the result is as if particles drew values when they read them.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@
 
 namespace hypgen {
 
-// A word of packed state that notes which of its bits have been read.
+// A word of packed state that notes which of its bits the model has read.
 struct TrackedWord {
   std::uint32_t value;
   mutable std::uint32_t read;
@@ -50,9 +50,8 @@ HYPGEN_FN bool was_read(const TrackedWord& word, std::uint32_t shift, std::uint3
 
 }  // namespace bits
 
-// What a model offers for this, if it does: `M::Tracking`, the same model with a `Fixed` of TrackedWords;
-// `redrawn_word(site, index)`, which of kRedrawnWords random words is drawn there, -1 if none, those of
-// single values, kRedrawnSingles, first; `is_word_read(fixed, word)`, whether its value was read.
+// The model whose words note reads: `M::Tracking` if M has it (model/model.hpp, Redraw), otherwise M itself.
+// `Own` is the data that each particle has besides its state.
 template <class M, class = void>
 struct Tracked {
   static constexpr bool kAny = false;
@@ -63,13 +62,13 @@ template <class M>
 struct Tracked<M, std::void_t<typename M::Tracking>> {
   static constexpr bool kAny = true;
   using Model = typename M::Tracking;
-  struct Own {  // of a particle
+  struct Own {
     std::uint32_t words[M::kRedrawnWords];
     typename Model::State start;
   };
 };
 
-// The draws of a particle's initial values: those of its origin, but for the words that it has of its own.
+// The draws of a particle's initial values: its own words where it has them, otherwise those of its origin.
 template <class M>
 class OwnDraws {
  public:

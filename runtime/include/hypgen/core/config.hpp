@@ -1,4 +1,4 @@
-// What the other headers need to know of the compiler.
+// The compiler's properties that other headers use.
 #pragma once
 
 /// Marks functions that host and device code share; nvcc compiles them for both.

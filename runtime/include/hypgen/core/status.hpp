@@ -1,4 +1,4 @@
-// How a search, a belief update or an episode ended.
+// The ways in which a search, a belief update or an episode ends.
 #pragma once
 
 namespace hypgen {

@@ -1,4 +1,4 @@
-// What the kernels of a batch share: leaves, where their data lies, and the numbering of their items.
+// The data that the kernels of a batch share: leaves, addresses of their data, and numbers of their items.
 #pragma once
 
 #include <cstddef>

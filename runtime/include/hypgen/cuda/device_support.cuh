@@ -7,6 +7,7 @@
 
 #include "hypgen/cuda/evaluator.cuh"
 #include "hypgen/leaves/device.hpp"
+#include "hypgen/model/model_contract.hpp"
 
 namespace hypgen::cuda {
 
@@ -32,8 +33,13 @@ std::vector<DeviceInfo> usable_devices(std::string& error) {
         !worked(cudaFuncGetAttributes(&attributes, gather<M>), properties.name, error)) {
       continue;
     }
-    found.push_back({index, properties.name, properties.major, properties.minor,
-                     properties.multiProcessorCount, properties.totalGlobalMem});
+    DeviceInfo& info = found.emplace_back();
+    info.index = index;
+    info.name = properties.name;
+    info.major = properties.major;
+    info.minor = properties.minor;
+    info.multiprocessors = properties.multiProcessorCount;
+    info.total_bytes = properties.totalGlobalMem;
   }
   if (!found.empty()) error.clear();
   return found;
@@ -46,6 +52,8 @@ bool walk_on_device(const typename M::Params& params, const DigestRange& range, 
 
 template <class M>
 class ModelDeviceSupport final : public DeviceSupport {
+  static_assert(DeviceModelContract<M>::kHolds);
+
  public:
   std::vector<DeviceInfo> devices(std::string& error) const override { return usable_devices<M>(error); }
 

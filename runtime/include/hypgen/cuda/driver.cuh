@@ -76,13 +76,13 @@ class BatchDriver {
   Status bound_root(Clock::time_point deadline, LeafResult& result) {
     Slot<M>& slot = flights_[0].slot;
     const int no_step = kNoStep;
-    LeafTask task{};
-    task.parent = kNoParent;
-    task.count = nodes_[0].count;
-    task.action = kNoStep;
-    task.baseline = -1;
-    task.rolled = kRollsAll;
-    slot.add(task, {&no_step, 1});
+    LeafTask root{};
+    root.parent = kNoParent;
+    root.count = nodes_[0].count;
+    root.action = kNoStep;
+    root.baseline = -1;
+    root.rolled = kRollsAll;
+    slot.add(root, {&no_step, 1});
     if (!launch(slot) || !wait(slot, deadline)) return is_lost() ? Status::kDeviceLost : Status::kDeadline;
     result = result_of(slot, 0, 0);
     return result.status;
@@ -194,7 +194,10 @@ class BatchDriver {
   }
 
   static LeafResult without_rows(const LeafRequest& request, Status status) {
-    return {request.ticket, status, 0, 0, {}, {}, {}};
+    LeafResult result;
+    result.ticket = request.ticket;
+    result.status = status;
+    return result;
   }
 
   // Whether there may be such a leaf: kernels take its numbers as they are.
@@ -266,7 +269,11 @@ class BatchDriver {
   LeafResult result_of(const Slot<M>& slot, int leaf, std::uint32_t ticket) const {
     const LeafOutcome& outcome = slot.outcome(leaf);
     const LeafTask& task = slot.task(leaf);
-    LeafResult result{ticket, status_of(outcome), task.node, task.count, {}, {}, {}};
+    LeafResult result;
+    result.ticket = ticket;
+    result.status = status_of(outcome);
+    result.handle = task.node;
+    result.count = task.count;
     if (result.status != Status::kOk) return result;
     const bool with_gains = task.baseline >= 0;
     const RowLayout layout(outcome.action_count, with_gains, outcome.child_count);

@@ -66,9 +66,13 @@ class CudaEvaluator final : public LeafEvaluator {
     RootResult result{Status::kOk, {}, -1};
     result.default_action =
         M::default_policy(*params_, staged_fixed_[0], root_states_[0], *staged_history_.get(), first);
-    driver_.begin_search(
-        batch({setup.key, root.first(), setup.depth_limit, setup.at_horizon, options_.discount}),
-        static_cast<std::uint32_t>(count), result.default_action);
+    SearchConstants constants{};
+    constants.key = setup.key;
+    constants.first_scenario = root.first();
+    constants.depth_limit = setup.depth_limit;
+    constants.at_horizon = setup.at_horizon;
+    constants.discount = options_.discount;
+    driver_.begin_search(batch(constants), static_cast<std::uint32_t>(count), result.default_action);
     LeafResult bounds{};
     result.status = driver_.bound_root(setup.deadline, bounds);
     if (bounds.children.size() == 1) result.row = bounds.children[0];

@@ -1,4 +1,4 @@
-// What is taken of a device once and given back by its owner: memory, pinned memory of the host, events.
+// Owners of a device's resources: memory, pinned memory of the host, and events.
 #pragma once
 
 #include <cuda_runtime_api.h>

@@ -156,7 +156,9 @@ __device__ void reduce_small(const Batch<M>& batch, int leaf, std::uint32_t firs
   const unsigned tile_lanes = (tile == kWarp ? kAll : (1U << tile) - 1) << (lane / tile * tile);
   const unsigned leaders = __ballot_sync(kAll, leads) & tile_lanes;
   if (leads) {
-    ChildRow row{groups.upper, groups.lower, i, static_cast<std::uint32_t>(__popc(groups.peers)), terminal};
+    ChildRow row = empty_row(i, static_cast<std::uint32_t>(__popc(groups.peers)), terminal);
+    row.upper_sum = groups.upper;
+    row.lower_sum = groups.lower;
     batch.child_rows[first_item + a * count + __popc(leaders & ((1U << lane) - 1))] = row;
   }
   const std::int64_t rewards = sum_lanes(reward, tile);
@@ -164,8 +166,13 @@ __device__ void reduce_small(const Batch<M>& batch, int leaf, std::uint32_t firs
   const std::int64_t lowers = sum_lanes(leads ? groups.lower : 0, tile);
   if (present && i == 0) {
     const std::size_t at = std::size_t(leaf) * batch.max_actions + a;
-    batch.action_rows[at] = {
-        rewards, uppers, lowers, batch.legal[at], 0, static_cast<std::uint32_t>(__popc(leaders)), 0};
+    ActionRow row{};
+    row.reward_sum = rewards;
+    row.upper_sum = uppers;
+    row.lower_sum = lowers;
+    row.action = batch.legal[at];
+    row.child_count = static_cast<std::uint32_t>(__popc(leaders));
+    batch.action_rows[at] = row;
   }
 }
 
@@ -227,7 +234,12 @@ __device__ bool reduce_warp(const Batch<M>& batch, int leaf, std::uint32_t first
       const std::int64_t lowers = __shfl_sync(kAll, found.lower, leader);
       const std::uint32_t members = __popc(__shfl_sync(kAll, found.peers, leader));
       if (lane == group) {
-        if (holds == 0) held = {wanted, ends, start + static_cast<std::uint32_t>(leader), 0, 0, 0};
+        if (holds == 0) {
+          held = {};
+          held.key = wanted;
+          held.terminal = ends;
+          held.first = start + static_cast<std::uint32_t>(leader);
+        }
         held.count += members;
         held.upper += uppers;
         held.lower += lowers;
@@ -236,16 +248,23 @@ __device__ bool reduce_warp(const Batch<M>& batch, int leaf, std::uint32_t first
   }
   const bool holds = lane < groups;
   if (holds) {
-    batch.child_rows[items + static_cast<std::uint32_t>(lane)] = {held.upper, held.lower, held.first,
-                                                                  held.count, held.terminal};
+    ChildRow row = empty_row(held.first, held.count, held.terminal);
+    row.upper_sum = held.upper;
+    row.lower_sum = held.lower;
+    batch.child_rows[items + static_cast<std::uint32_t>(lane)] = row;
   }
   const std::int64_t rewards = sum_lanes(reward, kWarp);
   const std::int64_t uppers = sum_lanes(holds ? max(held.upper, held.lower) : 0, kWarp);
   const std::int64_t lowers = sum_lanes(holds ? held.lower : 0, kWarp);
   if (lane == 0) {
     const std::size_t at = std::size_t(leaf) * batch.max_actions + a;
-    batch.action_rows[at] = {rewards, uppers, lowers, batch.legal[at], 0, static_cast<std::uint32_t>(groups),
-                             0};
+    ActionRow row{};
+    row.reward_sum = rewards;
+    row.upper_sum = uppers;
+    row.lower_sum = lowers;
+    row.action = batch.legal[at];
+    row.child_count = static_cast<std::uint32_t>(groups);
+    batch.action_rows[at] = row;
   }
   return true;
 }
@@ -335,13 +354,20 @@ __device__ void reduce_large(const Batch<M>& batch, int leaf, std::uint32_t firs
     const std::uint32_t first = table.firsts[s];
     if (first == kEmpty) continue;
     const unsigned below = table.first_bits[first / kWarp] & ((1U << first % kWarp) - 1);
-    ChildRow row{static_cast<std::int64_t>(table.uppers[s]), static_cast<std::int64_t>(table.lowers[s]),
-                 first, table.counts[s], s == table.size};
+    ChildRow row = empty_row(first, table.counts[s], s == table.size);
+    row.upper_sum = static_cast<std::int64_t>(table.uppers[s]);
+    row.lower_sum = static_cast<std::int64_t>(table.lowers[s]);
     batch.child_rows[items + table.first_ranks[first / kWarp] + __popc(below)] = row;
   }
   if (threadIdx.x == 0) {
     const std::size_t at = std::size_t(leaf) * batch.max_actions + a;
-    batch.action_rows[at] = {sums[0], sums[1], sums[2], batch.legal[at], 0, groups, 0};
+    ActionRow row{};
+    row.reward_sum = sums[0];
+    row.upper_sum = sums[1];
+    row.lower_sum = sums[2];
+    row.action = batch.legal[at];
+    row.child_count = groups;
+    batch.action_rows[at] = row;
   }
   __syncthreads();
 }

@@ -105,7 +105,12 @@ __global__ void __launch_bounds__(kBlock) ship(const __grid_constant__ Batch<M> 
     copy_children(batch, action_rows, first_item, actions, children, run + layout.children);
   }
   if (threadIdx.x == 0) {
-    batch.outcomes[leaf] = {actions, first_line, children, batch.flags[leaf] | (fits ? 0U : kFullFlag)};
+    LeafOutcome outcome{};
+    outcome.action_count = actions;
+    outcome.first_line = first_line;
+    outcome.child_count = children;
+    outcome.flags = batch.flags[leaf] | (fits ? 0U : kFullFlag);
+    batch.outcomes[leaf] = outcome;
   }
   __threadfence_system();
   __syncthreads();

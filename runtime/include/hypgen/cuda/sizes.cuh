@@ -1,4 +1,4 @@
-// How large the parts of an evaluator on a GPU are, and how its kernels fill the device.
+// The sizes of an evaluator's parts on a GPU, and the launch shapes with which its kernels fill the device.
 #pragma once
 
 #include <algorithm>

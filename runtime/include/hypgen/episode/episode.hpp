@@ -14,14 +14,14 @@ namespace hypgen {
 
 // What happened in a step. `observation` is all zeroes if the step was terminal.
 struct StepRecord {
-  std::uint64_t episode;
-  int step;
+  std::uint64_t episode = 0;
+  int step = 0;
   Decision decision;
-  double reward;
-  bool terminal;
+  double reward = 0.0;
+  bool terminal = false;
   std::vector<std::uint64_t> observation;  // the words of its key
-  Status belief_status;
-  double effective_sample_size;
+  Status belief_status = Status::kOk;
+  double effective_sample_size = 0.0;
 };
 
 // How an episode went.
@@ -36,8 +36,8 @@ struct EpisodeRecord {
 };
 
 struct EpisodeLimits {
-  int steps;
-  double discount;
+  int steps = 0;
+  double discount = 1.0;
   std::function<bool()> interrupted;
   bool stop_on_depletion = false;  // end where no particle explains what was seen
 };

@@ -21,8 +21,8 @@ struct Successor {
 
 // An action at a belief.
 struct Choice {
-  double upper;   // never rises
-  double reward;  // expected
+  double upper = 0.0;   // never rises
+  double reward = 0.0;  // expected
   bool expanded = false;
   std::vector<Successor> successors;
 };

@@ -10,6 +10,7 @@
 #include "hypgen/episode/world.hpp"
 #include "hypgen/exact/outcome_model.hpp"
 #include "hypgen/model/descriptor.hpp"
+#include "hypgen/model/model_contract.hpp"
 
 namespace hypgen::exact {
 
@@ -49,6 +50,7 @@ struct ExactDescriptor {
 // Loads the params; null and `error` if the model rejects them.
 template <class M>
 std::unique_ptr<ExactInstance> make_exact_instance(const ParamValues& values, std::string& error) {
+  static_assert(ModelContract<M>::kHolds);
   auto params = std::make_unique<typename M::Params>();
   if (!M::load(values, *params, error)) return nullptr;
   return std::make_unique<TypedExactInstance<M>>(std::move(params));

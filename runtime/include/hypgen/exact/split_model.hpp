@@ -10,10 +10,10 @@ namespace hypgen::exact {
 
 // What is seen after an action: an observation, and with it the class of the next state.
 struct Outcome {
-  int observation;
-  int next_class;
-  int begin;  // its columns: [begin, end)
-  int end;
+  int observation = 0;
+  int next_class = 0;
+  int begin = 0;  // its columns: [begin, end)
+  int end = 0;
 };
 
 // One legal action in all states of a class. A column is a pair (outcome, next state) that can occur.

@@ -22,7 +22,7 @@ class CpuEvaluator final : public LeafEvaluator {
         states_(options.max_scenarios) {
     for (std::size_t i = 0; i < scene_.threads; ++i) {
       seats_.push_back(std::make_unique<Seat>(scene_));
-      seats_.back()->queue.reserve(queue_size_);
+      seats_.back()->queue.resize(queue_size_);
     }
   }
 
@@ -44,25 +44,27 @@ class CpuEvaluator final : public LeafEvaluator {
   }
 
   std::size_t submit(std::size_t thread, Span<const LeafRequest> requests) override {
-    std::vector<LeafRequest>& queue = seats_[thread]->queue;
-    const std::size_t count = std::min(requests.size(), queue_size_ - queue.size());
-    queue.insert(queue.end(), requests.begin(), requests.begin() + count);
+    Seat& seat = *seats_[thread];
+    const std::size_t count = std::min(requests.size(), queue_size_ - seat.waiting);
+    for (std::size_t i = 0; i < count; ++i) {
+      seat.queue[(seat.oldest + seat.waiting++) % queue_size_] = requests[i];
+    }
     return count;
   }
 
   bool poll(std::size_t thread, LeafResult& result) override {
     Seat& seat = *seats_[thread];
-    if (seat.queue.empty()) return false;
-    const LeafRequest request = seat.queue.front();
-    seat.queue.erase(seat.queue.begin());
-    result = seat.worker.expand(request);
+    if (seat.waiting == 0) return false;
+    result = seat.worker.expand(seat.queue[seat.oldest]);
+    seat.oldest = (seat.oldest + 1) % queue_size_;
+    --seat.waiting;
     return true;
   }
 
   void release() override {
     scene_.pool.reset();
     for (const auto& seat : seats_) {
-      seat->queue.clear();
+      seat->waiting = 0;
       seat->worker.release();
     }
   }
@@ -77,12 +79,14 @@ class CpuEvaluator final : public LeafEvaluator {
   }
 
  private:
-  // A thread's own.
+  // One thread's worker, and the ring of leaves that the thread has submitted.
   struct alignas(kCacheLine) Seat {
     explicit Seat(CpuScene<M>& scene) : worker(scene) {}
 
     CpuWorker<M> worker;
     std::vector<LeafRequest> queue;
+    std::size_t oldest = 0;
+    std::size_t waiting = 0;
   };
 
   static std::size_t queue_size(const EvaluatorOptions& options, std::size_t threads) {

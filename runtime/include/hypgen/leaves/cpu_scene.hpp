@@ -1,4 +1,4 @@
-// What the workers of one evaluator on the host share, and how much memory each takes for itself.
+// The data that the workers of an evaluator on the host share, and the memory of each worker.
 #pragma once
 
 #include <algorithm>
@@ -13,15 +13,15 @@
 
 namespace hypgen {
 
-// A scenario at a node.
+// A member of a node: a scenario and its state there.
 template <class M>
 struct CpuMember {
   std::uint32_t scenario;  // index into CpuScene::fixed
   typename M::State state;
 };
 
-// What is kept of an expanded node, in one block: this, and its members behind it. Written once, by the
-// worker that expands it; any worker reads it to find the members of a child.
+// An expanded node, with its members behind it in one block. The worker that expands the node writes it once.
+// Any worker reads it to find the members of a child.
 template <class M>
 struct CpuNode {
   typename M::History history;
@@ -38,7 +38,7 @@ struct CpuNode {
   }
 };
 
-// What a scenario came to under an action of the leaf in work.
+// The outcome of one action for one scenario of the leaf in work.
 template <class M>
 struct CpuOutcome {
   std::int64_t reward;
@@ -50,14 +50,14 @@ struct CpuOutcome {
       M::kHasHistory ? sizeof(typename M::History) + sizeof(std::uint32_t) : 0;
 };
 
-// What a worker needs while it expands a leaf, besides rows. With little memory it holds fewer outcomes at
-// once, and then keeps the draws of fewer steps.
+// The sizes of a worker's scratch memory, besides rows. With little memory a worker holds fewer outcomes at
+// once; with less still it caches the draws of fewer steps.
 template <class M>
 struct CpuScratch {
   std::size_t outcomes;  // held at once: more actions than fit are simulated in blocks
   std::size_t cached_steps;
 
-  // Of `bytes`; the least that works if there are fewer.
+  // The sizes that fit into `bytes`, or the least that work if `bytes` are fewer.
   static CpuScratch within(std::size_t bytes, const EvaluatorOptions& options) {
     const std::size_t scenarios = options.max_scenarios, actions = M::kActionCount;
     const std::size_t most = std::max(scenarios, std::min(scenarios * actions, kMostOutcomeBytes / kOutcome));
@@ -86,7 +86,7 @@ struct CpuScratch {
   static constexpr std::size_t kOutcome = sizeof(CpuOutcome<M>) + CpuOutcome<M>::kHistoryBytes;
 };
 
-// Written while no worker is at work, but for the pool.
+// The evaluator writes it while no worker is at work. Only the pool changes during a search.
 template <class M>
 struct CpuScene {
   const typename M::Params& params;
@@ -108,7 +108,7 @@ struct CpuScene {
         pool(pool_bytes(), threads) {}
 
  private:
-  // Of all workers.
+  // The most scratch memory of all workers together.
   std::size_t most_scratch() const { return options.memory_bytes / 4; }
 
   std::size_t pool_bytes() const {
@@ -116,7 +116,7 @@ struct CpuScene {
     return std::max(options.memory_bytes - apart, root_bytes());
   }
 
-  // The root can always be expanded.
+  // The bytes that an expansion of the root takes at most.
   std::size_t root_bytes() const {
     const std::size_t rows = sizeof(ActionRow) + sizeof(Gain) + options.max_scenarios * sizeof(ChildRow);
     return CpuNode<M>::bytes(options.max_scenarios) + M::kActionCount * rows + kCacheLine;

@@ -15,9 +15,9 @@
 
 namespace hypgen {
 
-// Keeps, of each expanded leaf, its history and its scenarios' numbers and states. A child's members are
-// found again by simulating one action over its parent's. All that it writes but for new blocks of the pool
-// is its own.
+// One thread's worker. Of each expanded leaf it keeps the history and the members: scenario numbers and
+// states. To expand a child it simulates the child's action over the parent's members again. Apart from new
+// blocks of the pool a worker writes only its own data.
 template <class M>
 class CpuWorker {
  public:
@@ -48,7 +48,7 @@ class CpuWorker {
   CpuWorker(const CpuWorker&) = delete;
   CpuWorker& operator=(const CpuWorker&) = delete;
 
-  // Forgets the previous search. Scenario i draws under the number `first + i`.
+  // Forgets the previous search. Scenario i draws with the number `first + i`.
   void begin_search(std::uint32_t first) {
     past_steps_ += steps_ + rollout_.steps();
     cache_.begin_search(scene_.setup.key, first);
@@ -57,7 +57,7 @@ class CpuWorker {
     cursor_.reset();
   }
 
-  // Keeps the root, in the scene too, and bounds it.
+  // Stores the root in the scene and computes its bounds.
   RootResult begin_root(const std::vector<typename M::State>& states, std::size_t count,
                         const typename M::History& history) {
     history_ = history;
@@ -67,7 +67,9 @@ class CpuWorker {
   }
 
   LeafResult expand(const LeafRequest& request) {
-    LeafResult result{request.ticket, Status::kOk, 0, request.count, {}, {}, {}};
+    LeafResult result;
+    result.ticket = request.ticket;
+    result.count = request.count;
     result.status = evaluate(request, result.handle);
     if (result.status == Status::kOk && !keep_rows(result)) result.status = Status::kMemoryFull;
     if (result.status == Status::kOk) ++leaves_;
@@ -80,7 +82,7 @@ class CpuWorker {
   std::uint64_t steps() const { return past_steps_ + steps_ + rollout_.steps(); }
 
  private:
-  static constexpr std::uint64_t kStepsBetweenChecks = 2048;  // of the clock: tens of microseconds
+  static constexpr std::uint64_t kStepsBetweenChecks = 2048;  // of the clock: steps of tens of microseconds
 
   using Member = CpuMember<M>;
   using Node = CpuNode<M>;
@@ -105,7 +107,7 @@ class CpuWorker {
     return result;
   }
 
-  // Makes the leaf's rows, where they are gathered, and keeps its node.
+  // Makes the leaf's rows in action_rows_, child_rows_ and gains_, and keeps its node.
   Status evaluate(const LeafRequest& request, std::uint64_t& handle) {
     const bool is_root = request.parent == kNoHandle;
     const bool rolls_all = request.rolled == kRollsAll || !rollout_.has_floor();
@@ -187,8 +189,8 @@ class CpuWorker {
     return node.count;
   }
 
-  // Simulates the request's action over the parent's members and takes those that see what member `first`
-  // sees, and its history.
+  // Simulates the request's action over the parent's members. Takes the members that see what member `first`
+  // sees, and the history after that observation; gives their number.
   [[gnu::noinline]] std::size_t find_members(const LeafRequest& request) {
     Node& parent = scene_.pool[Ref<Node>{static_cast<std::uint32_t>(request.parent)}];
     const Member* const members = parent.members();
@@ -216,7 +218,7 @@ class CpuWorker {
     return count;
   }
 
-  // Stores the first `count` of members_, and their history; none if there is no room.
+  // Stores the first `count` of members_ and their history as a node; none if there is no room.
   Ref<Node> keep(std::size_t count) {
     const Ref<Node> ref = cursor_.template take<Node>(Node::bytes(count));
     if (!ref) return ref;
@@ -225,7 +227,7 @@ class CpuWorker {
     return ref;
   }
 
-  // Copies the leaf's rows, whose number was not known before, to where they stay; false if there is no room.
+  // Copies the leaf's rows to the pool, now that their number is known; false if there is no room.
   bool keep_rows(LeafResult& result) {
     const std::size_t actions = action_rows_.size(), gains = gains_.size(), children = child_rows_.size();
     if (actions == 0) return true;
@@ -242,7 +244,7 @@ class CpuWorker {
     return true;
   }
 
-  // Legality reads visible variables only, and those are equal in all members.
+  // Lists the legal actions in legal_. All members agree: legality reads visible variables alone.
   void list_legal(Span<const int> wanted) {
     const Member& any = members_[0];
     const typename M::Fixed& fixed = fixed_[any.scenario];
@@ -254,8 +256,8 @@ class CpuWorker {
     }
   }
 
-  // Fills outcomes_, action by action; false if the deadline has passed. Not inlined, nor is find_members: in
-  // one function with all else the rollout's loop loses its registers, and a fifth of its speed.
+  // Fills outcomes_, action by action; false if the deadline has passed. This and find_members are not
+  // inlined: in one function with the rest the rollout's loop loses its registers and a fifth of its speed.
   // `rolls`: successors are rolled out, or looked up where the model declares a lower bound.
   template <bool rolls>
   [[gnu::noinline]] bool simulate(Span<const int> actions, std::size_t count, int depth) {
@@ -270,7 +272,10 @@ class CpuWorker {
         typename M::State next;
         const StepResult step = M::step(params_, fixed, member.state, actions[a], words, next);
         rollout_.note_error(step.error);
-        outcome = {step.reward, {}, {0, 0}, step.terminal};
+        outcome.reward = step.reward;
+        outcome.key = {};
+        outcome.bounds = {0, 0};
+        outcome.terminal = step.terminal;
         if (step.terminal) continue;
         outcome.key = M::observe(params_, fixed, member.state, actions[a], words, next);
         if constexpr (rolls) {
@@ -288,8 +293,8 @@ class CpuWorker {
     return true;
   }
 
-  // Fills after_, with one history for each group of each action, and after_of_; false if the deadline has
-  // passed.
+  // Fills after_ with the history of each group of each action, and after_of_ with the group of each outcome;
+  // false if the deadline has passed.
   bool make_histories(Span<const int> actions, std::size_t count, int depth) {
     after_.clear();
     for (std::size_t a = 0; a < actions.size(); ++a) {
@@ -315,7 +320,7 @@ class CpuWorker {
     return true;
   }
 
-  // The default action's one-ply returns, which gains at the root are measured against.
+  // Sets baseline_ to the one-ply returns of the default policy's action; false if the deadline has passed.
   bool set_baseline(std::size_t count) {
     PhiloxDraws first(cache_.key(), 0, 0);
     const int action = M::default_policy(params_, fixed_[0], members_[0].state, history_, first);
@@ -331,16 +336,18 @@ class CpuWorker {
            static_cast<std::int64_t>(scene_.options.discount * static_cast<double>(outcome.bounds.lower));
   }
 
-  // Sums an action's outcomes by group.
+  // Sums an action's outcomes by group, and appends the action's rows.
   void reduce(int action, const Outcome* outcomes, std::size_t count) {
     const std::uint32_t first = child_rows_.size();
-    ActionRow row{0, 0, 0, action, action_rows_.empty() ? 0 : next_child(action_rows_.back()), 0, 0};
+    ActionRow row{};
+    row.action = action;
+    row.first_child = action_rows_.empty() ? 0 : next_child(action_rows_.back());
     grouping_.clear();
     for (std::size_t i = 0; i < count; ++i) {
       const Outcome& outcome = outcomes[i];
       const std::uint32_t group = grouping_.number(outcome.terminal, outcome.key);
       if (group == row.child_count) {
-        child_rows_.allocate(1);  // there is room for a group of each scenario
+        child_rows_.allocate(1);  // always fits: there is room for a group of each scenario
         ++row.child_count;
         child_rows_[first + group] = empty_row(static_cast<std::uint32_t>(i), 0, outcome.terminal);
       }
@@ -379,7 +386,7 @@ class CpuWorker {
 
   static std::uint32_t next_child(const ActionRow& row) { return row.first_child + row.child_count; }
 
-  // Compares an action with the default policy's.
+  // Appends an action's gain over the default policy's action.
   void add_gain(const Outcome* outcomes, std::size_t count) {
     Gain total{0, 0.0};
     for (std::size_t i = 0; i < count; ++i) {
@@ -390,7 +397,7 @@ class CpuWorker {
     gains_.push_back(total);
   }
 
-  // Looks at the clock now and then.
+  // Whether the deadline has passed. Reads the clock once in kStepsBetweenChecks steps.
   bool out_of_time() {
     if (steps_ + rollout_.steps() < next_check_) return false;
     next_check_ = steps_ + rollout_.steps() + kStepsBetweenChecks;
@@ -401,16 +408,16 @@ class CpuWorker {
   const typename M::Params& params_;
   const std::vector<typename M::Fixed>& fixed_;
   PoolCursor cursor_;
-  std::uint64_t leaves_ = 0;      // since it was made
+  std::uint64_t leaves_ = 0;      // of all searches
   std::uint64_t past_steps_ = 0;  // of earlier searches
-  std::uint64_t steps_ = 0;       // of this search, without those of rollouts
+  std::uint64_t steps_ = 0;       // of this search, without rollouts
   std::uint64_t next_check_ = 0;
 
-  // Of the leaf in work.
+  // The leaf in work.
   std::vector<Member> members_;
   typename M::History history_{};
-  std::vector<typename M::History> after_;  // of the groups of its actions
-  std::vector<std::uint32_t> after_of_;     // of each outcome: into after_
+  std::vector<typename M::History> after_;  // of each group of each action
+  std::vector<std::uint32_t> after_of_;     // of each outcome: an index into after_
   std::vector<std::int64_t> baseline_;
   std::vector<Outcome> outcomes_;
   std::vector<int> legal_;

@@ -1,4 +1,4 @@
-// What a solver that was built with CUDA can do on a GPU. No CUDA header is needed to read this one.
+// The interface of a model's code for GPUs. This header needs no CUDA header.
 #pragma once
 
 #include <cstddef>
@@ -25,10 +25,10 @@ struct DeviceInfo {
 
 // What digests are taken of: lanes 0 .. lanes - 1, each `steps` steps, drawn from stream `key`.
 struct DigestRange {
-  StreamKey key;
-  std::uint32_t first_lane;
-  std::uint32_t lanes;
-  std::uint32_t steps;
+  StreamKey key{};
+  std::uint32_t first_lane = 0;
+  std::uint32_t lanes = 0;
+  std::uint32_t steps = 0;
 };
 
 // One model's functions on GPUs. Every call that fails gives null or false and says why in `error`; none

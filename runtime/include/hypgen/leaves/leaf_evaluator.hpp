@@ -1,4 +1,4 @@
-// The seam between the search, which knows no model, and what simulates the model.
+// The interface between the search, which knows no model, and an evaluator, which simulates the model.
 #pragma once
 
 #include <cfenv>
@@ -16,66 +16,71 @@ namespace hypgen {
 
 using Clock = std::chrono::steady_clock;
 
-// Fixed when an evaluator is made.
+// The options of an evaluator.
 struct EvaluatorOptions {
   std::size_t max_scenarios = 500;
   std::size_t memory_bytes = std::size_t{256} << 20;  // for the states and rows of expanded nodes
   double discount = 0.95;
   int max_depth = 90;
-  std::size_t in_flight = 1;            // leaves that the search keeps submitted, all threads together
+  std::size_t in_flight = 1;            // leaves that all threads of the search keep submitted
   std::size_t device_memory_bytes = 0;  // of a GPU; 0: half of what is free, at most 8 GB
-  int warps = 0;                        // of a GPU that share a step; 0: chosen for each batch
+  int warps = 0;                        // of a GPU that share a step; 0: each batch chooses
   std::size_t threads = 1;              // of the search
   double patience = 10.0;               // seconds without an answer after which a device is lost
 };
 
-// What holds for one search.
+// The settings of one search.
 struct SearchSetup {
-  StreamKey key;
-  int depth_limit;  // at most the options' max_depth
-  bool at_horizon;  // the episode ends at that depth: nothing is earned from there on
-  Clock::time_point deadline;
+  StreamKey key{};
+  int depth_limit = 0;      // at most the options' max_depth
+  bool at_horizon = false;  // the episode ends at that depth, and states there are worth nothing
+  Clock::time_point deadline = Clock::time_point::max();
 };
 
 constexpr std::uint64_t kNoHandle = UINT64_MAX;
 
-// A node to expand: the root (parent kNoHandle), or a group of an action of an expanded parent. A group is
-// named by its first member; it is not the terminal one.
+// A node to expand: the root (parent kNoHandle), or a group of an action of an expanded parent. The group's
+// first member names it. The terminal group is never expanded.
 struct LeafRequest {
-  std::uint32_t ticket;
-  std::uint64_t parent;
-  int action;
-  std::uint32_t first;  // ChildRow::first of the group
-  std::uint32_t count;  // its scenarios
-  int depth;
-  Span<const int> actions;  // those to try, ascending; empty: all legal ones. Legal ones count only. They
-                            // have to stay until the leaf is given
-  // How many actions are rolled out besides the default policy's: those that promise most
-  // (rolled_actions.hpp). kRollsAll at the root asks for gains too.
+  std::uint32_t ticket = 0;
+  std::uint64_t parent = kNoHandle;
+  int action = 0;
+  std::uint32_t first = 0;  // ChildRow::first of the group
+  std::uint32_t count = 0;  // its scenarios
+  int depth = 0;
+  // The actions to try, ascending; empty: all. The evaluator leaves out those that are not legal. The caller
+  // keeps them until it has the result.
+  Span<const int> actions{};
+  // The evaluator rolls out so many actions besides the default policy's: those that promise most
+  // (rolled_actions.hpp). UINT32_MAX: all, and at the root gains too.
   std::uint32_t rolled = UINT32_MAX;
-  std::int64_t lower_sum =
-      INT64_MIN;  // what is known of the leaf: an action that promises no more is not rolled
+  // A known lower bound of the leaf. The evaluator does not roll out an action that promises no more.
+  std::int64_t lower_sum = INT64_MIN;
 };
 
-// A group of scenarios that saw the same observation after an action. Groups stand in order of first
-// appearance; terminal scenarios are a group of their own. Sums are fixed point, of values as seen from the
-// child.
+// A group: the scenarios of a node that saw the same observation after an action. Groups stand in the order
+// of their first members. Terminal scenarios form a group of their own. Sums are in fixed point, not
+// discounted for the step to the child.
 struct ChildRow {
   std::int64_t upper_sum;
   std::int64_t lower_sum;
-  std::uint32_t first;  // position, among the parent's scenarios, of the group's first
+  std::uint32_t first;  // the group's first scenario: a position among the parent's
   std::uint32_t count : 31;
   std::uint32_t terminal : 1;
 };
 static_assert(sizeof(ChildRow) == 24);
 
-// A group's row before anything is added up.
+// A group's row with sums of 0.
 constexpr ChildRow empty_row(std::uint32_t first, std::uint32_t count, bool terminal) {
-  return {0, 0, first, count & INT32_MAX, terminal};
+  ChildRow row{};
+  row.first = first;
+  row.count = count & INT32_MAX;
+  row.terminal = terminal;
+  return row;
 }
 
-// An action at the leaf. Bounds are summed over its children; an upper bound below the lower one counts as
-// that.
+// An action at the leaf. Its bounds are the sums of its children's. A child's upper bound below its lower one
+// counts as the lower one.
 struct ActionRow {
   std::int64_t reward_sum;
   std::int64_t upper_sum;
@@ -87,29 +92,30 @@ struct ActionRow {
 };
 static_assert(sizeof(ActionRow) == 40);
 
-// Of an action at the root: scenario-wise differences of the one-ply return (reward plus discounted lower
-// bound) from the default policy's action.
+// The gain of an action at the root over the default policy's action: the difference of one-ply returns,
+// summed over scenarios. A one-ply return is the reward plus the discounted lower bound.
 struct Gain {
   std::int64_t sum;
   double square_sum;
 };
 
-// An expanded leaf, or why it is not (`status` other than kOk: no rows). Rows are valid until `release`.
+// An expanded leaf, or the reason why there is none: without kOk there are no rows. Rows are valid until
+// `release`.
 struct LeafResult {
-  std::uint32_t ticket;
-  Status status;
-  std::uint64_t handle;
-  std::uint32_t count;  // the leaf's scenarios
-  Span<const ActionRow> actions;
-  Span<const ChildRow> children;
-  Span<const Gain> gains;  // at the root, where all actions are rolled out, one for each; else none
+  std::uint32_t ticket = 0;
+  Status status = Status::kOk;
+  std::uint64_t handle = 0;
+  std::uint32_t count = 0;  // the leaf's scenarios
+  Span<const ActionRow> actions{};
+  Span<const ChildRow> children{};
+  Span<const Gain> gains{};  // one for each action of a root that rolls out all, none elsewhere
 };
 
-// What an evaluator has done since it was made. Zero: not known, or nothing.
+// Counts of an evaluator since it was made; 0 also where the evaluator does not count.
 struct EvaluatorStats {
   std::uint64_t batches = 0;
   std::uint64_t leaves = 0;
-  std::uint64_t steps = 0;       // simulated, those of rollouts included
+  std::uint64_t steps = 0;       // simulated steps, rollouts included
   std::uint64_t bytes_read = 0;  // from a device
   double kernel_seconds = 0.0;   // summed over kernels
   double busy_seconds = 0.0;     // while at least one kernel ran
@@ -131,21 +137,22 @@ struct RootResult {
   int default_action;
 };
 
-// Serves the threads of a search, which are numbered from 0. `begin_search`, `release` and `stats` are called
-// while none of them is in another call, the rest by each for itself, at any time: a thread has its own
-// leaves in flight, below parents that any thread has expanded. Allocates only when it is made.
+// Expands leaves for the threads of a search, which are numbered from 0. A thread calls `attach`, `submit`
+// and `poll` with its own number, at any time. It has leaves of its own in flight, below parents that any
+// thread has expanded. All other calls come from one thread while no thread is in a call. Only the
+// constructor allocates.
 class LeafEvaluator {
  public:
   virtual ~LeafEvaluator() = default;
 
-  // How many threads it serves: those of its options, or fewer if memory does not suffice.
+  // The number of threads that it serves: those of its options, or fewer if memory does not suffice.
   virtual std::size_t threads() const { return 1; }
 
-  // How many rollouts take no longer than one: those that its device runs at once.
+  // The number of rollouts that take no longer than one: those that a device runs at once.
   virtual std::size_t lanes() const { return 1; }
 
-  // Prepares the calling thread, before its first other call in a search. Sets its floating-point mode to the
-  // default, as in another one (denormals flushed) results are other bits.
+  // Prepares the calling thread. A thread calls it first in each search. It sets the default floating-point
+  // mode: in another mode, for example with denormals flushed, results have other bits.
   virtual void attach(std::size_t thread);
 
   // Forgets the previous search and takes the root's scenarios.
@@ -154,19 +161,19 @@ class LeafEvaluator {
   // Queues leaves and returns how many it took; never blocks.
   virtual std::size_t submit(std::size_t thread, Span<const LeafRequest> requests) = 0;
 
-  // Gives the thread's next finished leaf, in the order of its submission; false if it is not there yet.
+  // Gives the thread's next leaf in the order of submission; false if it is not finished.
   virtual bool poll(std::size_t thread, LeafResult& result) = 0;
 
-  // Drops all leaves of the search, those in flight included.
+  // Drops all leaves of the search, leaves in flight included.
   virtual void release() = 0;
 
   virtual EvaluatorStats stats() const { return {}; }
 
-  // Why its device is lost; empty while it is not.
+  // The reason why the device is lost; empty while it is not.
   virtual std::string problem() const { return {}; }
 
-  // Whether its device does not answer any more, for which it waits as long as `patience`: to destroy it
-  // would then never end. While no thread is in another call.
+  // Whether the device has given no answer for `patience`. The destructor of such an evaluator would never
+  // end.
   virtual bool is_stuck() { return false; }
 };
 

@@ -1,4 +1,4 @@
-// Leaves of several threads on their way to one evaluator and back, without a lock.
+// Queues of leaves between the threads of a search and a device, without a lock.
 #pragma once
 
 #include <algorithm>
@@ -13,13 +13,13 @@
 
 namespace hypgen {
 
-// One thread's leaves. The thread submits and reads; the driver, one at a time, takes and answers, in any
-// order.
+// The queue of one thread. The thread submits requests and reads results in that order. The driver takes
+// requests in order and answers them in any order. At most one thread is the driver at a time (LeafRings).
 class LeafRing {
  public:
   explicit LeafRing(std::size_t size) : entries_(size) {}
 
-  // Only while neither side is at work.
+  // Empties the ring. Neither side is at work.
   void reset() {
     submitted_.store(0, std::memory_order_relaxed);
     read_.store(0, std::memory_order_relaxed);
@@ -27,9 +27,9 @@ class LeafRing {
     answered_ = 0;
   }
 
-  // The thread's side --------------------------------------------------------------------------------
+  // The thread's calls --------------------------------------------------------------------------------
 
-  // False: full.
+  // Adds a request; false if the ring is full.
   bool submit(const LeafRequest& request) {
     const std::uint64_t place = submitted_.load(std::memory_order_relaxed);
     if (place - read_.load(std::memory_order_relaxed) == entries_.size()) return false;
@@ -39,7 +39,7 @@ class LeafRing {
     return true;
   }
 
-  // The oldest leaf's result; false if it is not there yet, or there is no leaf.
+  // Gives the oldest request's result; false if it is not answered, or there is no request.
   bool read(LeafResult& result) {
     const std::uint64_t place = read_.load(std::memory_order_relaxed);
     if (place == submitted_.load(std::memory_order_relaxed)) return false;
@@ -49,24 +49,24 @@ class LeafRing {
     return true;
   }
 
-  // Whether so many of the ring's leaves wait that a batch is worth while, as far as this thread can tell.
+  // Whether half of the ring's requests wait to be taken, as far as this thread can tell: enough for a batch.
   bool is_half_waiting() const {
     const std::uint64_t waiting =
         submitted_.load(std::memory_order_relaxed) - taken_.load(std::memory_order_relaxed);
     return 2 * waiting >= entries_.size();
   }
 
-  // The driver's side --------------------------------------------------------------------------------
+  // The driver's calls --------------------------------------------------------------------------------
 
   std::size_t waiting() const {
     return static_cast<std::size_t>(submitted_.load(std::memory_order_acquire) -
                                     taken_.load(std::memory_order_relaxed));
   }
 
-  // Whether the thread still has a result to read; a hint.
+  // Whether the thread has results to read, as far as the driver can tell.
   bool has_unread() const { return answered_ != read_.load(std::memory_order_relaxed); }
 
-  // The place of the oldest leaf that waits, which is then taken.
+  // `next` gives the place of the oldest request that waits. `take` takes it.
   std::uint64_t next() const { return taken_.load(std::memory_order_relaxed); }
   void take() { taken_.store(next() + 1, std::memory_order_relaxed); }
 
@@ -80,26 +80,30 @@ class LeafRing {
 
  private:
   struct alignas(kCacheLine) Entry {
-    LeafRequest request{};                 // by the thread, before `submitted_`
-    LeafResult result{};                   // by the driver, before `is_answered`
-    std::atomic<bool> is_answered{false};  // false by the thread before `submitted_`, then true by the driver
+    LeafRequest request{};  // the thread writes it before it stores `submitted_`
+    LeafResult result{};    // the driver writes it before it stores `is_answered`
+    // The thread stores false before it stores `submitted_`: relaxed. The driver stores true: release. The
+    // thread reads it: acquire.
+    std::atomic<bool> is_answered{false};
   };
 
   Entry& entry(std::uint64_t place) { return entries_[place % entries_.size()]; }
 
   std::vector<Entry> entries_;
-  // Written by the thread. The driver acquires `submitted_` and with it the requests.
+  // Requests submitted and results read so far. The thread writes both: `submitted_` with release, `read_`
+  // relaxed. The driver acquires `submitted_`, and with it the requests; it reads `read_` as a hint.
   alignas(kCacheLine) std::atomic<std::uint64_t> submitted_{0};
   std::atomic<std::uint64_t> read_{0};
-  // Written by the driver; the thread takes a hint from `taken_`.
+  // Requests taken and answered so far. The driver writes both, `taken_` relaxed. The thread reads `taken_`
+  // as a hint. The next driver sees both, because it acquires `LeafRings::is_driven_`.
   alignas(kCacheLine) std::atomic<std::uint64_t> taken_{0};
   std::uint64_t answered_ = 0;
 };
 
-// A ring for each thread, and who serves them all: the thread that has the role of the driver.
+// A ring for each thread. One thread at a time has the role of the driver, which serves all rings.
 class LeafRings {
  public:
-  // A leaf in flight.
+  // The place of a request in flight.
   struct Place {
     std::size_t thread;
     std::uint64_t number;
@@ -110,7 +114,7 @@ class LeafRings {
     for (std::size_t i = 0; i < threads; ++i) rings_.push_back(std::make_unique<LeafRing>(share));
   }
 
-  // Only while no thread is at work.
+  // Empties all rings. No thread is at work.
   void reset() {
     for (const auto& ring : rings_) ring->reset();
   }
@@ -118,16 +122,16 @@ class LeafRings {
   std::size_t threads() const { return rings_.size(); }
   LeafRing& operator[](std::size_t thread) { return *rings_[thread]; }
 
-  // Takes the role of the driver if nobody has it. What the last driver wrote is then there to be read.
+  // Takes the role of the driver if no thread has it. The new driver sees what the last one wrote.
   bool start_driving() {
     return !is_driven_.load(std::memory_order_relaxed) &&
            !is_driven_.exchange(true, std::memory_order_acquire);
   }
   void stop_driving() { is_driven_.store(false, std::memory_order_release); }
 
-  // The thread's oldest leaf's result; false if it is not there yet. A thread that does not find its own
-  // calls `drive` for all, if nobody does. So does one that finds it while half of its ring waits: otherwise
-  // the device would be idle while a thread reads a whole batch.
+  // Gives the result of the thread's oldest request; false if it is not answered. A thread whose result is
+  // missing becomes the driver, if there is none, and calls `drive`. So does a thread that has a result while
+  // half of its ring waits: otherwise the device would be idle while that thread reads a whole batch.
   template <class Drive>
   bool poll(std::size_t thread, LeafResult& result, const Drive& drive) {
     LeafRing& ring = *rings_[thread];
@@ -140,7 +144,7 @@ class LeafRings {
     return found || ring.read(result);
   }
 
-  // The driver's -------------------------------------------------------------------------------------
+  // The driver's calls -------------------------------------------------------------------------------------
 
   std::size_t waiting() const {
     std::size_t count = 0;
@@ -152,8 +156,8 @@ class LeafRings {
     return std::any_of(rings_.begin(), rings_.end(), [](const auto& ring) { return ring->has_unread(); });
   }
 
-  // Offers leaves that wait, one of each thread in turn, until none waits or `accept(place, request)` is
-  // false: that one still waits. Begins one thread further than the time before.
+  // Offers requests that wait to `accept(place, request)`, one of each thread in turn, until none waits or
+  // `accept` gives false. That request goes on waiting. Each call begins one thread further than the last.
   template <class Accept>
   void take_in_turn(const Accept& accept) {
     first_ = (first_ + 1) % threads();
@@ -177,7 +181,9 @@ class LeafRings {
 
  private:
   std::vector<std::unique_ptr<LeafRing>> rings_;
-  std::size_t first_ = 0;  // the driver's
+  std::size_t first_ = 0;  // the thread that the last turn began with; only the driver uses it
+  // Whether a thread is the driver. It sets it with acquire at the start and clears it with release at the
+  // end.
   alignas(kCacheLine) std::atomic<bool> is_driven_{false};
 };
 

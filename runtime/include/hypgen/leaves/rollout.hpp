@@ -1,4 +1,4 @@
-// What a scenario is worth from a state on: the model's bounds, and the default policy's return.
+// The value of a scenario from a state on: the model's bounds and the default policy's return.
 #pragma once
 
 #include <algorithm>

@@ -3,10 +3,9 @@
 // Float functions (exponentials.hpp, trigonometry.hpp, normal.hpp) are computed in double by a fixed sequence
 // of IEEE + - * /, sqrt and floor, with exponents taken apart and put together through bits, and rounded once
 // to float. That leaves about 20 bits to spare: results are correctly rounded but for a few inputs in a
-// million, and never more than one unit in the last place away. `hypgen.dsl.float_math` and its neighbours
-// are the same sequences in numpy, operation by operation; change both or neither. Compile with
-// -ffp-contract=off
-// (--fmad=false): a fused multiply-add changes the results.
+// million, and never more than one unit in the last place away. `hypgen.dsl.interpret.floats` has the same
+// sequences in numpy, operation by operation: change both or neither. A fused multiply-add changes the
+// results: compile with the flags of cmake/host_flags.txt and cmake/nvcc_flags.txt.
 #pragma once
 
 #include <cmath>

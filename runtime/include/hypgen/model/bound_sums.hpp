@@ -1,4 +1,4 @@
-// What comparing a model's bounds with returns came to.
+// The results of comparing a model's bounds with returns.
 #pragma once
 
 #include <array>

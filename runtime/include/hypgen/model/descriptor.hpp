@@ -1,4 +1,4 @@
-// What a model tells the solver about itself, apart from the functions that the search calls.
+// The description of a model: names, params and counts, and the maker of the parts that know its types.
 #pragma once
 
 #include <cstdint>
@@ -25,9 +25,12 @@ struct TraceOptions;
 
 constexpr int kDescriptorVersion = 1;
 
-// How the agent's belief is kept: as joint particles, or factor by factor where the model allows (kAuto:
-// then).
-enum class BeliefKind { kAuto, kParticle, kFactored };
+// How a belief is kept.
+enum class BeliefKind {
+  kAuto,      // kFactored where the model allows it, otherwise kParticle
+  kParticle,  // as particles, each a whole state
+  kFactored,  // as a posterior of each independent factor
+};
 
 enum class ParamKind { kBool, kInt, kFloat, kProb, kEnum };
 
@@ -99,7 +102,7 @@ class ModelInstance {
   virtual const void* params() const = 0;  // the model's Params, for a device
 };
 
-// A model as the solver sees it. `make_descriptor` in instance.hpp fills what the model's type knows.
+// A model as the solver sees it. `make_descriptor` (solver/model_instance.hpp) fills in the type's facts.
 struct ModelDescriptor {
   int version = kDescriptorVersion;
   std::string name;  // of the model, as in its file

@@ -1,12 +1,11 @@
-// What the default policy and `bound lower` know of the past.
+// The base of a model whose default policy remembers nothing of the past.
 #pragma once
 
 #include "hypgen/core/config.hpp"
 
 namespace hypgen {
 
-// The base of a model whose policy remembers nothing. Everywhere else a history costs memory and time only
-// where kHasHistory holds.
+// A History of no bytes. The runtime spends memory and time on histories only where kHasHistory is true.
 struct NoHistory {
   struct History {};
   static constexpr bool kHasHistory = false;

@@ -1,39 +1,107 @@
-// What a generated model gives the runtime.
+// The contract between a model and the runtime: all that the runtime reads and calls of a model.
 //
-// A Model is a struct of static functions, deterministic and without globals; `Params`, `Fixed`, `State` and
-// `History` are trivially copyable, and equal values of the last three have equal bytes. P, F, S and H stand
-// for const references to them:
+// A model is a struct of types, constants and static functions. It has no globals, and its functions are
+// deterministic. hypgen generates one from each .pomdp file. `ModelContract` in model_contract.hpp checks at
+// compile time that a struct has the members below.
 //
-//   static constexpr int kActionCount, kVisibleCount, kVariableCount;
-//   static constexpr bool kHasLower;                // `bound lower` is declared, or what the default policy
-//   earns is known static constexpr bool kHasHistory;              // the policy remembers; otherwise derive
-//   from NoHistory using Key = std::uint64_t;                      // of observations, or WideKey<N> struct
-//   Params;                                  // tables derived at load included struct Fixed { std::uint32_t
-//   words[..]; };      // once a scenario struct State { std::uint32_t words[..]; };      // the rest, packed
-//   struct History { std::uint32_t words[..]; };    // what the policy knows of the past
+// Terms:
+// - A *variable* is one number of the model's state. A variable is *visible* if the agent knows its value
+//   at all times, otherwise *hidden*.
+// - *Exported* values are int32: whole numbers as they are, bools as 0 and 1, enums as codes, floats as the
+//   bits of a float32. Variables come in the order of their declaration, arrays row by row.
+// - A *scenario* is an initial state and the random numbers of one possible future.
+// - A *draw source* D has `std::uint32_t word(std::uint32_t site, std::uint32_t index)`, the uniform random
+//   word of that name. A *site* is a place of the model that draws; an *index* tells its draws apart. The
+//   same name has the same word, so equal states with equal draws have equal successors.
+// - P, F, S and H stand for `const Params&`, `const Fixed&`, `const State&` and `const History&`.
 //
-//   void init_visible(P, D&, Fixed&, State&);       // zeroes first
-//   void init_hidden(P, D&, Fixed&, State&);        // given the visible
-//   void export_visible(F, S, std::int32_t* out);
-//   void import_visible(const std::int32_t* in, Fixed&, State&);  // zeroes the rest
-//   void export_state(F, S, std::int32_t* out);
-//   bool is_legal(P, F, S, int action);             // reads no hidden variable
+// Types. Fixed, State and History are trivially copyable, and equal values of them have equal bytes.
+//   struct Params;   // what a parameter file may set, and tables that `load` derives
+//   struct Fixed;    // the variables that no step changes, packed into 32-bit words; kept once a scenario
+//   struct State;    // all other variables, packed in the same way
+//   struct History;  // what the default policy remembers of the past
+//   using Key;       // of an observation: std::uint64_t or WideKey<N> (key.hpp)
+//
+// Constants.
+//   int kActionCount;    // actions are numbered 0 .. kActionCount - 1; an action of several agents is one
+//   int kVisibleCount;   // visible variables
+//   int kVariableCount;  // all variables
+//
+// Params. On the host only.
+//   bool load(const ParamValues&, Params&, std::string& error);  // false: bad values, named in `error`
+//
+// Initial state. `init_visible` comes first and zeroes both blocks. `init_hidden` leaves what is visible.
+//   void init_visible(P, D&, Fixed&, State&);
+//   void init_hidden(P, D&, Fixed&, State&);
+//   void export_visible(F, S, std::int32_t* out);                 // kVisibleCount values
+//   void import_visible(const std::int32_t* in, Fixed&, State&);  // the same ones; zeroes all others
+//   void export_state(F, S, std::int32_t* out);                   // kVariableCount values
+//
+// Step and observation. `next` holds the state after the step. `observe` and `filter` are for steps that do
+// not end the episode.
+//   bool is_legal(P, F, S, int action);                              // reads no hidden variable
 //   StepResult step(P, F, S, int action, D&, State& next);
-//   Key observe(P, F, S, int action, D&, S next);
-//   double filter(P, F, S, int action, const Key&, D&, State& next);  // 0: contradictory or terminal
-//   int default_policy(P, F, S, H, D&);             // legal, or -1
-//   float lower(P, F, S, H);
-//   float upper(P, F, S);
-//   float declared_upper(P, F, S);                  // only where `upper` may be less, by a derived table
-//   float tail(P, F, S);
-//   bool load(const ParamValues&, Params&, std::string& error);       // host only
+//   Key observe(P, F, S, int action, D&, S next);                    // draws what the agent sees
+//   double filter(P, F, S, int action, const Key&, D&, State& next);
+//       // draws `next` given what was seen of it, and returns the likelihood of all that was seen;
+//       // 0: the key contradicts the state, or the step ends the episode
 //
-//   void init_history(P, F, S, History&);           // reads visible variables only, as do the next two
-//   void advance_history(P, F, S, int action, const Key&, S next, H, History& after);
-//   void roll_history(P, F, S, int action, D&, S next, H, History& after);
-//       // the same without a key: draws the observations that are kept, as `observe` would
+// Bounds on the discounted sum of rewards from a state on, in the rewards' unit.
+//   float upper(P, F, S);           // no policy earns more, even if it knows the state
+//   float tail(P, F, S);            // what the default policy is taken to earn beyond the depth limit
+//   float lower(P, F, S, H);        // read if kHasLower: what replaces a rollout of the default policy
+//   bool kHasLower;
+//   bool kLooksUpPolicy;            // optional; true: `lower` is a table of what the default policy earns,
+//                                   // and the model declares no lower bound
+//   float declared_upper(P, F, S);  // optional: the model's own bound, where `upper` may be tighter
 //
-// `D` is a draw source: `std::uint32_t word(std::uint32_t site, std::uint32_t index)`.
+// Default policy and history. The functions read no hidden variable. A model derives from NoHistory
+// (history.hpp) if its policy remembers nothing.
+//   int default_policy(P, F, S, H, D&);                                           // legal; -1: no action is
+//   bool kHasHistory;                                                             // the policy remembers
+//   void init_history(P, F, S, History&);                                         // at the initial state
+//   void advance_history(P, F, S, int action, const Key&, S next, H, History& after);  // what was seen: Key
+//   void roll_history(P, F, S, int action, D&, S next, H, History& after);        // draws what was seen
+//
+// Factored belief. A model derives from NotFactored (belief/posterior.hpp) if its belief is no product. A
+// *unit* is a group of hidden variables that is independent of all others given what the agent sees. A unit
+// of few values has an exact posterior, any other has particles. Units are numbered from 0, exact ones first.
+//   bool kFactored;
+//   int kExactUnits;
+//   struct Posterior;                                                  // of all exact units
+//   void init_posterior(P, F, S, Posterior& after);
+//   bool advance_posterior(P, F, S, int action, const Key&, S next, const Posterior& now, Posterior& after);
+//       // false: no value of some unit explains the key
+//   Required if kFactored:
+//   int kParticleUnits;
+//   void advance_visible(P, F, S, int action, const Key&, State& next);  // moves visible variables alone
+//   int unit_of(int variable);                                           // -1: visible
+//   Required if kFactored and kExactUnits > 0. A unit's values are numbered from 0.
+//   int unit_size(int unit);                                             // how many values
+//   double probability(const Posterior&, int unit, std::int32_t value);
+//   void put_unit(int unit, std::int32_t value, Fixed&, State&);         // writes the unit's variables
+//   Required if kFactored and kParticleUnits > 0. `unit` counts from 0 among the units with particles.
+//   void filter_particles(P, F, S, int action, const Key&, D&, State& next, double* weights);
+//       // as `filter`, with the likelihood of each unit for itself: kParticleUnits weights
+//   void copy_unit(int unit, F from_fixed, S from_state, Fixed&, State&);
+//
+// Redraw of particles (belief/redraw.hpp). Optional, all or none: particles draw again what nothing has read.
+//   using Tracking;                                          // the same model, which notes reads of Fixed
+//   int kRedrawnWords;                                       // random words that may be drawn again
+//   int kRedrawnSingles;                                     // of these, words of single values: the first
+//   int redrawn_word(std::uint32_t site, std::uint32_t index);  // the word's number; -1: not such a word
+//   bool Tracking::is_word_read(const Tracking::Fixed&, int word);
+//
+// Parts of a step (verify/schedule.hpp, cuda/steppers.cuh). Optional on the host, required for a GPU. The
+// warps of a block share a step: stage by stage, and within a stage by numbers (part.hpp).
+//   int kStages;
+//   int kMaxWarps;                                           // more would find nothing to do
+//   void step_stage(int stage, P, F, S, int action, D&, State& next, Part);
+//       // one warp's updates of a stage; no other warp's updates of that stage read or write the same words
+//   void step_rewards(P, F, S, int action, D&, S next, Part, std::int64_t& sum, bool& error);
+//       // adds one warp's reward terms in fixed point, not saturated; `error` becomes true for a NaN
+//   StepResult step_end(P, F, S, int action, D&, S next, std::int64_t sum, bool error);
+//       // what `step` would return, from the whole sum
 #pragma once
 
 #include <cstdint>
@@ -45,24 +113,24 @@
 
 namespace hypgen {
 
-// Rewards and returns are summed as int64 with this many fraction bits, so that the order cannot matter.
+// Rewards and returns are summed as int64 with this many fraction bits, so their order does not matter.
 using math::kFixedBits;
 
-// What a step earns, and whether it ended the episode.
+// The outcome of a step, but for the next state.
 struct StepResult {
-  std::int64_t reward;  // fixed point
-  bool terminal;
-  bool success;  // `success when` held
-  bool error;    // a reward term was NaN
+  std::int64_t reward;  // in fixed point
+  bool terminal;        // the episode ends
+  bool success;         // `success when` held
+  bool error;           // a reward term was NaN
 };
 
-// Whether the model has an upper bound of its own besides the declared one.
+// Whether `upper` may be tighter than the bound that the model declares.
 template <class M, class = void>
 struct IsRelaxed : std::false_type {};
 template <class M>
 struct IsRelaxed<M, std::void_t<decltype(&M::declared_upper)>> : std::true_type {};
 
-// Whether `bound lower` is declared, not what a table says that the default policy earns.
+// Whether the model declares a lower bound. One that is looked up from a table is not declared.
 template <class M, class = void>
 struct DeclaresLower : std::bool_constant<M::kHasLower> {};
 template <class M>

@@ -7,8 +7,7 @@ namespace hypgen {
 
 constexpr int kMostWarps = 16;  // that share steps
 
-// Of `count` warps, the one called `rank`. What a stage consists of is numbered, and dealt in turn: number i
-// to warp i % count.
+// Warp `rank` of `count` warps. The updates of a stage are numbered, and warp i % count does number i.
 struct Part {
   int rank;
   int count;

@@ -1,4 +1,4 @@
-// What a model's type tells of itself.
+// The part of a model's description that follows from its type.
 #pragma once
 
 #include "hypgen/model/descriptor.hpp"

@@ -1,4 +1,4 @@
-// How a random word becomes a value, and the probability of each value: by inverse CDF over 2^32 words.
+// Values from random words, and the probability of each value: by inverse CDF over 2^32 words.
 //
 // Generated models draw and weigh by these. A density counts the words that give a value, so that sampler
 // and filter agree to the last word even where a probability was clipped or rounded. Samplers are templates

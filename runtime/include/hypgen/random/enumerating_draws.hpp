@@ -92,7 +92,11 @@ class EnumeratingDraws {
     while (number < drawn_.size() && !(drawn_[number].site == site && drawn_[number].index == index)) {
       ++number;
     }
-    if (number == drawn_.size()) drawn_.push_back({site, index, 0, dist::kWords});
+    if (number == drawn_.size()) {
+      Drawn& drawn = drawn_.emplace_back();
+      drawn.site = site;
+      drawn.index = index;
+    }
     return {this, number, false};
   }
 
@@ -101,10 +105,10 @@ class EnumeratingDraws {
   enum class Side : std::uint8_t { kBelow, kAbove };
   // A word: any of low .. high - 1.
   struct Drawn {
-    std::uint32_t site;
-    std::uint32_t index;
-    std::uint64_t low;
-    std::uint64_t high;
+    std::uint32_t site = 0;
+    std::uint32_t index = 0;
+    std::uint64_t low = 0;
+    std::uint64_t high = dist::kWords;
   };
 
   void rewind() {

@@ -33,7 +33,7 @@ inline Largest largest(const std::atomic<double>* numbers, std::uint32_t count) 
     for (std::uint32_t place = 0; place < count; ++place) {
       if (numbers[place].load() == value) return {value, place};
     }
-    // It has fallen since.
+    // Another thread has lowered the largest since: scan again.
   }
 }
 

@@ -1,4 +1,4 @@
-// What a planner is told and what it tells.
+// The options and the result of a planner.
 #pragma once
 
 #include <cstddef>
@@ -34,28 +34,28 @@ struct PlannerOptions {
   Mode mode = Mode::kDespot;
   std::uint64_t seed = 0;
   double time_limit = std::numeric_limits<double>::infinity();            // seconds a decision
-  std::uint64_t trial_limit = std::numeric_limits<std::uint64_t>::max();  // a decision
+  std::uint64_t trial_limit = std::numeric_limits<std::uint64_t>::max();  // trials a decision
   std::size_t scenarios = 500;                                            // K
   int depth = 90;                                                         // D
   double target_ratio = 0.95;                                             // xi
   double pruning = 0.0;                                                   // lambda
   double observation_loss = 1.0;                                          // c_o
   double exploration = 0.0;                                               // c_a; kPomcp: UCB1's constant
-  std::uint32_t rolled = 3;           // actions of a leaf that are rolled out besides the default policy's
-  std::uint32_t rolled_at_root = 16;  // the same at the root, if it is more
-  std::size_t in_flight = 1;          // F, trials at a time; 1 is DESPOT
-  std::size_t threads = 1;            // N, of the search
-  double gap = 1e-3;                  // the search ends when the root's bounds are this close
-  double gain_errors =
-      1.0;                 // kRollout: standard errors of a gain that make another action than the default's
-  double patience = 10.0;  // seconds of silence after which an evaluator has failed
-  std::size_t memory_bytes = std::size_t{1} << 30;
-  std::size_t device_memory_bytes = 0;  // of a GPU; 0: half of what is free, at most 8 GB
-  bool signature = false;               // hash every tree, after the deadline
+  std::uint32_t rolled = 3;                                               // M, actions that a leaf rolls out
+  std::uint32_t rolled_at_root = 16;                                      // the same at the root, if more
+  std::size_t in_flight = 1;                                              // F, trials at a time; 1 is DESPOT
+  std::size_t threads = 1;                                                // N, of the search
+  double gap = 1e-3;  // the search ends when the root's bounds are this close
+  // kRollout leaves the default policy's action for one that gains at least so many standard errors.
+  double gain_errors = 1.0;
+  double patience = 10.0;                           // seconds of silence after which an evaluator has failed
+  std::size_t memory_bytes = std::size_t{1} << 30;  // of the tree and of an evaluator on the host
+  std::size_t device_memory_bytes = 0;              // of a GPU; 0: half of what is free, at most 8 GB
+  bool signature = false;                           // hash every tree, after the deadline
 };
 
-// What to do, and what is known about it. `lower` and `upper` bound the value of the belief (regularised if
-// pruning is on), up to sampling error; they are NaN where nothing was searched.
+// An action, and what the search found out. `lower` and `upper` bound the value of the belief up to sampling
+// error. The value is regularised if pruning is on. Both bounds are NaN where nothing was searched.
 struct Decision {
   int action = -1;
   Status status = Status::kOk;
@@ -67,17 +67,16 @@ struct Decision {
   std::uint64_t expansions = 0;
   std::uint64_t nodes = 0;           // that trials visited
   std::uint64_t children = 0;        // of expanded nodes, visited or not
-  std::uint64_t collisions = 0;      // times a trial met a leaf that another had in expansion, and turned
+  std::uint64_t collisions = 0;      // times a trial met what others had in expansion, and turned
   std::uint64_t simulations = 0;     // steps of expansions: scenarios times legal actions
   std::uint64_t leaf_scenarios = 0;  // summed over expansions
   std::uint64_t crossed = 0;         // groups whose bounds crossed
   int max_depth = 0;
-  double search_seconds = 0.0;
-  double waiting_seconds =
-      0.0;                    // of these, for leaves, a thread on average; an evaluator on the CPU works then
-  double tree_seconds = 0.0;  // of these, the rest of a tree search
-  double descent_seconds = 0.0;  // of the rest, walks down to leaves, a thread on average; a sample, scaled
-  double backup_seconds = 0.0;   // and back up
+  double search_seconds = 0.0;   // the whole decision
+  double waiting_seconds = 0.0;  // for leaves, mean of the threads; an evaluator on the CPU works meanwhile
+  double tree_seconds = 0.0;     // the rest of a tree search
+  double descent_seconds = 0.0;  // of that, walks down to leaves, mean of the threads; from a sample of walks
+  double backup_seconds = 0.0;   // of that, walks back up, in the same way
   std::size_t late_threads = 0;  // that had not ended by the deadline
   std::uint64_t signature = 0;   // of the tree, if asked for
 

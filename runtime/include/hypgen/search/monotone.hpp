@@ -1,5 +1,5 @@
-// Numbers that several threads move without a lock. Each move is one successful compare-exchange, and who
-// made it knows by how much: that difference is its to pass on. All accesses are sequentially consistent.
+// Numbers that several threads move without a lock. Each move is one successful compare-exchange. The thread
+// that made the move knows the difference and passes it on. All accesses are sequentially consistent.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +13,8 @@ inline void add(std::atomic<double>& sum, double change) {
   }
 }
 
-// Raises a lower bound to `value` at least; gives by how much. Whoever does has to look at the upper bound
-// next (`lower_to`): the two may cross.
+// Raises a lower bound to `value` or leaves it; gives the difference. The caller looks at the upper bound
+// next (`lower_to`), because the two may have crossed.
 inline double raise_to(std::atomic<double>& lower_bound, double value) {
   double before = lower_bound.load();
   while (before < value) {
@@ -23,9 +23,9 @@ inline double raise_to(std::atomic<double>& lower_bound, double value) {
   return 0.0;
 }
 
-// Lowers an upper bound to `value` at most, but not below the lower bound, and lifts it if that has passed
-// it; gives by how much. It looks at the lower bound again after its own move, as `raise_to` does at the
-// upper one: of two threads one sees what the other has done.
+// Lowers an upper bound to `value`, but not below the lower bound, or raises it to a lower bound that has
+// passed it; gives the difference. It looks at the lower bound again after its own move. So of two threads,
+// one that moves the upper bound and one that moves the lower, at least one sees the other's move.
 inline double lower_to(std::atomic<double>& upper_bound, const std::atomic<double>& lower_bound,
                        double value) {
   double change = 0.0;

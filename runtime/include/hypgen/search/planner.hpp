@@ -1,4 +1,4 @@
-// Chooses actions by search.
+// The planner: chooses an action for a belief.
 #pragma once
 
 #include <algorithm>
@@ -18,52 +18,51 @@
 
 namespace hypgen {
 
-// Allocates only when it is made; `plan` works within the memory of its options.
+// Only the constructor, `prepare` and the fallback allocate. `plan` works within the memory of the options.
 class Planner {
  public:
   Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor& model,
           const PlannerOptions& options);
 
-  // Makes another evaluator once one has lost its device by the problem named; it may give null.
+  // Makes another evaluator after one has lost its device by the problem named; may give null.
   using Fallback = std::function<std::unique_ptr<LeafEvaluator>(const std::string& problem)>;
 
-  // Until there is another evaluator the default policy acts.
+  // The default policy acts while there is no evaluator.
   void set_fallback(Fallback fallback) { fallback_ = std::move(fallback); }
 
-  // The scenarios' memory is laid out for beliefs of this kind. To be called before the first plan.
+  // Lays out the scenarios' memory for beliefs of this kind. The caller does so before the first plan.
   void prepare(const Belief& belief);
 
-  // Decides at time `step` of episode `run`. Always gives a legal action, unless the status is
-  // kNoLegalAction.
+  // Decides at time `step` of episode `run`. Gives a legal action unless the status is kNoLegalAction.
   Decision plan(const Belief& belief, std::uint64_t run, int step);
 
-  // How many scenarios the leaves expanded so far had: entry n counts leaves with n.
+  // The sizes of the leaves expanded in all plans: entry n counts leaves with n scenarios. Waits for threads
+  // that the last plan left behind.
   std::vector<std::uint64_t> leaf_sizes();
 
-  // How many threads search: fewer than asked for where the system or the evaluator's memory gives no more.
+  // The number of threads that search. The system or the evaluator's memory may give fewer than asked for.
   std::size_t threads() const {
     return evaluator_ ? std::min(search_.threads(), evaluator_->threads()) : search_.threads();
   }
 
-  // As the last plan's search has left it.
+  // The tree of the last plan.
   const Tree& tree() const { return search_.tree(); }
 
-  // What its evaluators have done so far. Waits for threads that the last plan left behind, as does
-  // `leaf_sizes`.
+  // The counts of all evaluators so far. Waits for threads that the last plan left behind.
   EvaluatorStats evaluator_stats();
 
  private:
   // An action's gains over the default policy's action, in rollout mode.
   struct Candidate {
-    int action;
-    std::uint64_t samples;
-    double gain;         // sum
-    double gain_square;  // sum
+    int action = 0;
+    std::uint64_t samples = 0;
+    double gain = 0.0;         // sum
+    double gain_square = 0.0;  // sum
     double mean() const { return samples ? gain / static_cast<double>(samples) : 0.0; }
     double standard_error() const;
   };
 
-  // What would wait for its device for ever stays behind, with its memory.
+  // Deletes an evaluator. One that would wait for its device for ever stays in memory.
   struct DeleteUnlessStuck {
     void operator()(LeafEvaluator* evaluator) const {
       if (!evaluator->is_stuck()) delete evaluator;
@@ -99,13 +98,13 @@ class Planner {
   SearchSetup setup_{};
   std::vector<std::uint64_t> leaf_sizes_;  // of rollout mode
   std::vector<Candidate> candidates_;      // by ascending action
-  std::vector<int> actions_;               // theirs
+  std::vector<int> actions_;               // of the candidates
   std::vector<int> root_actions_;          // that the tree starts with; empty: all
-  std::uint64_t sampled_ = 0;              // scenarios that rollout mode has used
-  double rollout_seconds_ = 0.0;           // what one took lately, on a full evaluator
+  std::uint64_t sampled_ = 0;              // scenarios that comparing actions has used
+  double rollout_seconds_ = 0.0;           // time of one rollout in the last batch, on a full evaluator
 };
 
-// Options for the evaluator of a planner.
+// The options of a planner's evaluator.
 EvaluatorOptions evaluator_options(const PlannerOptions& options, const ModelDescriptor& model);
 
 }  // namespace hypgen

@@ -1,4 +1,4 @@
-// What a thread has done in a search, to be read by others while it goes on.
+// A thread's counts in a search. Other threads may read them while it goes on.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 
 namespace hypgen {
 
-// A number that one thread changes and all may read: relaxed, so it costs what a plain one does. Copied only
-// while that thread is parked.
+// A number that one thread writes and all may read, at any time. Relaxed, so that it costs no more than a
+// plain number. It is copied only while its thread is parked.
 class Counter {
  public:
   Counter() = default;

@@ -16,24 +16,25 @@ namespace hypgen {
 
 class SearchThread;
 
-// What the threads of a search share besides the tree. Plain fields are written while all are parked.
+// The data that the threads of a search share. The planner's thread writes the plain fields while all other
+// threads are parked.
 struct SharedSearch {
   SharedSearch(const PlannerOptions& planner, const TreeOptions& tree_options)
       : options(planner), tree(tree_options) {}
 
-  // Starts a search, up to the root's expansion. While all threads are parked.
+  // Starts a search and expands the root. All other threads are parked.
   void begin(LeafEvaluator& leaf_evaluator, const RootResult& root, const SearchSetup& search_setup,
              Span<const int> actions);
 
-  // Asks all threads to end. The first reason stays, but for one that the planner has to act on.
+  // Asks all threads to end. The first reason stays, unless a later one is grave: a failure or a lost device.
   void stop(Status reason);
   bool is_stopped() const { return status.load() != Status::kOk; }
 
-  // Hands out the number of one more trial; false if there are no more.
+  // Counts one more trial; false if the limit is reached.
   bool take_trial();
   void give_trial_back();
 
-  // The whole part of a thread in a search; nothing if the evaluator does not serve that many.
+  // Runs one thread's part of a search. A thread that the evaluator does not serve does nothing.
   void run_thread(std::size_t number);
 
   const PlannerOptions options;
@@ -41,62 +42,64 @@ struct SharedSearch {
   LeafEvaluator* evaluator = nullptr;
   Span<const int> root_actions{};  // none: all that are legal
   SearchSetup setup{};
-  bool has_crossed_at_root = false;  // the root's own bounds
+  bool has_crossed_at_root = false;  // the model gives the root an upper bound below the lower one
   std::vector<std::unique_ptr<SearchThread>> threads;
-  // Written once or twice a search, read all the time.
+  // Any thread replaces it, once or twice a search, by compare-exchange; all read it at each trial.
+  // Sequentially consistent.
   alignas(kCacheLine) std::atomic<Status> status{Status::kOk};  // kOk: go on
-  // Handed out so far, at most the limit; used only if there is one. Relaxed: a count. A thread that gives
-  // one back goes on itself, so that all trials are done; others that saw none left have ended, while each of
-  // those that were missing was in another thread's hands: at most one a thread.
+  // Trials handed out so far, at most the limit; kept only if there is one. Any thread adds a trial, or takes
+  // back one that it undoes. Relaxed, as it is a count. A thread that gives a trial back goes on itself, so
+  // all trials are done. A thread that sees no trial left ends, though others may give back at most one each.
   alignas(kCacheLine) std::atomic<std::uint64_t> trials{0};
 };
 
-// Keeps up to F trials in flight, in a queue: the oldest is waited for and applied before another starts in
-// its place, so that the tree of a single thread depends on F and never on when the evaluator answers. A
-// trial whose leaf is expanded goes on down and to the end of the queue; one that ends without a leaf keeps
-// its place in it. One thread with F = 1 is DESPOT. Allocates only when it is made.
+// A thread of a search. It keeps up to F trials in flight, in a queue. When the queue is full, the thread
+// waits for the oldest trial's leaf and applies it. So the tree of a single thread depends on F alone, and
+// not on when the evaluator answers. A trial whose leaf has been expanded goes on down, and to the end of the
+// queue. A trial that ends without a leaf keeps its place until it is the oldest. One thread with F = 1 is
+// DESPOT. Only the constructor allocates.
 class alignas(kCacheLine) SearchThread {
  public:
   SearchThread(SharedSearch& shared, std::size_t number, std::size_t in_flight);
 
-  // Forgets the previous search. Only while it is parked, as is all below but for `run`.
+  // Forgets the previous search. The thread is parked during this and all calls below but `run`.
   void reset();
 
-  // Expands the root: by one thread, before any runs.
+  // Expands the root. One thread does so before any runs.
   void expand_root();
 
   // Searches until the search stops or all trials are done.
   void run();
 
-  // What it has done in this search so far.
+  // The thread's counts in this search so far.
   const SearchCounts& counts() const { return counts_; }
-  // Its expansions since it was made: entry n counts leaves with n scenarios.
+  // The thread's expansions in all searches: entry n counts leaves with n scenarios.
   const std::vector<std::uint64_t>& leaf_sizes() const { return leaf_sizes_; }
 
  private:
-  // One walk in so many is timed: to read the clock takes up to a quarter of what a walk does. A prime, as
-  // walks come in patterns.
+  // The thread times one walk in so many, because reading the clock takes up to a quarter of a walk. The
+  // number is prime, because walks come in patterns.
   static constexpr unsigned kTimedWalks = 67;
 
   // A trial in flight.
   struct Trial {
-    Node* node;  // where it is
-    bool waits;  // for that node's expansion; otherwise it has ended
+    Node* node;  // its deepest node
+    bool waits;  // it waits for that node's expansion; false: it has ended
   };
-  // How far a trial came.
+  // The end of a walk.
   enum class Progress {
-    kRequested,  // to a leaf that has to be expanded
-    kEnded,
-    kWithoutEffect,  // it found nothing left to do, and is not backed up
-    kBackedOut,      // all that it could take is in expansion
-    kFull,
+    kRequested,      // the trial has claimed a leaf, which waits for its expansion
+    kEnded,          // the trial has been backed up
+    kWithoutEffect,  // the trial found nothing to do, and has not been backed up
+    kBackedOut,      // all that the trial could take is in expansion: it has left all nodes
+    kFull,           // the tree has no room
   };
-  // Where a trial goes on from a node.
+  // The branch by which a trial goes on from a node.
   struct Branch {
-    enum { kTaken, kStop, kClosed, kFull } kind;
-    std::uint32_t action;
-    ActionTable* table;
-    Child* child;
+    enum Kind { kTaken, kStop, kClosed, kFull } kind;
+    std::uint32_t action = kNoIndex;
+    ActionTable* table = nullptr;
+    Child* child = nullptr;
   };
 
   Status advance();
@@ -131,19 +134,19 @@ class alignas(kCacheLine) SearchThread {
   std::vector<Trial> queue_;  // a ring
   std::size_t head_ = 0;
   std::size_t size_ = 0;
-  std::size_t sent_ = 0;     // of the trials in the queue, from the oldest: the evaluator has their leaves
-  std::size_t waiting_ = 0;  // of the trials in the queue
+  std::size_t sent_ = 0;     // trials, from the oldest, whose leaves the evaluator has
+  std::size_t waiting_ = 0;  // trials in the queue that wait for an expansion
   std::vector<LeafRequest> requests_;
   SearchCounts counts_;
   std::vector<std::uint64_t> leaf_sizes_;
-  std::uint64_t rest_ = 0;  // what others had done when a trial last found nothing to do, and nobody had one
+  std::uint64_t rest_ = 0;  // sum of the others' activity when this thread last found all of them idle
   unsigned walks_to_timed_ = kTimedWalks;
-  bool is_timed_ = false;          // the present walk
+  bool is_timed_ = false;          // the thread times the present walk
   Clock::duration backup_time_{};  // of a timed walk
-  unsigned pauses_ = 0;            // since it last found something to do
-  // How many trials it has at hand, in the lower 16 bits, and how often it has said so. Written by this
-  // thread with release after what it has done to the tree, read by others with acquire when they find
-  // nothing to do.
+  unsigned pauses_ = 0;            // length of the last pause; 0: the thread has found something to do since
+  // Lower 16 bits: trials that the thread has at hand. Upper bits: how often it has stored that number. Only
+  // this thread writes it, during a search: release, after its changes to the tree. Others read it when they
+  // find nothing to do: acquire.
   alignas(kCacheLine) std::atomic<std::uint64_t> activity_{0};
 };
 

@@ -1,4 +1,4 @@
-// What has to hold of a search tree once no thread is in it: for tests.
+// The invariants of a search tree that no thread is in, for tests.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace hypgen {
 
-// Says what is wrong, of the first node where something is; empty: nothing is. Leaves in expansion may have
-// been abandoned if `may_be_closed`; otherwise every node has to be open.
+// Describes the first fault of the first faulty node; empty if there is none. With `may_be_closed` nodes may
+// be closed, as a search that stops abandons leaves in expansion. Without, every node has to be open.
 std::string tree_fault(const Tree& tree, bool may_be_closed);
 
 }  // namespace hypgen

@@ -12,16 +12,16 @@
 
 namespace hypgen {
 
-// The caller is thread 0 and works itself; these are 1 .. size(). Its lock is taken once by each thread when
-// it begins and when it ends, never in between. Allocates only when it is made.
+// The caller is thread 0 and works itself; the worker threads are 1 .. size(). A thread takes the lock when
+// it begins and when it ends its work, never in between. Only the constructor allocates.
 class WorkerThreads {
  public:
   using Work = std::function<void(std::size_t thread)>;
 
-  // Starts `count` threads, or as many as the system gives. `work` has to end soon once it cannot go on.
+  // Starts `count` threads, or as many as the system gives. `work` ends soon once it cannot go on.
   WorkerThreads(std::size_t count, Work work);
 
-  // Waits for those that work.
+  // Waits for the threads that work.
   ~WorkerThreads();
 
   WorkerThreads(const WorkerThreads&) = delete;
@@ -29,12 +29,13 @@ class WorkerThreads {
 
   std::size_t size() const { return threads_.size(); }
 
-  // Wakes all threads, each of which does the work once. Only while all are parked. They see what the caller
-  // wrote before.
+  // Wakes all threads; each does the work once. All threads have to be parked. They see what the caller wrote
+  // before.
   void start();
 
-  // Waits until all are parked, as they then stay; a thread that has not begun does not begin any more. Gives
-  // how many are still at work at the deadline. With none the caller sees all that they wrote.
+  // Waits until the deadline for all threads to be parked; gives how many are still at work. Threads that
+  // have not begun do not begin any more. If none is at work, all stay parked and the caller sees what they
+  // wrote.
   std::size_t park(Clock::time_point deadline);
 
  private:

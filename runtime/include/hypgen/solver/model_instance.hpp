@@ -9,6 +9,7 @@
 #include "hypgen/episode/world.hpp"
 #include "hypgen/leaves/cpu_evaluator.hpp"
 #include "hypgen/model/descriptor.hpp"
+#include "hypgen/model/model_contract.hpp"
 #include "hypgen/model/type_facts.hpp"
 #include "hypgen/verify/bounds_check.hpp"
 #include "hypgen/verify/schedule.hpp"
@@ -69,6 +70,7 @@ std::unique_ptr<ModelInstance> make_instance(const ParamValues& values, std::str
 // A descriptor with what the type knows filled in, and all that a solver makes.
 template <class M>
 ModelDescriptor make_descriptor() {
+  static_assert(ModelContract<M>::kHolds);
   ModelDescriptor descriptor = describe<M>();
   if constexpr (IsPartitioned<M>::value) descriptor.most_warps = M::kMaxWarps;
   descriptor.create = &make_instance<M>;

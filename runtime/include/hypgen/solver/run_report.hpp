@@ -1,4 +1,4 @@
-// What a run adds up to.
+// The totals of a run.
 #pragma once
 
 #include <cstdint>

@@ -34,12 +34,12 @@ struct BoundsCheckOptions {
 
 // A walk of so many beliefs, which depends on nothing but these.
 struct BoundsWalk {
-  std::uint64_t seed;
-  std::uint32_t number;
-  std::uint64_t beliefs;
-  int steps;  // most of an episode
-  int horizon;
-  double discount;
+  std::uint64_t seed = 0;
+  std::uint32_t number = 0;
+  std::uint64_t beliefs = 0;
+  int steps = 0;  // most of an episode
+  int horizon = 0;
+  double discount = 1.0;
 };
 
 // Checks the bounds of all models that have one: prints what was compared; gives 0 if no bound is violated, 1

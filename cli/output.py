@@ -1,0 +1,77 @@
+"""What all commands print to standard error, and how they write files."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:  # at run time only where a command needs them: `check` answers in a fraction of a second
+    from hypgen.dsl.load import Loaded
+    from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
+    from hypgen.dsl.messages.source import Source
+
+
+def say(text: str) -> None:
+    """Print a line about what hypgen does; standard output stays free for results."""
+    click.echo(text, err=True)
+
+
+def say_warnings(loaded: Loaded) -> None:
+    """Print a model's warnings, a line each."""
+    if loaded.warnings:
+        from hypgen.dsl.messages.render import render_line
+
+        for warning in loaded.warnings:
+            say(render_line(warning))
+
+
+def show_model_error(error: ModelError) -> None:
+    """Print every diagnostic of a model to standard error, and where to read more of the first."""
+    show_diagnostics(error.diagnostics, error.sources)
+    say(f"\n`hypgen error {error.diagnostics[0].code}` has an example")
+
+
+def show_diagnostics(diagnostics: Sequence[Diagnostic], sources: Mapping[str, Source]) -> None:
+    """Print diagnostics to standard error, coloured where a person reads it."""
+    from hypgen.dsl.messages.render import render_all
+
+    text = render_all(diagnostics, sources)
+    if not sys.stderr.isatty() or os.environ.get("NO_COLOR"):
+        click.echo(text, err=True, nl=False)
+        return
+    from rich.console import Console
+    from rich.text import Text
+
+    styled = Text(text)
+    styled.highlight_regex(r"(?m)^error\[\w+\]:.*$", "bold red")
+    styled.highlight_regex(r"(?m)^warning\[\w+\]:.*$", "bold yellow")
+    styled.highlight_regex(r"(?m)^help:", "bold cyan")
+    styled.highlight_regex(r"\^+", "bold red")
+    Console(stderr=True, highlight=False).print(styled, end="", soft_wrap=True)
+
+
+def write_whole(path: Path, text: str, force: bool) -> None:
+    """Write a file whole or not at all; refuse to replace one unless told to."""
+    taken = click.ClickException(f"{path} is there already: choose another name, or add --force.")
+    if path.exists() and not force:
+        raise taken
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+        if force:
+            temporary.replace(path)
+        else:
+            os.link(temporary, path)  # fails where a file has come to be in the meantime
+    except FileExistsError:
+        raise taken from None
+    except OSError as error:
+        raise click.ClickException(f"{path} cannot be written: {error.strerror}.") from None
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink()

@@ -1,0 +1,127 @@
+"""Texts of E05xx: what the agent and its policy may know, and what they may not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from hypgen.dsl.messages.diagnostic import Diagnostic
+from hypgen.dsl.messages.source import Span
+
+Note = tuple[Span, str]
+_POLICY_ONLY = "use it in the policy or in 'bound lower'; a fn can be given its value"
+_MEMORY = "keep what was seen in the policy's memory: memory m: T = first   m' = .. last(reading, first) .."
+
+
+def hidden_state(
+    reader: str, route: str, history: bool, span: Span, notes: Iterable[Note], declared: Note
+) -> Diagnostic:
+    """A read of hidden state by what the agent must know; ``route`` is the path of reads, in words.
+
+    ``history`` tells whether ``last`` and memory are known there, ``declared`` where the state is declared.
+    """
+    return _hidden("E0501", reader, route, history, span, (*notes, declared))
+
+
+def hidden_state_in_init(
+    reader: str, route: str, history: bool, span: Span, notes: Iterable[Note], declared: Note
+) -> Diagnostic:
+    """A read of hidden state by the init of a visible variable."""
+    return _hidden("E0502", reader, route, history, span, (*notes, declared))
+
+
+def _hidden(
+    code: str, reader: str, route: str, history: bool, span: Span, notes: tuple[Note, ...]
+) -> Diagnostic:
+    remedy = "read visible variables only, or declare this one visible"
+    if history:
+        remedy = "read visible variables, last(..) and memory, or declare this one visible"
+    return Diagnostic(code, f"{reader} cannot read hidden state: {route}", span, remedy, notes)
+
+
+def draw_of_policy(reader: str, route: str, span: Span, notes: Iterable[Note]) -> Diagnostic:
+    """A read of a draw of the policy outside it."""
+    message = f"{reader} cannot read a draw of the policy: {route}"
+    remedy = "the policy draws only where it is followed; read what came of it, last(action, first)"
+    return Diagnostic("E0503", message, span, remedy, tuple(notes))
+
+
+def draw(reader: str, route: str, span: Span, notes: Iterable[Note]) -> Diagnostic:
+    """A read of a draw of a step where no step happens."""
+    message = f"{reader} cannot read a draw: {route}"
+    remedy = "draws that lets name belong to a step; draw directly, or read the state"
+    return Diagnostic("E0503", message, span, remedy, tuple(notes))
+
+
+def draw_in_memory(name: str, span: Span) -> Diagnostic:
+    """Memory whose update draws."""
+    message = f"the memory '{name}' cannot draw: it follows from what was seen and done"
+    remedy = "write '=' and a value; what the draw led to can be read with last(action, first)"
+    return Diagnostic("E0503", message, span, remedy)
+
+
+def weighed_float(name: str, why: str, route: str, span: Span, declared: Span) -> Diagnostic:
+    """A visible float whose update does not follow from what the agent sees; ``why`` is a clause."""
+    return Diagnostic(
+        "E0504",
+        f"the visible float '{name}' {why}: {route}",
+        span,
+        "make it hidden and observe a finite value of it, or give it a range type",
+        ((declared, f"'{name}' is declared visible here"),),
+    )
+
+
+def history_outside_policy(function: str, span: Span) -> Diagnostic:
+    """``belief`` or ``last`` outside the policy."""
+    return Diagnostic("E0505", f"'{function}' is known to the policy only", span, _POLICY_ONLY)
+
+
+def policy_outside_policy(name: str, kind: str, span: Span) -> Diagnostic:
+    """A let or memory of the policy that is read outside it; ``kind`` says which: ``a let``."""
+    message = f"'{name}' is {kind} of the policy, which is not known here"
+    remedy = "read it in the policy or in 'bound lower'; a fn can be given its value"
+    return Diagnostic("E0505", message, span, remedy)
+
+
+def belief_of_known(span: Span) -> Diagnostic:
+    """``belief`` of what reads nothing hidden."""
+    message = "belief(..) of something that reads nothing hidden"
+    return Diagnostic("E0506", message, span, "its value is known: write it without belief(..)")
+
+
+def belief_of_vague(read: str, why: str, form: str, span: Span) -> Diagnostic:
+    """``belief`` of what may be one of several members; ``why`` is a clause about the read."""
+    return Diagnostic("E0506", f"belief(..) reads '{read}' {why}", span, f"ask for one at a time: {form}")
+
+
+def belief_of_members(read: str, form: str, span: Span) -> Diagnostic:
+    """``belief`` of several members of one family."""
+    message = f"belief(..) reads '{read}' of several members of the family"
+    return Diagnostic("E0506", message, span, f"ask for one at a time: {form}")
+
+
+def belief_of_elements(read: str, other: str, form: str, span: Span) -> Diagnostic:
+    """``belief`` of two elements together."""
+    message = f"belief(..) reads '{read}' and '{other}', hidden state of two elements"
+    return Diagnostic("E0506", message, span, f"ask for one at a time: {form}")
+
+
+def belief_of_joint_state(element: str, why: str, span: Span, read: Span) -> Diagnostic:
+    """``belief`` of an element whose state is filtered with that of others; ``why`` says by which read."""
+    message = f"there is no belief about '{element}' alone: {why}"
+    return Diagnostic("E0506", message, span, _MEMORY, ((read, "it is read here"),))
+
+
+def inexact_belief(element: str, why: str, span: Span) -> Diagnostic:
+    """``belief`` of an element without an exact filter."""
+    return Diagnostic("E0506", f"there is no exact belief about '{element}': {why}", span, _MEMORY)
+
+
+def inexact_belief_by_let(element: str, why: str, let: str, span: Span, drawn: Span) -> Diagnostic:
+    """``belief`` of an element without an exact filter because a let draws what its update needs."""
+    return Diagnostic(
+        "E0506",
+        f"there is no exact belief about '{element}': {why}",
+        span,
+        f"draw in the update itself, x' ~ .., in place of the let; or {_MEMORY}",
+        ((drawn, f"'{let}' is drawn here"),),
+    )

@@ -1,0 +1,192 @@
+"""Texts of E07xx: draws where none can stand, and draws that are not written as they should be."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hypgen.dsl.messages.diagnostic import Diagnostic
+from hypgen.dsl.messages.source import Span
+from hypgen.dsl.types import Int, Type
+
+_NAME_IT = "name the draw with 'let name ~ ..' and use the name"
+_LET = "name the draw with 'let name ~ ...' in an element and read the name"
+_SHIFT = "; a shift of a normal draw can stand in its mean: normal(mean + shift, sd)"
+_SCALE = "; a normal draw can be scaled inside: normal(factor * mean, factor * sd)"
+_NORMAL = {"+": _SHIFT, "-": _SHIFT, "*": _SCALE, "/": _SCALE}
+
+
+def draw_behind_equals(span: Span) -> Diagnostic:
+    """A draw behind ``=``."""
+    return Diagnostic("E0701", "this is a draw, and '=' is exact", span, "write '~' in place of '=' to draw")
+
+
+def misplaced_draw(what: str, span: Span) -> Diagnostic:
+    """A draw where a value is needed."""
+    return Diagnostic("E0702", f"{what} is a draw, and a function of a draw has no meaning here", span, _LET)
+
+
+def draw_as_operand(op: str, is_normal: bool, span: Span) -> Diagnostic:
+    """A draw as an operand; a normal one can be shifted and scaled inside."""
+    message = f"'{op}' is given a draw, and a function of a draw has no meaning here"
+    return Diagnostic("E0702", message, span, _LET + (_NORMAL.get(op, "") if is_normal else ""))
+
+
+def no_weights(span: Span) -> Diagnostic:
+    """A table without entries."""
+    return Diagnostic("E0703", "the table has no weights", span, "write {value: probability, else other}")
+
+
+def wrong_sum(total: float, span: Span) -> Diagnostic:
+    """A table of constant weights that do not sum to 1."""
+    remedy = "make them sum to 1, or give the remainder to 'else value'"
+    return Diagnostic("E0703", f"the weights sum to {total:g}", span, remedy)
+
+
+def wrong_sum_with_else(total: float, span: Span) -> Diagnostic:
+    """A table with ``else`` whose other weights sum to more than 1."""
+    remedy = "weights and 'else' together are 1: make the weights smaller"
+    return Diagnostic("E0703", f"the weights sum to {total:g}", span, remedy)
+
+
+def primed_draw(span: Span) -> Diagnostic:
+    """A prime behind a draw."""
+    remedy = "prime the values that the draw reads instead"
+    return Diagnostic("E0704", "a draw cannot be primed", span, remedy)
+
+
+def primed_read_of_draw(route: str, span: Span) -> Diagnostic:
+    """A prime under which a draw is read; ``route`` is the path of reads, in words."""
+    remedy = "remove the prime, or prime the variables alone"
+    return Diagnostic("E0704", f"a draw cannot be primed: {route}", span, remedy)
+
+
+def noisy_without_type(span: Span) -> Diagnostic:
+    """``noisy`` of an int in a let without a type."""
+    message = "which other values this noisy draw can give is not known"
+    return Diagnostic("E0705", message, span, "give the let a type: let name: T ~ noisy(..)")
+
+
+def binned_without_type(span: Span) -> Diagnostic:
+    """``binned`` where no range is asked for."""
+    remedy = "give a type with one value for each bin: let name: 0 .. 9 ~ binned(..)"
+    return Diagnostic("E0705", "how many bins there are is not known", span, remedy)
+
+
+def uniform_of_other(span: Span) -> Diagnostic:
+    """``uniform`` of what is no type."""
+    remedy = "name a finite type, uniform(T), or write uniform(low, high)"
+    return Diagnostic("E0705", "uniform(..) takes a type, or two ends", span, remedy)
+
+
+def uniform_without_value(span: Span) -> Diagnostic:
+    """``uniform`` over several names that does not say what to draw."""
+    return Diagnostic("E0705", "what to draw is not said", span, "add ': value' after the binders")
+
+
+def weighted_without_form(span: Span) -> Diagnostic:
+    """``weighted`` over several names, or without a weight."""
+    message = "weighted(..) draws a value of one type, by its weight"
+    remedy = "write weighted(i in T: weight); for several names use a record type"
+    return Diagnostic("E0705", message, span, remedy)
+
+
+def array_for_draw(span: Span) -> Diagnostic:
+    """A list where one value is drawn."""
+    message = "an array stands where one value is drawn"
+    return Diagnostic("E0706", message, span, "give a value or draw of one entry")
+
+
+def draw_for_array(name: str, indices: Sequence[Type], span: Span) -> Diagnostic:
+    """One value or draw where an array's entries must be said."""
+    wanted = ", ".join(f"{b} in {t}" for b, t in zip("ijklmnpqrstuvw", indices, strict=False))
+    message = f"'{name}' is an array: say what each entry is"
+    return Diagnostic("E0706", message, span, f"write [{wanted}: ..], or a list of its entries")
+
+
+def draw_in_list(name: str, span: Span) -> Diagnostic:
+    """A draw as an entry of a list."""
+    message = f"this entry of '{name}' is a draw, and a list has values"
+    remedy = "write [i in T: ..], where each entry is drawn on its own; a const can say how entries differ"
+    return Diagnostic("E0706", message, span, remedy)
+
+
+def draw_for_record(record: str, form: str, span: Span) -> Diagnostic:
+    """A draw of a record as a whole; ``form`` is how its value is written."""
+    message = f"this draws '{record}' as a whole, and each of its fields is a draw"
+    remedy = f"write {form} of draws, or draw which one it is under a name of its own, and use that"
+    return Diagnostic("E0706", message, span, remedy)
+
+
+def not_above_zero(parameter: str, most: float, span: Span) -> Diagnostic:
+    """A standard deviation, rate or the like that is 0 or less for certain."""
+    message = f"{parameter} must be above 0, but it is {most:g}"
+    return Diagnostic("E0707", message, span, "make it positive")
+
+
+def poisson_mean(mean: float, most: float, span: Span) -> Diagnostic:
+    """A mean of ``poisson`` that lies outside 0 .. ``most`` for certain."""
+    message = f"the mean of poisson is {mean:g}, outside 0 .. {most:g}"
+    return Diagnostic(
+        "E0707", message, span, "use a mean in this range; for larger ones, normal(..) comes close"
+    )
+
+
+def binomial_trials(trials: Int, most: int, span: Span) -> Diagnostic:
+    """A number of trials of ``binomial`` that may lie outside 0 .. ``most``."""
+    message = f"the number of trials ranges over {trials.low} .. {trials.high}, outside 0 .. {most}"
+    return Diagnostic("E0707", message, span, f"clamp it: clamp(.., 0, {most}), or give it a smaller type")
+
+
+def negative_weights(span: Span) -> Diagnostic:
+    """Weights that are below 0 for certain."""
+    return Diagnostic("E0707", "the weights lie below 0", span, "give weights from 0 up")
+
+
+def continuum_for_int(what: str, target: Type, span: Span) -> Diagnostic:
+    """A continuous draw where an int is asked for."""
+    return Diagnostic(
+        "E0708",
+        f"{what} must be of type {target}, but this draws from a continuum",
+        span,
+        "draw the bin that it falls into, binned(.., low, high), or name the draw and round it: "
+        "let name ~ ..",
+    )
+
+
+def unlimited_poisson(span: Span) -> Diagnostic:
+    """A draw of counts without end where a finite type is asked for."""
+    return Diagnostic(
+        "E0708",
+        "a poisson draw has no largest value",
+        span,
+        "limit it: clamp(poisson(..)) to the range asked for, clamp(poisson(..), low, high), or "
+        "truncated(poisson(..), low, high)",
+    )
+
+
+def not_truncated(span: Span) -> Diagnostic:
+    """``truncated`` of a law that has no truncated form."""
+    return Diagnostic(
+        "E0709",
+        "'truncated' takes a draw by normal, exponential, uniform, poisson or binomial",
+        span,
+        "draw from the values that are left: a table, uniform(i in T where ..) or weighted(i in T where ..)",
+    )
+
+
+def floats_not_clamped(span: Span) -> Diagnostic:
+    """``clamp`` of a draw of floats by another law."""
+    message = "'clamp' takes a draw by normal, exponential, uniform or truncated(..) of them"
+    return Diagnostic("E0709", message, span, _NAME_IT)
+
+
+def ints_not_clamped(span: Span) -> Diagnostic:
+    """``clamp`` of a draw of ints by another law."""
+    message = "'clamp' takes a draw by normal, exponential, uniform, poisson, binomial or a table"
+    return Diagnostic("E0709", message, span, _NAME_IT)
+
+
+def not_binned(span: Span) -> Diagnostic:
+    """``binned`` of a draw by another law."""
+    message = "'binned' takes a draw by normal, uniform, exponential or truncated(..) of them"
+    return Diagnostic("E0709", message, span, _NAME_IT)
