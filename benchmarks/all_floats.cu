@@ -1,4 +1,5 @@
-// all_floats FUNCTION FIRST COUNT: what tests/unit/float_hash_main.cpp prints, computed on the GPU.
+// SPDX-License-Identifier: Apache-2.0
+// all_floats FUNCTION FIRST COUNT: what tests/support/float_hash_main.cpp prints, computed on the GPU.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>

@@ -1,9 +1,10 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compare all 2^32 inputs of each one-argument float function between numpy, the host and a GPU.
 
     python benchmarks/all_floats.py                # all functions; a GPU and nvcc are used if they are there
     python benchmarks/all_floats.py sin cos        # some
 
-Each program hashes the results of 2^20 inputs at a time (tests/unit/float_hash_main.cpp says how); a
+Each program hashes the results of 2^20 inputs at a time (tests/support/float_hash_main.cpp says how); a
 chunk whose hashes differ has at least one input whose bits differ. All cores work; one function takes ten
 to twenty minutes of one core.
 """
@@ -74,7 +75,7 @@ def main() -> None:
     names = parser.parse_args().functions
     with tempfile.TemporaryDirectory() as folder, multiprocessing.Pool(os.cpu_count()) as pool:
         flags = ["-std=c++17", "-O3", *host_flags()]
-        host = build("g++", flags, ROOT / "tests" / "unit" / "float_hash_main.cpp", folder)
+        host = build("g++", flags, ROOT / "tests" / "support" / "float_hash_main.cpp", folder)
         device = ""
         if shutil.which("nvcc") and shutil.which("nvidia-smi"):
             flags = [*nvcc_flags(), "-arch=native", "-cudart=static"]

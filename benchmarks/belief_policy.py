@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Measures two-robot RockSample's belief policy: alone, and with one-ply rollouts from it.
 
     python benchmarks/belief_policy.py                          # (20,20): 100 layouts, 10 episodes each

@@ -1,16 +1,14 @@
+# SPDX-License-Identifier: Apache-2.0
 """Prints how exact the float functions are: ``docs/results/float_functions.md`` has the table.
 
-python benchmarks/float_functions.py [SAMPLES]
+PYTHONPATH=tests python benchmarks/float_functions.py [SAMPLES]
 """
 
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
-sys.path.append(str(Path(__file__).parent.parent / "tests" / "unit"))
-
-from float_reference import FUNCTIONS, mistaken, samples
+from support.float_reference import FUNCTIONS, mistaken, samples
 
 
 def main() -> None:

@@ -1,6 +1,8 @@
+# SPDX-License-Identifier: Apache-2.0
 """Newcomers' mistakes: what ``hypgen check`` says of each, beside what stanc3 says of the same in Stan.
 
-``python benchmarks/mistakes.py`` writes docs/results/mistakes.md from mistakes/*.toml. ``--stanc PATH`` runs
+``python benchmarks/mistakes.py`` writes docs/results/mistakes.md from the corpus of wrong models
+(cli/show/errors/cases, those of ``pipes.pomdp``) and mistakes/stan.toml. ``--stanc PATH`` runs
 Stan's compiler first and keeps what it says in mistakes/stanc.json.
 """
 
@@ -16,11 +18,10 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-from hypgen.dsl import load
-from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
-from hypgen.dsl.messages.render import render_all
+from hypgen.cli.show.error_index import cases
 
 HERE = Path(__file__).parent / "mistakes"
+BASE = "pipes.pomdp"
 PAGE = Path(__file__).parent.parent / "docs" / "results" / "mistakes.md"
 RECORD = HERE / "stanc.json"
 MOST_LINES = 16  # of a message of stanc3 that are quoted
@@ -28,63 +29,26 @@ MOST_LINES = 16  # of a message of stanc3 that are quoted
 
 @dataclass(frozen=True)
 class Mistake:
-    """An edit of a base model: its code, the line at which it should be found, and the same in Stan."""
+    """A mistake in the base model, what hypgen says of it, and the same in Stan if Stan has it."""
 
     what: str
-    code: str
-    text: str
-    line: int
+    says: str
     stan_text: str | None
     better: str
     why: str
 
 
 def mistakes() -> list[Mistake]:
-    """Return every mistake, those that Stan has as well first."""
+    """Return every mistake in the base model, those that Stan has as well first."""
+    ours = {case.what: case for case in cases() if case.name == BASE}
+    base = (HERE / "base.stan").read_text()
     found = []
-    for name in ("shared", "own"):
-        for entry in tomllib.loads((HERE / f"{name}.toml").read_text())["mistake"]:
-            text = edited("base.pomdp", entry["old"], entry["new"])
-            if "more_old" in entry:
-                text = replaced(text, entry["more_old"], entry["more_new"])
-            stan = edited("base.stan", entry["stan_old"], entry["stan_new"]) if "stan_old" in entry else None
-            verdict = entry.get("better", ""), entry.get("why", "")
-            line = line_of(text, entry.get("at"))
-            found.append(Mistake(entry["what"], entry["code"], text, line, stan, *verdict))
-    return found
-
-
-def edited(base: str, old: str, new: str) -> str:
-    """Return the text of a base file with one edit."""
-    return replaced((HERE / base).read_text(), old, new)
-
-
-def replaced(text: str, old: str, new: str) -> str:
-    """Return ``text`` with its first ``old`` replaced."""
-    assert old in text, old
-    return text.replace(old, new, 1)
-
-
-def line_of(text: str, at: str | None) -> int:
-    """Return the number of the line that starts with ``at``, or of the first that the base model has not."""
-    base = (HERE / "base.pomdp").read_text().splitlines()
-    for number, line in enumerate(text.splitlines(), 1):
-        if line.startswith(at) if at is not None else line != base[number - 1]:
-            return number
-    raise AssertionError(at)
-
-
-def told(mistake: Mistake) -> tuple[list[Diagnostic], str]:
-    """Return what the compiler finds, and the text that it prints."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "pipes.pomdp"
-        path.write_text(mistake.text)
-        try:
-            load.load(path)
-        except ModelError as error:
-            text = render_all(error.diagnostics, error.sources)
-            return list(error.diagnostics), text.replace(f"{folder}/", "")
-    return [], ""
+    for entry in tomllib.loads((HERE / "stan.toml").read_text())["mistake"]:
+        says = ours.pop(entry["what"]).says
+        assert entry["stan_old"] in base, entry
+        stan = base.replace(entry["stan_old"], entry["stan_new"], 1)
+        found.append(Mistake(entry["what"], says, stan, entry["better"], entry["why"]))
+    return found + [Mistake(case.what, case.says, None, "", "") for case in ours.values()]
 
 
 def run_stanc(stanc: str) -> None:
@@ -103,11 +67,11 @@ HEADING = """\
 
 This page shows the message that `hypgen check` prints for {count} mistakes in a small model. A
 message is good if its reader can mend the mistake with it. Each mistake is one edit of
-`benchmarks/mistakes/base.pomdp`.
+`cli/show/errors/cases/pipes.pomdp`.
 
 {shared} mistakes can be made in Stan as well. Beside them stands what {version} says of
-the same mistake in `base.stan`. Its messages are good, so they are the ones to beat. The page cuts
-them after {most} lines.
+the same mistake in `benchmarks/mistakes/base.stan`. Its messages are good, so they are the ones to
+beat. The page cuts them after {most} lines.
 
 - **Command**: `python benchmarks/mistakes.py` makes this page. A test runs every mistake.
 - **Judgement**: each pair was judged by three questions. Is the place exact, is the cause named, is
@@ -138,7 +102,7 @@ def page() -> str:
     for number, mistake in enumerate(found, 1):
         if number == len(shared) + 1:
             parts.append("## Mistakes of a POMDP's own\n")
-        parts += [f"### {number}. {mistake.what}\n", block(told(mistake)[1])]
+        parts += [f"### {number}. {mistake.what}\n", block(mistake.says)]
         if mistake.stan_text is not None:
             parts += ["stanc3:\n", block(said[mistake.what] or "(no message: it compiles)")]
             verdict = "No difference" if mistake.better == "equal" else f"Better: {mistake.better}"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Prints the coefficients of the normal law: ``normal.hpp`` and ``dsl/interpret/floats/normal.py`` have them.
 
 Needs gmpy2 (the test extra). Both functions are interpolated at 60 Chebyshev nodes with 300 bits; the first

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Measure the return of each planning mode on the same episodes, for docs/results/quality_modes.md.
 
     python benchmarks/quality.py                 # all tasks, the settings of the published figures

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Measure one core's search speed: docs/results/throughput.md has the table.
 
     python benchmarks/throughput.py [--runs 5]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Builds the programs that commands start, and tells the user what is built and why."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How a command ends, and what ``--help`` says about it."""
 
 from __future__ import annotations

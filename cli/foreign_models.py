@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files in other formats that stand where a model may stand."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The ``hypgen`` command: finds the command's module, runs it, and turns failures into exit codes."""
 
 from __future__ import annotations

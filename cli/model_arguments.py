@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The arguments that many commands take, as decorators, and what they stand for: a model, GPUs."""
 
 from __future__ import annotations

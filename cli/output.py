@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What all commands print to standard error, and how they write files."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The way from a checked model to the files of a C++ project."""
 
 from __future__ import annotations

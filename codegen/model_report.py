@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The compiler's facts of a model, as plain data: updates, draws, layout, rewards, bounds, belief."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """IR -> views: decides everything that templates then only lay out."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From files to a checked model: read, parse, merge the instance and the settings, lower."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a syntax tree to a checked model: the list of passes, and the driver that runs them.
 
 ``load`` parses and resolves imports before; ``codegen.generate`` makes C++ of the model after.

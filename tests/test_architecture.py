@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rules of ARCHITECTURE.md that can be read off the files."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rules of the documentation that can be read off the files: rooms, lines, sentences, names and links."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes what ``examples.py`` builds where hypgen cannot run: the code of all example and test models.
 
 python benchmarks/device/emit.py FOLDER

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Builds the solvers that ``emit.py`` wrote the code of, and runs their self-tests on this machine's GPU.
 
 python3 examples.py FOLDER [MODEL ...] [--lanes N] [--steps T] [--sanitize [TOOL ...]]

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The leaf evaluator of one model alone, without a tree, against a bare rollout kernel of the same model.
 //
 // benchmarks/device/README.md says how it is built. MAIN is the generated main.cpp, included for the model's

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A GPU that fails in mid-search, or with the argument `silent` one that does not answer for some seconds in
 // a plan without a deadline: the plan has to end soon with a legal action, and the next ones have to use the
 // CPU. For a model that searches for longer than 0.1 s before its memory is full, as rock_sample does. Built

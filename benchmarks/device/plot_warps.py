@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draws what sharing a step among warps gains: docs/results/data/gpu_warps.csv becomes gpu_warps.svg.
 
 python benchmarks/device/plot_warps.py        # needs matplotlib

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Walks through random models on a GPU against the same walks on the host: prints what differs, and how much
 // was compared.
 #include "random_walks.hpp"

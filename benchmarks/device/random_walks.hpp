@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A random model for the host: what the units that the generator writes put into the program's registry.
 #pragma once
 

@@ -1,6 +1,8 @@
+# SPDX-License-Identifier: Apache-2.0
 """Builds a program that compares walks through random models on a GPU with those on the host.
 
-python benchmarks/device/random_walks.py [--models N] [--first SEED] [--jobs J] [--batch B] [--out FOLDER]
+PYTHONPATH=tests python benchmarks/device/random_walks.py [--models N] [--first SEED] [--jobs J]
+    [--batch B] [--out FOLDER]
 
 The models are those of tests/differential/test_random.py, by seed. Needs nvcc and no GPU: the program needs
 nothing but a driver where it runs. Run again, it compiles what has changed.
@@ -11,26 +13,23 @@ from __future__ import annotations
 import argparse
 import os
 import subprocess
-import sys
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from support.random_models import batches, failures
+
+from hypgen.codegen.generate import generate
+from hypgen.dsl import ir
+from hypgen.runtime.builder.compile_flags import host_flags, nvcc_flags
+from hypgen.runtime.builder.cuda_tools import find_nvcc
+from hypgen.runtime.builder.tools import find_compiler
+
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 RUNTIME = ROOT / "runtime"
-sys.path += [str(ROOT / "tests" / "differential"), str(ROOT / "tests" / "unit")]
-
-import model_batches  # noqa: E402 - of the tests
-import random_failures  # noqa: E402
-
-from hypgen.codegen.generate import generate  # noqa: E402
-from hypgen.dsl import ir  # noqa: E402
-from hypgen.runtime.builder.compile_flags import host_flags, nvcc_flags  # noqa: E402
-from hypgen.runtime.builder.cuda_tools import find_nvcc  # noqa: E402
-from hypgen.runtime.builder.tools import find_compiler  # noqa: E402
 
 # Not -march=native: the machine with the GPU is another one. Every H100's host has these instructions.
 HOST_FLAGS = ["-std=c++17", "-O2", "-march=x86-64-v3", *host_flags(), "-w"]
@@ -58,8 +57,8 @@ def write_models(seeds: Sequence[int], folder: Path) -> dict[int, ir.Model]:
     """Write each seed's model, its header and its device unit; return the models."""
     models = {}
     for seed in seeds:
-        text = str(random_failures.accepted(seed))
-        model = model_batches.lowered(text, seed)
+        text = str(failures.accepted(seed))
+        model = batches.lowered(text, seed)
         assert isinstance(model, ir.Model), model
         files = generate(model)
         write(folder / f"batch{seed}.pomdp", text)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Solves model files of other people and compares the intervals with certified ones.
 
 python3 benchmarks/exact/corpus.py FOLDER [--time 20] [--gap 0.001] [NAME ...]

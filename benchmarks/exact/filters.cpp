@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How far a solver's belief is from the exact one, on episodes of random legal actions.
 //
 //   filters KIND PARTICLES EPISODES STEPS SEED        KIND: exact, limit, particle or factored

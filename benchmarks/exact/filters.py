@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compares our filters with the exact one: distance by particles, calibration, the factored filter's error.
 
 python3 benchmarks/exact/filters.py [--episodes 200] [--steps 20] [--seed 1] [--ranks 2000]

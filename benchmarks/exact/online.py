@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Plays many episodes of small models with the online planner and compares the mean with proven intervals.
 
 python3 benchmarks/exact/online.py INTERVALS.json SOLVER [SOLVER ...] [--runs 1000] [--trials 200] [--jobs 2]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files of policies on the exact belief, for ``--load-policy``: ``exact/policy.hpp`` states their form."""
 
 from __future__ import annotations

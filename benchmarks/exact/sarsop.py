@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Lets scikit-decide's SARSOP play beside the vectors of ``hypgen solve``, in the same episodes.
 
 python benchmarks/exact/sarsop.py MODEL [--set NAME=VALUE] [--runs 500] [--time 60] [--seed 0]

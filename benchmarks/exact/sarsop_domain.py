@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Solves an enumerated model with scikit-decide's SARSOP; ``sarsop.py`` starts it.
 
 python benchmarks/exact/sarsop_domain.py FOLDER SECONDS GAP

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Plans many times with a solver and tells how well it keeps its deadline, and whether its memory grows.
 
 python3 benchmarks/search/deadlines.py SOLVER --time 0.01 --plans 10000 [--mode parallel] [--options="..."]

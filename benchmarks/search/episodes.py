@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Plays the episodes of many settings in pieces: several processes at a time, each on cores of its own.
 
 A piece is some episodes of one setting, played by one process. Finished pieces are kept in a folder and not

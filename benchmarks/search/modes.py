@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compares the modes of solvers on this machine: how fast each one's tree grows.
 
 python3 benchmarks/search/modes.py SOLVER [SOLVER ...] [--modes despot,parallel] [--threads N] [--time 1]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compares what modes of solvers earn in the same episodes with the same time for each decision.
 
 python3 benchmarks/search/rewards.py SOLVER [SOLVER ...] --keep FOLDER [--modes "despot,hyp --in-flight 512"]

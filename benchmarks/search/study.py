@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compares reward and root gap of searches by many threads and by one, and with other settings.
 
 python3 benchmarks/search/study.py SOLVER [SOLVER ...] --keep FOLDER --trials 500 [--threads 1,2,4,8,16]

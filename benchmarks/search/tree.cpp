@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // How fast the search tree grows where leaves cost nothing: an evaluator that answers with rows made
 // beforehand.
 #include <algorithm>

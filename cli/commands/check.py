@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen check``: is the model right, and how large is it?"""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen compare``: what the planners earn in the same episodes, beside what is proven of the best."""
 
 from __future__ import annotations

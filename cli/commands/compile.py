@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen compile``: from a model to a solver, or to a C++ project that builds one."""
 
 from __future__ import annotations

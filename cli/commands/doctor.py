@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen doctor``: what this machine has, and what to install."""
 
 from __future__ import annotations

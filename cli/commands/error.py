@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen error``: what a diagnostic's code means."""
 
 from __future__ import annotations

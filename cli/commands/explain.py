@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen explain``: what the compiler makes of a model."""
 
 from __future__ import annotations

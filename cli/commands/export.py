@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen export``: a small model in Cassandra's format, for other solvers."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen fmt``: lay out model files the one way."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen import``: a model in another format as a model of this language."""
 
 from __future__ import annotations

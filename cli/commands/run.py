@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen run``: compile a model if need be, then become its solver."""
 
 from __future__ import annotations

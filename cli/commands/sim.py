@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen sim``: play an episode of a model in the terminal."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen solve``: the value of a small model, between proven bounds."""
 
 from __future__ import annotations

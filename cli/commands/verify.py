@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen verify``: does a model's solver compute the same, however and wherever it runs?"""
 
 from __future__ import annotations

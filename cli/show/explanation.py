@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The text of ``hypgen explain``: the compiler's facts as headings and tables."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Prints trees of dataclasses: a node stands on one line if it fits, otherwise one field a line."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The work of ``hypgen check --samples``: walks, watches, and says what it found."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What ``hypgen explain --stage`` prints of one pass of the compiler."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The means that ``belief(e)`` stands for, and the posteriors that the history keeps for them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Evidence: what the agent saw, weighed against a hypothesis about one member of a factor."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The functions of the factored filter: exact posteriors, and particles of single factors.
 
 docs/internals/beliefs.md fixes the operations; the interpreter repeats them bit for bit.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Joint values of a factor's hidden variables in C++: written into states, read from them, weighed."""
 
 from __future__ import annotations

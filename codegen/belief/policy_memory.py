@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The functions that keep the history: what the default policy knows of the past."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Initial values that particles may draw anew as long as nothing has read them (``redraw.hpp``)."""
 
 from __future__ import annotations

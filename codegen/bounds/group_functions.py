@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The small models whose values bound groups of rewards, as C++: their states and steps, and the tables."""
 
 from __future__ import annotations

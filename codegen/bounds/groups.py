@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Groups of reward terms, each worth at most what a small model of its own says.
 
 The most that a sum of rewards can be is at most the sum of the most that its groups can be. A group needs the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The least that a step can earn, from the intervals of the reward terms."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The bound of a model's rewards: groups of all agents together, or of agents that act apart."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Agents that act apart: together they earn at most what each earns alone with its share of the tokens.
 
 A product action has a component for each agent. What an agent's variables become is its own affair: they are
@@ -16,9 +17,10 @@ from dataclasses import dataclass
 from itertools import product
 
 from hypgen.codegen.passes.arguments import NeedsAnalysis
-from hypgen.codegen.passes.flattening import Flattener, Known, TooLarge, Value, conjunction, conjuncts, folded
+from hypgen.codegen.passes.flattening import Flattener, TooLarge, conjunction, conjuncts
 from hypgen.codegen.passes.read_sets import Entry, Term, terms_of
 from hypgen.dsl import ir
+from hypgen.dsl.ir.evaluate import Known, Value, decided
 from hypgen.dsl.ir.walk import map_children, shape, walk
 from hypgen.dsl.types import BOOL, Bool, Type, is_finite, low_of, size_of
 
@@ -79,7 +81,7 @@ class _Check:
     def idle(self, code: Value) -> tuple[Value | None, ...]:
         """Return what the atoms are where all components have this code, as far as that decides it."""
         return tuple(
-            folded(atom, lambda e: code if isinstance(e, ir.ActionRead) else None) for _, atom in self.atoms
+            decided(atom, lambda e: code if isinstance(e, ir.ActionRead) else None) for _, atom in self.atoms
         )
 
     def holds(self, idle: Sequence[Value | None], agents: Sequence[int]) -> bool:
@@ -123,10 +125,10 @@ class _Check:
         """Return what a step does; None where that is not decided."""
         known = {f"atom {number}": value for number, value in enumerate(atoms)}
         token = low_of(self.type) + valuable
-        after = folded(self.next, self._knowing(known, token, token))
+        after = decided(self.next, self._knowing(known, token, token))
         if after is None:
             return None
-        rewards = [folded(reward, self._knowing(known, token, after)) for reward in self.rewards]
+        rewards = [decided(reward, self._knowing(known, token, after)) for reward in self.rewards]
         fixed = [round(reward * 2.0**24) for reward in rewards if reward is not None]
         return _Outcome(after != low_of(self.type), sum(fixed)) if len(fixed) == len(rewards) else None
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The small models of agents that act apart, as C++: what one may do, and how they share tokens best."""
 
 from __future__ import annotations

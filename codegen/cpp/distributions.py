@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """IR distributions as C++: a sampler that takes one word, and the density that belongs to it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """IR expressions as C++: text where C++ has an expression for them, statements before it where not.
 
 A loop (quantifier) or a local (let) becomes statements in front of the expression that uses it, inside the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Puts a generated function together: what it is given, where it comes from, and its body."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The observation key in C++: how its digits are written, read and shown.
 
 A key of one word is plain arithmetic, its first digit the most significant. A longer one goes through the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of counts and continuous laws as C++: calls of the runtime's."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What becomes of a printed value: it is returned, added, or stored."""
 
 from __future__ import annotations

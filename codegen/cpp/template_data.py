@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """All that templates may see: text that is ready to be laid out."""
 
 from __future__ import annotations

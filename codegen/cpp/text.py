@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """C++ text of types, literals, codes and lines; knows nothing of models' structure."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Enums and records: how their codes are written and taken apart in C++, and how states hold variables."""
 
 from __future__ import annotations

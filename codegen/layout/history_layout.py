@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The history as fields of a packed struct, and reads of it as reads of those fields.
 
 ``last(..)`` becomes a choice between a field and its first value, so that printing, tables and costs need to

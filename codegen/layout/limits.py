@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Figures that shape the generated code and none of its results."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """C++ names of what the model names: verbatim, unless C++ or the generated struct has taken the word."""
 
 from __future__ import annotations

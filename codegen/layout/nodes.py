@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The nodes that code generation adds to the IR.
 
 ``history_layout`` and ``tabulate`` put them in the place of the model's own; printers and analyses know them

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Places of variables: bit fields in 32-bit words, ``fixed`` variables apart from the rest.
 
 An element starts on a word of its own, and so do its variables of each stage that several threads may

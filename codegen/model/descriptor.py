@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The descriptor: what the solver tells people about a model, and what a parameter file may set."""
 
 from __future__ import annotations

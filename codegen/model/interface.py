@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The functions that the runtime calls: the Model concept."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The functions that stand for parts of the model: each carries the line that it comes from."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``step`` in pieces that the warps of a block share: the same element updates, dealt by runs of members."""
 
 from __future__ import annotations

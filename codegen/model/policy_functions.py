@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``default_policy``: what the agent does without a search."""
 
 from __future__ import annotations

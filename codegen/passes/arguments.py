@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Arguments of generated functions: the parts of the argument list that a body reads."""
 
 from __future__ import annotations

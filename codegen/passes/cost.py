@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The cost of an expression, in simple operations: enough to tell a walk from a table's load.
 
 A function costs as much at each of its calls, which ``ir.reads`` goes through once.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether all outcomes of a model's draws can be tried one by one: docs/internals/exact-models.md."""
 
 from __future__ import annotations

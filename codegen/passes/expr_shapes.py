@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The kind of C++ that an expression becomes: an expression or statements."""
 
 from __future__ import annotations

@@ -1,35 +1,18 @@
-"""Expressions with functions inlined and comprehensions over one type written out, and what decides them."""
+# SPDX-License-Identifier: Apache-2.0
+"""Expressions with functions inlined and comprehensions over one type written out."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import reduce
-from operator import add, eq, ge, gt, le, lt, mul, ne, sub
-from struct import pack, unpack
-from typing import TypeAlias
 
 from hypgen.dsl import ir
+from hypgen.dsl.ir.evaluate import decided
 from hypgen.dsl.ir.inline import Inliner, certain, unnamed
 from hypgen.dsl.ir.walk import children, map_children, substitute
 from hypgen.dsl.types import BOOL, Float, Type, low_of, size_of
 
-Value: TypeAlias = bool | int | float
-Known: TypeAlias = Callable[[ir.Expr], Value | None]  # what a read gives, where it is known
-
 _MOST_NODES = 1 << 16  # of one expression; as many take a second
-_OPERATORS: Mapping[str, Callable[[Value, Value], Value]] = {
-    "add": add,
-    "sub": sub,
-    "mul": mul,
-    "min": min,
-    "max": max,
-    "eq": eq,
-    "ne": ne,
-    "lt": lt,
-    "le": le,
-    "gt": gt,
-    "ge": ge,
-}
 
 
 class TooLarge(Exception):
@@ -70,40 +53,6 @@ class Flattener:
         return _simpler(map_children(e, self._flat))
 
 
-def folded(e: ir.Expr, known: Known) -> Value | None:
-    """Return the value of a written-out expression, if what is known decides it."""
-    match e:
-        case ir.Const(value=value):
-            return value
-        case ir.ToFloat(operand=operand):
-            inner = folded(operand, known)
-            return None if inner is None else float(inner)
-        case ir.Unary(op="not" | "neg" as op, operand=operand):
-            inner = folded(operand, known)
-            return None if inner is None else not inner if op == "not" else -inner
-        case ir.Binary(op="and" | "or" as op, left=left, right=right):
-            parts = (folded(left, known), folded(right, known))
-            decides = op == "or"
-            return decides if decides in parts else None if None in parts else not decides
-        case ir.Binary(op=op, left=left, right=right) if op in _OPERATORS:
-            a, b = folded(left, known), folded(right, known)
-            return None if a is None or b is None else _rounded(_OPERATORS[op](a, b), e.type)
-        case ir.If(condition=condition, then=then, otherwise=otherwise):
-            return _chosen(folded(condition, known), folded(then, known), folded(otherwise, known))
-        case ir.IsVariant(enum=enum, variant=variant, operand=operand):
-            code, kind = folded(operand, known), enum.variant(variant)
-            size = 1 if kind is None or kind.argument is None else size_of(kind.argument)
-            return None if code is None else enum.offsets[variant] <= code < enum.offsets[variant] + size
-        case ir.VariantArgument(enum=enum, variant=variant, operand=operand):
-            code, kind = folded(operand, known), enum.variant(variant)
-            if code is None or kind is None or kind.argument is None:
-                return None
-            return code - enum.offsets[variant] + low_of(kind.argument)
-        case ir.Local() | ir.StateRead() | ir.ActionRead():
-            return known(e)
-    return None
-
-
 def conjuncts(e: ir.Expr) -> list[ir.Expr]:
     """Return the conditions that ``e`` is the conjunction of."""
     if isinstance(e, ir.Binary) and e.op == "and":
@@ -142,7 +91,7 @@ def _simpler(e: ir.Expr) -> ir.Expr:
     """Return what the constants among the operands leave of ``e``."""
     parts = list(children(e))
     if parts and all(isinstance(part, ir.Const) for part in parts):
-        value = folded(e, lambda _: None)
+        value = decided(e, lambda _: None)
         return e if value is None or isinstance(value, float) else ir.Const(e.type, value)
     match e:
         case (
@@ -153,20 +102,3 @@ def _simpler(e: ir.Expr) -> ir.Expr:
         case ir.If(condition=ir.Const(value=value), then=then, otherwise=otherwise):
             return then if value else otherwise
     return e
-
-
-def _rounded(value: Value, type_: Type) -> Value | None:
-    """Return a float as float32 has it; None beyond its range."""
-    if not isinstance(type_, Float):
-        return value
-    try:
-        rounded: float = unpack("f", pack("f", value))[0]
-    except OverflowError:
-        return None
-    return rounded
-
-
-def _chosen(condition: Value | None, then: Value | None, otherwise: Value | None) -> Value | None:
-    if condition is None:
-        return then if then == otherwise else None
-    return then if condition else otherwise

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Conditions without which a family's update changes nothing, or a reward term is zero, for any member.
 
 ``good' = good and not (act == sample and here(r))`` changes only where ``act == sample``: the loop over r

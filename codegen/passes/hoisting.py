@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Expressions that may be evaluated outside of the conditions that stand around them.
 
 Conditions narrow the intervals of what is read where they hold: ``if x > 6 then log(x - 5) else 0`` needs a

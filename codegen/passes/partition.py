@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Updates -> stages -> element updates: the units that run independently of each other.
 
 An element update is what one element writes in one stage, for all its members. Updates of a stage write

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The reads of an expression, member by member, and what it asks of the action.
 
 ``rock[r].good`` with r the family's own binder is one member's flag; through an index that is only known in a

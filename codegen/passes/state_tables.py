@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Values of whole states as tables: a bound that loops over a family becomes one load.
 
 A formula that reads every member of a family of flags has as many values as the flags have patterns. They lie

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Distributions whose values lie in a table: the word gives a position in it, and no branch is taken.
 
 They stand for ``ir.Table`` and ``ir.UniformSet`` where ``tabulate`` has found that all values fit in a table.

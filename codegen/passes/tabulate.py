@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Slow formulas of finite inputs become tables that are filled once, when params are loaded.
 
 A step of a rollout then reads ``accuracy_table[x][y][r]`` where it would have computed a power, and
@@ -21,6 +22,7 @@ from hypgen.codegen.passes.hoisting import Hoisting, unguarded
 from hypgen.codegen.passes.state_tables import state_reads
 from hypgen.dsl import ir
 from hypgen.dsl.ir.inline import Inliner
+from hypgen.dsl.ir.order import dependencies_first
 from hypgen.dsl.ir.reads import reached
 from hypgen.dsl.ir.walk import (
     Node,
@@ -84,7 +86,10 @@ class _Tabulator:
 
     def run(self) -> tuple[ir.Model, tuple[DerivedTable, ...]]:
         # Functions and lets first: once a body is a table, its callers have nothing slow left.
-        for function in self._callees_first():
+        calls = {
+            f.name: [n.function for n in walk(f.body) if isinstance(n, ir.Call)] for f in self.model.functions
+        }
+        for function in map(self.functions.__getitem__, dependencies_first(calls)):
             self.functions[function.name] = replace(
                 function, body=self.rewrite(function.body, function.name, function.span)
             )
@@ -123,19 +128,6 @@ class _Tabulator:
     def _part(self, part: Any, attribute: str) -> Any:
         name = part.variable if isinstance(part, ir.Assign) else part.name
         return replace(part, **{attribute: self.rewrite(getattr(part, attribute), name, part.span)})
-
-    def _callees_first(self) -> list[ir.Function]:
-        order: dict[str, ir.Function] = {}
-
-        def visit(function: ir.Function) -> None:
-            for node in walk(function.body):
-                if isinstance(node, ir.Call) and node.function not in order:
-                    visit(self.functions[node.function])
-            order[function.name] = function
-
-        for function in self.model.functions:
-            visit(function)
-        return list(order.values())
 
     # Choosing what to tabulate -------------------------------------------------------------------
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Hidden variables that are independent of all others given what the agent has seen.
 
 The hidden variables of an element (of a family: of each member) are a factor if no init or update, and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Hidden state that an expression reads, given the action and what is visible.
 
 The answer is a tree: a leaf holds the members (of elements) and the draws that are read together; a choice

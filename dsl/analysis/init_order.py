@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The order of inits: each after those that it reads, and a family member by member where that is needed.
 
 A member may read members of its own family that come before it, where the text shows that they do: through
@@ -12,8 +13,9 @@ from typing import TypeAlias
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.owners import Owner
-from hypgen.dsl.analysis.stages import Edges, dependencies_first, find_cycle
+from hypgen.dsl.analysis.stages import Edges, find_cycle
 from hypgen.dsl.analysis.uses import Uses
+from hypgen.dsl.ir.order import dependencies_first
 from hypgen.dsl.ir.walk import children, rename_bound, substitute
 from hypgen.dsl.messages import e04_variables
 from hypgen.dsl.messages.report import Mistake, Report

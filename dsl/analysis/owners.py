@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Owners: the declarations whose expressions read something."""
 
 from __future__ import annotations

@@ -1,9 +1,11 @@
+# SPDX-License-Identifier: Apache-2.0
 """Conclusions from who reads what: stages, the observation key, the filter's rules."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from graphlib import TopologicalSorter
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.owners import Owner
@@ -36,8 +38,14 @@ def stage_updates(updates: Sequence[ir.Assign], uses: Uses, report: Report) -> t
         report.add(_cyclic_updates(cycle, edges))
         return tuple(updates)
     stages: dict[str, int] = {}
-    for name in dependencies_first(edges):
-        stages[name] = 1 + max((stages[other] for other in edges[name]), default=-1)
+    order = TopologicalSorter(edges)
+    order.prepare()
+    stage = 0
+    while order.is_active():
+        ready = order.get_ready()
+        stages |= dict.fromkeys(ready, stage)
+        order.done(*ready)
+        stage += 1
     return tuple(replace(u, stage=stages[u.variable], reads=frozenset(edges[u.variable])) for u in updates)
 
 
@@ -61,22 +69,6 @@ def find_cycle(edges: Mapping[str, Iterable[str]]) -> list[str]:
                 stack.append((following, iter(edges[following])))
                 path.append(following)
     return []
-
-
-def dependencies_first(edges: Edges) -> list[str]:
-    """Return the names such that each comes after those that it reads, otherwise as declared."""
-    order: dict[str, None] = {}
-    stack = [(name, False) for name in reversed(edges)]
-    while stack:
-        name, expanded = stack.pop()
-        if name in order:
-            continue
-        if expanded:
-            order[name] = None
-        else:
-            stack.append((name, True))
-            stack += [(other, False) for other in reversed(edges[name])]
-    return list(order)
 
 
 def _cyclic_updates(cycle: list[str], edges: Edges) -> Mistake:

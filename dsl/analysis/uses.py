@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The graph of reads: every read of a declaration, with its place in the text.
 
 Owners and what they read are nodes of one graph. Functions and lets are both: ``closure`` follows them and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Warnings of doubtful text: names that nothing uses, ``==`` on floats, sensors that hide no noise.
 
 Names are judged by the text as it was written; a library's are not, for others may use them.

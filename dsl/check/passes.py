@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The passes from a syntax tree to a checked model, each a function of what the pass before gave.
 
 A model goes through three forms: ``Written`` (its syntax tree), ``Draft`` (its checked parts) and ``Whole``

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The model's declarations, each checked when first needed and once.
 
 A const may size a type that a function's formal has, which a const calls; so there is no fixed order.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rules of who may read what: hidden state, the next state, the action and draws.
 
 The rules follow reads through functions and lets, and a mistake names the path.

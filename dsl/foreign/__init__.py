@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Models in other people's formats: recognised, read, and written as text of this language.
 
 Takes files in Cassandra's format and POMDPX. Gives text of a ``.pomdp`` file (``reader.import_text``).

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Finds out which files are in another format, and reads them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a file in another format to the text of a model in this language."""
 
 from __future__ import annotations

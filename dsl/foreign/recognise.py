@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Recognises, by content, POMDP files that are in somebody else's format."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tokens of different lines that the author has aligned with each other, and that stay so."""
 
 from __future__ import annotations

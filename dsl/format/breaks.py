@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Breaks lines that are too long: after a comma or a sign, before an operator, as far out as possible."""
 
 from __future__ import annotations

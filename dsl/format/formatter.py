@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The one layout of a model's text: spaces, indentation and line ends. Tokens and comments never change."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Places of tokens and comments: indentation, columns that stay aligned, comments.
 
 Newlines carry no meaning in the language, so lines are the author's and stay; only columns change. What the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Lines as the formatter holds them: which tokens stand in which columns."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Facts of each token: how far it stands from the one before, and what it starts."""
 
 from __future__ import annotations

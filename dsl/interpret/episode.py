@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One episode, step by step, in the world in which a solver with the same seed plays it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The reference semantics of a model, in numpy, for many lanes at once.
 
 Slow beside generated code and written independently of it, so that the two check each other bit for bit.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The exact posterior of each factor, in each lane: what the agent knows of hidden state.
 
 docs/internals/beliefs.md fixes every operation, so that generated code gives the same bits.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run of a model, step by step: the table that a solver's ``--trace`` writes too.
 
 docs/internals/contracts.md says how lanes act; ``columns`` names the columns.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Values as text, the way the language writes them, and back: for people who run a model."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The intermediate representation: a checked, typed model with every name resolved.
 
 Invariants, established by ``lower`` and ``analysis`` and relied on by the interpreter and by codegen:

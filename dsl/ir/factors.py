@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Factors: hidden variables that are independent, a part of the intermediate representation."""
 
 from __future__ import annotations

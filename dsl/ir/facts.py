@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Facts that conditions show of numbers: intervals of reads, of expressions and of differences."""
 
 from __future__ import annotations

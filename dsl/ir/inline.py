@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What calls and lets stand for: their bodies, in the terms of those who call or read."""
 
 from __future__ import annotations

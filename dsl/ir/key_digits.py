@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Places of the digits of an observation key.
 
 A key whose values are at most 2^64 in number is one word, the first digit the most significant. A longer one

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Distributions of the intermediate representation that numbers make: counts, ranges and weights.
 
 R(x) = floor(x * 2^32 + 0.5) clamped to [0, 2^32] (NaN gives 0) is the number of words that a cumulative

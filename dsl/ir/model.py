@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The parts of a model: declarations, updates, observations, rewards, and the model itself."""
 
 from __future__ import annotations

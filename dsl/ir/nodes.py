@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Expressions and distributions of the intermediate representation; ``ir`` has its invariants."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Building typed expressions: intervals are propagated and constants folded as nodes are made.
 
 Operands are already of agreeing kinds unless a function says that it promotes. Nothing here knows of source
@@ -7,13 +8,15 @@ positions: a result whose interval leaves int32 is for the caller to refuse.
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Callable
 from dataclasses import replace
 
 from hypgen.dsl import ir
+from hypgen.dsl.ir import evaluate
+from hypgen.dsl.ir.walk import Node, children
 from hypgen.dsl.types import (
     BOOL,
+    FLOAT,
     INT32_MAX,
     INT32_MIN,
     Bool,
@@ -23,19 +26,10 @@ from hypgen.dsl.types import (
     Record,
     Type,
     intervals,
-    size_of,
     units,
 )
 from hypgen.dsl.types.units import Unit
 
-COMPARISONS: dict[str, Callable[[float, float], bool]] = {
-    "eq": operator.eq,
-    "ne": operator.ne,
-    "lt": operator.lt,
-    "le": operator.le,
-    "gt": operator.gt,
-    "ge": operator.ge,
-}
 TRUE, FALSE = ir.Const(BOOL, True), ir.Const(BOOL, False)
 
 
@@ -147,7 +141,7 @@ def negate(e: ir.Expr) -> ir.Expr:
     """Return -e of a number."""
     low, high = ends(e.type)
     if isinstance(e, ir.Const):
-        return measured(literal(-e.value), unit_of(e))
+        return measured(literal(evaluate.OPERATORS["neg"](e.value)), unit_of(e))
     return ir.Unary(numeric(e.type, (-high, -low)), "neg", e)
 
 
@@ -174,26 +168,16 @@ def either(a: ir.Expr, b: ir.Expr) -> ir.Expr:
     return ir.Binary(BOOL, "or", a, b)
 
 
-def _folded(function: Callable[..., float], unit: Unit | None, *operands: ir.Expr) -> ir.Const | None:
-    """Return a function of constants as a float, None where an operand varies or the result is not finite."""
+def folded(op: str, unit: Unit | None, *operands: ir.Expr) -> ir.Const | None:
+    """Return an operator on constants as a float; None where an operand varies or there is no value."""
+    values = _constants(operands)
+    result = None if values is None else evaluate.value_of(op, FLOAT, *values)
+    return None if result is None else real(result, unit)
+
+
+def _constants(operands: tuple[Node, ...]) -> list[evaluate.Value] | None:
     values = [e.value for e in operands if isinstance(e, ir.Const)]
-    if len(values) < len(operands):
-        return None
-    try:
-        result = intervals.float32(function(*values))
-    except (ArithmeticError, ValueError):
-        return None
-    return real(result, unit) if math.isfinite(result) else None
-
-
-_FOLD: dict[str, Callable[[float, float], float]] = {
-    "add": operator.add,
-    "sub": operator.sub,
-    "mul": operator.mul,
-    "div": operator.truediv,
-    "min": lambda a, b: b if b < a else a,
-    "max": lambda a, b: b if a < b else a,
-}
+    return values if len(values) == len(operands) else None
 
 
 def arithmetic(op: str, a: ir.Expr, b: ir.Expr) -> ir.Expr:
@@ -201,12 +185,11 @@ def arithmetic(op: str, a: ir.Expr, b: ir.Expr) -> ir.Expr:
     unit = _unit_of_result(op, unit_of(a), unit_of(b))
     a, b = (to_float(a), to_float(b)) if op == "div" else promote(a, b)
     if isinstance(a.type, Int):
-        found = _int_interval(op, _int_ends(a.type), _int_ends(b.type))
         if isinstance(a, ir.Const) and isinstance(b, ir.Const):
-            return integer(int(found[0]))
-        return ir.Binary(_int(found), op, a, b)
-    folded = _folded(_FOLD[op], unit, a, b)
-    return folded or ir.Binary(_float(_plain_interval(op, ends(a.type), ends(b.type)), unit), op, a, b)
+            return integer(evaluate.OPERATORS[op](a.value, b.value))
+        return ir.Binary(_int(_int_interval(op, _int_ends(a.type), _int_ends(b.type))), op, a, b)
+    found = _float(_plain_interval(op, ends(a.type), ends(b.type)), unit)
+    return folded(op, unit, a, b) or ir.Binary(found, op, a, b)
 
 
 def _unit_of_result(op: str, a: Unit | None, b: Unit | None) -> Unit | None:
@@ -240,7 +223,7 @@ def _int_interval(op: str, a: tuple[int, int], b: tuple[int, int]) -> tuple[floa
 def compare(op: str, a: ir.Expr, b: ir.Expr) -> ir.Expr:
     """Return a comparison; ints whose intervals decide it fold to a constant."""
     if isinstance(a, ir.Const) and isinstance(b, ir.Const):
-        return boolean(COMPARISONS[op](a.value, b.value))
+        return boolean(evaluate.COMPARISONS[op](a.value, b.value))
     if isinstance(a.type, Int) and isinstance(b.type, Int):
         x, y = a.type, b.type
         decided = {
@@ -263,7 +246,7 @@ def power(a: ir.Expr, b: ir.Expr) -> ir.Expr:
         unit = units.power(unit_of(a), int(b.value))
     a, b = to_float(a), to_float(b)
     found = intervals.power(ends(a.type), ends(b.type))
-    return _folded(math.pow, unit, a, b) or ir.Binary(_float(found, unit), "pow", a, b)
+    return folded("pow", unit, a, b) or ir.Binary(_float(found, unit), "pow", a, b)
 
 
 def hypotenuse(a: ir.Expr, b: ir.Expr) -> ir.Expr:
@@ -271,48 +254,37 @@ def hypotenuse(a: ir.Expr, b: ir.Expr) -> ir.Expr:
     unit = units.merged(unit_of(a), unit_of(b))
     a, b = to_float(a), to_float(b)
     found = intervals.hypotenuse(ends(a.type), ends(b.type))
-    return _folded(math.hypot, unit, a, b) or ir.Binary(_float(found, unit), "hypot", a, b)
+    return folded("hypot", unit, a, b) or ir.Binary(_float(found, unit), "hypot", a, b)
 
 
 def absolute(e: ir.Expr) -> ir.Expr:
     """Return |e|."""
     if isinstance(e, ir.Const):
-        return measured(literal(abs(e.value)), unit_of(e))
+        return measured(literal(evaluate.OPERATORS["abs"](e.value)), unit_of(e))
     return ir.Unary(numeric(e.type, intervals.absolute(ends(e.type))), "abs", e)
 
 
 def sign(e: ir.Expr) -> ir.Expr:
     """Return -1, 0 or 1, of the operand's kind."""
-    low, high = ((x > 0) - (x < 0) for x in ends(e.type))
+    low, high = map(evaluate.OPERATORS["sign"], ends(e.type))
     if isinstance(e, ir.Const):
         return integer(low) if isinstance(e.type, Int) else real(low)
     return ir.Unary(_int((low, high)) if isinstance(e.type, Int) else _float((low, high)), "sign", e)
-
-
-_RISING: dict[str, Callable[[float], float]] = {
-    "sqrt": math.sqrt,
-    "exp": math.exp,
-    "log": math.log,
-    "log2": math.log2,
-}
 
 
 def rising(op: str, e: ir.Expr) -> ir.Expr:
     """Return ``sqrt exp log log2`` of a number as a float."""
     unit = units.root(unit_of(e)) if op == "sqrt" else unit_of(e)
     e = to_float(e)
-    found = intervals.monotone(_RISING[op], ends(e.type))
-    return _folded(_RISING[op], unit, e) or ir.Unary(_float(found, unit), op, e)
-
-
-_ROUNDING: dict[str, Callable[[float], int]] = {"floor": math.floor, "ceil": math.ceil, "round": round}
+    found = intervals.monotone(evaluate.OPERATORS[op], ends(e.type))
+    return folded(op, unit, e) or ir.Unary(_float(found, unit), op, e)
 
 
 def to_int(op: str, e: ir.Expr) -> ir.Expr:
     """Return ``floor ceil round`` of a number; an int is its own."""
     if isinstance(e.type, Int):
         return e
-    low, high = (_saturated(_ROUNDING[op], x) for x in ends(e.type))
+    low, high = (_saturated(evaluate.ROUNDINGS[op], x) for x in ends(e.type))
     return integer(low) if isinstance(e, ir.Const) else ir.Unary(Int(low, high), op, e)
 
 
@@ -349,31 +321,20 @@ def choose(condition: ir.Expr, then: ir.Expr, otherwise: ir.Expr) -> ir.Expr:
 
 def is_variant(enum: Enum, name: str, e: ir.Expr) -> ir.Expr:
     """Return whether ``e`` is the variant, of any argument."""
-    if isinstance(e, ir.Const):
-        variant = enum.variant(name)
-        assert variant is not None
-        first = enum.offsets[name]
-        count = 1 if variant.argument is None else size_of(variant.argument)
-        return boolean(first <= e.value < first + count)
-    return ir.IsVariant(BOOL, enum, name, e)
+    return _computed(ir.IsVariant(BOOL, enum, name, e))
 
 
 def variant_argument(enum: Enum, name: str, e: ir.Expr) -> ir.Expr:
     """Return the argument of the variant that ``e`` is."""
     variant = enum.variant(name)
     assert variant is not None and variant.argument is not None
-    if isinstance(e, ir.Const) and is_true(is_variant(enum, name, e)):
-        return from_index(variant.argument, int(e.value) - enum.offsets[name])
-    return ir.VariantArgument(variant.argument, enum, name, e)
+    argument = ir.VariantArgument(variant.argument, enum, name, e)
+    return _computed(argument) if is_true(is_variant(enum, name, e)) else argument
 
 
 def make_variant(enum: Enum, name: str, argument: ir.Expr) -> ir.Expr:
     """Return a variant with its argument."""
-    variant = enum.variant(name)
-    assert variant is not None and variant.argument is not None
-    if isinstance(argument, ir.Const):
-        return ir.Const(enum, enum.offsets[name] + to_index(variant.argument, argument.value))
-    return ir.MakeVariant(enum, enum, name, argument)
+    return _computed(ir.MakeVariant(enum, enum, name, argument))
 
 
 def field(record: Record, name: str, e: ir.Expr) -> ir.Expr:
@@ -382,19 +343,24 @@ def field(record: Record, name: str, e: ir.Expr) -> ir.Expr:
     assert found is not None
     if isinstance(e, ir.MakeRecord):
         return e.values[[n for n, _ in record.fields].index(name)]
-    if isinstance(e, ir.Const):
-        return from_index(found, int(e.value) // record.stride(name) % size_of(found))
-    return ir.FieldRead(found, record, name, e)
+    return _computed(ir.FieldRead(found, record, name, e))
 
 
 def make_record(record: Record, values: tuple[ir.Expr, ...]) -> ir.Expr:
     """Return a record of its fields' values."""
-    code = 0
-    for (name, t), value in zip(record.fields, values, strict=True):
-        if not isinstance(value, ir.Const):
-            return ir.MakeRecord(record, record, values)
-        code += record.stride(name) * to_index(t, value.value)
-    return ir.Const(record, code)
+    return _computed(ir.MakeRecord(record, record, values))
+
+
+def _computed(e: ir.Expr) -> ir.Expr:
+    """Return ``e``, of a finite type, or its value if its operands are constants."""
+    values = _constants(tuple(children(e)))
+    operation = None if values is None else evaluate.of_node(e)
+    return e if operation is None else constant(e.type, operation(*values or ()))
+
+
+def constant(t: Type, value: evaluate.Value) -> ir.Const:
+    """Return a value of a finite type as a constant."""
+    return literal(value) if isinstance(t, Int | Bool) else ir.Const(t, value)
 
 
 def to_index(t: Type, value: bool | int | float) -> int:
@@ -404,12 +370,7 @@ def to_index(t: Type, value: bool | int | float) -> int:
 
 def from_index(t: Type, index: int) -> ir.Const:
     """Return the value of a finite type with this number, counted from 0."""
-    match t:
-        case Bool():
-            return boolean(bool(index))
-        case Int(low, _):
-            return integer(low + index)
-    return ir.Const(t, index)
+    return constant(t, evaluate.value_at(t, index))
 
 
 def retyped(e: ir.Expr, t: Type) -> ir.Expr:

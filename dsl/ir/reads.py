@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What evaluating an expression comes to: its own nodes, and those of the functions and lets it goes through.
 
 Questions that need more than the nodes have walks of their own, and each says there what it asks.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Walks over IR: children, rewriting, and when two expressions are the same."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Messages to an author: sources, places in them, diagnostics, their texts, and the one renderer.
 
 Takes mistakes as data. Gives text with a framed excerpt, or JSON. Modules whose names begin with a group of

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of C....: what sampling finds in a run of the model.
 
 C01xx are about values, C02xx about bounds, C03xx about states and C04xx about laws.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E00xx: files that cannot be read or do not belong together, and settings."""
 
 from __future__ import annotations

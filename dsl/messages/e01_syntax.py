@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E01xx that no rule of ``dsl/syntax/errors`` gives.
 
 Each rule there knows one way in which a file fails to parse, and holds its own text and remedy. Here are the

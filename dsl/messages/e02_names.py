@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E02xx: names that are unknown, taken, ambiguous or used as what they are not."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E0302 and E0303: calls with the wrong arguments, and indexes that do not fit."""
 
 from __future__ import annotations

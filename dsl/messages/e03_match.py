@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E0305, E0306 and E0307: patterns of ``match`` that are missing, in vain or impossible."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E03xx about types that do not fit: E0301, E0304, E0308, E0310 and E0314.
 
 Calls and indexes are in ``e03_calls``, patterns in ``e03_match``, units in ``e03_units``, arrays, records and

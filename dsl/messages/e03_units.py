@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E0313: units that do not fit, and tables of distances that are not written as such."""
 
 from __future__ import annotations

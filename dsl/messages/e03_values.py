@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E0309, E0311 and E0312: arrays, lists, grids and records that are written as what they are not."""
 
 from __future__ import annotations

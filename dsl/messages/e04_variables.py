@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E04xx: inits, updates and memory, and which values they may read in a step."""
 
 from __future__ import annotations

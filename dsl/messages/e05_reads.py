@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E05xx: what the agent and its policy may know, and what they may not."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E06xx: values outside their range, and types, tables and computations that are too large.
 
 ``what`` names the place of a value: ``the value``, ``argument 'x'``. In a branch that a constant condition

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E07xx: draws where none can stand, and draws that are not written as they should be."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E08xx: parts of a model that are missing, too many or not constant, and settings of them."""
 
 from __future__ import annotations

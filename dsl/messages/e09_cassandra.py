@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E0901 to E0912 about files in Cassandra's format."""
 
 from __future__ import annotations

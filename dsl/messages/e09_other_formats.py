@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E09xx that Cassandra's format and POMDPX share, and of files as a whole.
 
 Texts about one of the two are in ``e09_cassandra`` and ``e09_pomdpx``.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of E0902 to E0912 about files in POMDPX."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The one renderer of diagnostics: plain text with a framed excerpt, or data."""
 
 from __future__ import annotations

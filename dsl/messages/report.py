@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Raising, gathering and reporting diagnostics while a model is checked.
 
 A check raises ``Mistake``. Independent parts run through ``gather``, so that one pass finds the mistakes of

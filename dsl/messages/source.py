@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Source text and positions in it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Texts of W..: what is allowed and yet doubtful."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How one looks on while the compiler works: what ``hypgen explain --stage`` is made with."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Words that many messages share: a type, a stretch of numbers, how many of something."""
 
 from __future__ import annotations

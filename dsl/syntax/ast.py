@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The syntax tree: what the author wrote, with spans and before any name is resolved."""
 
 from __future__ import annotations

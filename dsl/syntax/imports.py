@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``import``: the declarations of libraries, and of what they import, in the order of the text."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Text to syntax tree: lark's LALR(1) parser, with its tables cached between processes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From lark's parse tree to the syntax tree of ``ast``, one method for each rule of the grammar."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Walks over the syntax tree: everything inside a node, and a node with its expressions changed."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The types of the language, their intervals and their units.
 
 Takes nothing of hypgen. Gives the types of ``model_types``, interval arithmetic and units of measurement.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The names that the language itself gives a meaning to."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Interval arithmetic: exact for ints, sound under float32 rounding for floats.
 
 An interval is a pair (low, high). Float ends are rounded to float32 as the operation itself rounds; rounding

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The types of the language.
 
 A value of a finite type is held as one integer: ranges as their value, ``bool`` as 0 or 1, enums and

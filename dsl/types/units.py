@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Units of measurement: what they are made of, and what arithmetic makes of them.
 
 A unit is a sorted tuple of names with exponents other than 0; the empty one is that of a plain number. None

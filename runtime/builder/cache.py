@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The user's cache of builds: folders that are either whole or absent.
 
 An entry is built in a folder of its own beside its place and renamed into it when it is whole, under a

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs the commands of a build, and tells the machine's faults from hypgen's own."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The compiler flags on which equal bits rest: files that the runtime's CMake code reads too."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Finds nvcc and the GPUs of this machine, and decides whether and for which GPUs a solver gets CUDA code."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errors between a generated project and a solver."""
 
 from __future__ import annotations

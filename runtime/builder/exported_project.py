@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes a generated project to a folder that builds by itself, with plain CMake and nothing of hypgen."""
 
 from __future__ import annotations

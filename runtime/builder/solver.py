@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Turns a generated project into a solver: hypgen's runtime once, then the model, for a GPU too if asked for.
 
 Both results are cached by content, so a solver is compiled again only when something that it is made

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Finds the programs and headers that building a solver takes.
 
 Each is looked for where the user would expect it first (an environment variable, then PATH) and then

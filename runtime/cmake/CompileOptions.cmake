@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # How all of hypgen's C++ is compiled, generated models included.
 
 # Sets `result` to the flags on which equal bits rest: host_flags.txt, which hypgen's own builder reads too.
@@ -12,6 +13,8 @@ endfunction()
 function(hypgen_compile_options target)
   target_compile_features(${target} PUBLIC cxx_std_17)
   set_target_properties(${target} PROPERTIES
+    CXX_STANDARD 17
+    CXX_STANDARD_REQUIRED ON
     CXX_EXTENSIONS OFF
     CXX_VISIBILITY_PRESET hidden
     VISIBILITY_INLINES_HIDDEN ON

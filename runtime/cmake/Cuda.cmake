@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Compiles a model for GPUs too. nvcc is called directly: CMake's own test of the CUDA compiler links a
 # program, which fails with the toolkit's wheels, whose libraries lie in lib and not in lib64.
 set(HYPGEN_CUDA_ARCHITECTURES "75;80;90" CACHE STRING

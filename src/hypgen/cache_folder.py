@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The folder of what hypgen makes once and keeps: the parser's tables, libraries, solvers."""
 
 from __future__ import annotations

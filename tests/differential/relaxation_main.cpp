@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Compares the upper bound in every state that can be reached with the value of knowing the state, and the
 // lower one with what the default policy earns, both computed here from the whole model's step. Prints how
 // many states there are, the least and the largest of bound minus value, the largest value, and the least and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The generated solver against the interpreter: every number of many random steps, bit for bit."""
 
 from __future__ import annotations
@@ -9,9 +10,8 @@ import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import ir_samples
 import pytest
-import traces
+from support import ir_samples, traces
 
 from hypgen.codegen.generate import generate
 from hypgen.dsl import ir
@@ -21,11 +21,12 @@ from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.solver import build_solver
 from hypgen.runtime.builder.tools import find_tools
 
+pytestmark = pytest.mark.cxx
 FOLDER = Path(__file__).parent
 EXAMPLES = sorted((FOLDER.parent.parent / "examples").rglob("*.pomdp"))
 MODELS = sorted((FOLDER / "models").glob("*.pomdp"))
 SEED, SCENARIOS, STEPS = 20261122, 6000, 20
-MOST_NUMBERS = 8_000_000  # of a trace
+FEW, MANY = 1_000_000, 8_000_000  # numbers of a trace, at most
 
 
 @pytest.fixture(scope="module")
@@ -55,12 +56,12 @@ def with_params(model: ir.Model, **values: tuple[float, ...]) -> ir.Model:
     return dataclasses.replace(model, params=tuple(params))
 
 
-def assert_same_trace(model: ir.Model, folder: Path) -> None:
+def assert_same_trace(model: ir.Model, folder: Path, numbers: int = FEW) -> None:
     solver = build(model)
     path = folder / "trace"
     # The interpreter goes through all pairs of a factor's values.
     scenarios = SCENARIOS // 20 if any(f.size > 8 for f in model.factors) else SCENARIOS
-    scenarios = min(scenarios, MOST_NUMBERS // (STEPS * len(columns(model))))
+    scenarios = min(scenarios, numbers // (STEPS * len(columns(model))))
     size = ["--trace-scenarios", str(scenarios), "--trace-steps", str(STEPS), "--seed", str(SEED)]
     subprocess.run([solver, "--trace", path, *size], check=True)
     actual = traces.read(path, model)
@@ -76,6 +77,13 @@ def assert_same_trace(model: ir.Model, folder: Path) -> None:
 @pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
 def test_example(example: Path, tmp_path: Path) -> None:
     assert_same_trace(load(example).model, tmp_path)
+
+
+@pytest.mark.property
+@pytest.mark.usefixtures("_compiler")
+@pytest.mark.parametrize("path", [*EXAMPLES, *MODELS], ids=lambda path: path.stem)
+def test_long_trace(path: Path, tmp_path: Path) -> None:
+    assert_same_trace(load(path).model, tmp_path, MANY)
 
 
 @pytest.mark.usefixtures("_compiler")

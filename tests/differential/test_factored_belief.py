@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Particles of single factors, as generated, come to the exact posterior, which traces check in all bits."""
 
 from __future__ import annotations
@@ -8,11 +9,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
-from belief_program import beliefs
-from factored_models import FACTORED, model_of
+from support.belief_program import beliefs
+from support.factored_models import FACTORED, model_of
 
 from hypgen.codegen.generate import generate
 from hypgen.dsl import ir
+
+pytestmark = pytest.mark.cxx
 
 PARTICLES, STEPS = 100_000, 30
 

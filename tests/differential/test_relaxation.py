@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Derived bounds against the values of knowing the state and of the default policy, by brute force."""
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from hypgen.runtime.builder.compile_flags import host_flags
 from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.tools import find_tools
 
+pytestmark = pytest.mark.cxx
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
 SMALL = (

@@ -1,16 +1,18 @@
+# SPDX-License-Identifier: Apache-2.0
 """A partition that lets warps write one word is caught where it runs: in the generated step, on the CPU."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import model_batches
 import pytest
+from support.random_models import batches
 
 from hypgen.codegen.passes import partition
 from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.tools import find_compiler
 
+pytestmark = pytest.mark.cxx
 LAMPS = """model Lamps
 discount 0.95
 type Lamp = 0 .. 9
@@ -58,11 +60,11 @@ def _compiler() -> None:
 
 def test_members_that_share_a_word_stay_together(tmp_path: Path) -> None:
     texts = [LAMPS, WALKERS]
-    assert model_batches.compare(texts, tmp_path, model_batches.Size(40, 8)) == [None, None]
+    assert batches.compare(texts, tmp_path, batches.Size(40, 8)) == [None, None]
 
 
 def test_members_apart_are_caught(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(partition, "_grain", lambda group, state: 1)
-    (result,) = model_batches.compare([LAMPS], tmp_path, model_batches.Size(10, 5))
+    (result,) = batches.compare([LAMPS], tmp_path, batches.Size(10, 5))
     assert result is not None
     assert "the schedule of 2 warps differs" in result

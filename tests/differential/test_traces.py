@@ -1,11 +1,12 @@
+# SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
 import pytest
-import traces
-from ir_samples import tiger
+from support import traces
+from support.ir_samples import tiger
 
 from hypgen.dsl.interpret.trace import columns, trace
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A particle filter that draws unread parts of a map anew comes to the exact posterior, others do not."""
 
 from __future__ import annotations
@@ -8,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from belief_program import beliefs
+import pytest
+from support.belief_program import beliefs
 
 from hypgen.codegen.generate import generate
 from hypgen.dsl import load
 
+pytestmark = pytest.mark.cxx
 MODELS = Path(__file__).parent / "models"
 PLACES, STEPS = 10, 480
 DEPLETED, IMPOSSIBLE = 7, 8  # values of hypgen::Status

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command line as a user meets it: output, exit codes, and what is never shown."""
 
 import json

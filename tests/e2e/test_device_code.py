@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """nvcc takes every example's device unit without a warning, and both builds make a solver of it."""
 
 import os
@@ -17,6 +18,7 @@ from hypgen.runtime.builder.compile_flags import host_flags, nvcc_flags
 from hypgen.runtime.builder.cuda_tools import CudaBuild
 from hypgen.runtime.builder.errors import ToolchainError
 
+pytestmark = [pytest.mark.cxx, pytest.mark.gpu]
 ROOT = Path(__file__).parent.parent.parent
 TIGER = ROOT / "examples" / "tiger.pomdp"
 EXAMPLES = [*sorted((ROOT / "examples").glob("*.pomdp")), *sorted((ROOT / "examples").glob("*/*.pomdp"))]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The examples of the documentation are models: each is checked, with the items that it leaves out."""
 
 import re

@@ -1,23 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
 """What docs/guide/tools.md shows is what the commands print; HYPGEN_UPDATE=1 writes it anew."""
 
 import os
 import re
-import subprocess
-import sys
 from pathlib import Path
+
+from support.console import output
 
 ROOT = Path(__file__).parent.parent.parent
 PAGE = ROOT / "docs" / "guide" / "tools.md"
 BLOCK = re.compile(r"```console\n\$ (.*)\n(?:[^`].*\n|\n)*```\n")
-
-
-def output(command: str, folder: Path) -> str:
-    """Return what a command line prints in ``folder``, on either stream."""
-    script = f'hypgen() {{ {sys.executable} -c "from hypgen.cli.main import main; main()" "$@"; }}; {command}'
-    done = subprocess.run(
-        ["bash", "-c", script], cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
-    )
-    return done.stdout
 
 
 def test_the_page_shows_what_is_printed(tmp_path: Path) -> None:

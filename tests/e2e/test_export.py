@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen export`` and back: the value stays what it was."""
 
 import json
@@ -7,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
 HYPGEN = [sys.executable, "-c", "from hypgen.cli.main import main; main()"]
 

@@ -1,15 +1,17 @@
+# SPDX-License-Identifier: Apache-2.0
 """Our filters against the exact one, on RockSample(4,4): one build serves all tests.
 
 benchmarks/exact/filters.py does the same at length; docs/results/exact.md has what it gives.
 """
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import filter_program
 import pytest
 
+pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
 ROCKS = ("n=4", "k=4", "start_row=2", "rock_x=[3,2,1,1]", "rock_y=[1,1,3,0]")
 CHI_SQUARE_9 = 27.88  # exceeded by one in a thousand of calibrated beliefs
@@ -18,24 +20,12 @@ Compare = Callable[..., dict[str, Any]]
 
 
 @pytest.fixture(scope="module")
-def tools() -> Any:
-    """Return the module that compiles the program and reads what it prints."""
-    folder = str(ROOT / "benchmarks" / "exact")
-    sys.path.insert(0, folder)
-    try:
-        import filter_program
-    finally:
-        sys.path.remove(folder)
-    return filter_program
-
-
-@pytest.fixture(scope="module")
-def compare(tools: Any) -> Compare:
+def compare() -> Compare:
     """Return how to compare a belief with the exact one: kind, particles and episodes."""
-    program = tools.build(ROOT / "examples" / "rock_sample.pomdp", ROCKS)
+    program = filter_program.build(ROOT / "examples" / "rock_sample.pomdp", ROCKS)
 
     def run(kind: str, particles: int, episodes: int) -> dict[str, Any]:
-        result: dict[str, Any] = tools.compare(program, kind, particles, episodes=episodes, steps=12, seed=1)
+        result = filter_program.compare(program, kind, particles, episodes=episodes, steps=12, seed=1)
         assert result["updates"] > 0.9 * 12 * episodes and result["failures"] == 0
         return result
 
@@ -52,15 +42,13 @@ def test_the_factored_filter_is_exact(compare: Compare) -> None:
     assert compare("factored", 1, 300)["largest"] < 1e-10
 
 
-def test_the_particle_filter_nears_the_exact_one_by_the_root_of_its_particles(
-    tools: Any, compare: Compare
-) -> None:
+def test_the_particle_filter_nears_the_exact_one_by_the_root_of_its_particles(compare: Compare) -> None:
     means = [(particles, compare("particle", particles, 40)["mean"]) for particles in (100, 1000, 10000)]
-    assert tools.slope(means) == pytest.approx(-0.5, abs=0.05)
+    assert filter_program.slope(means) == pytest.approx(-0.5, abs=0.05)
 
 
 @pytest.mark.parametrize("kind", ["exact", "factored", "particle"])
-def test_the_truth_has_every_rank_equally_often(tools: Any, compare: Compare, kind: str) -> None:
+def test_the_truth_has_every_rank_equally_often(compare: Compare, kind: str) -> None:
     ranks = compare(kind, 1000, 1000)["ranks"]
     assert sum(ranks) > 800
-    assert tools.chi_square(ranks) < CHI_SQUARE_9
+    assert filter_program.chi_square(ranks) < CHI_SQUARE_9

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen fmt``: what it writes, what it prints, and what it leaves alone."""
 
 import io

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compiled solvers act legally, whatever little they have: time, memory, scenarios, cores, choices."""
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.solver import build_solver
 from hypgen.runtime.builder.tools import find_tools
 
+pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
 # Nothing to choose and nothing to see: there is one leaf at a time.
 ONE_WAY = """\
@@ -60,7 +62,7 @@ def solver(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 
 def run(solver: Path, *options: str) -> tuple[int, list[dict[str, Any]]]:
     command = [solver, "--mode", "parallel", "--quiet", "--json", "-", *options]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
     return done.returncode, [json.loads(line) for line in done.stdout.splitlines()]
 
 
@@ -85,6 +87,6 @@ def test_impossible_numbers_of_threads_are_refused(solver: Path, threads: str) -
 def test_the_benchmark_of_deadlines_reads_what_a_solver_writes(solver: Path) -> None:
     script = ROOT / "benchmarks" / "search" / "deadlines.py"
     command = ["python3", script, solver, "--time", "0.002", "--plans", "30", "--mode", "parallel"]
-    done = subprocess.run([*command, "--threads", "2"], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([*command, "--threads", "2"], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert "30 plans" in done.stdout and "worst" in done.stdout and "resident memory" in done.stdout

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen new``: what it writes is a formatted model that compiles, and it never overwrites."""
 
 from pathlib import Path
@@ -8,6 +9,7 @@ from hypgen.cli import main
 from hypgen.cli.commands.new import TEMPLATES
 
 
+@pytest.mark.cxx
 @pytest.mark.parametrize("template", TEMPLATES)
 def test_a_template_checks_is_formatted_and_compiles(
     template: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

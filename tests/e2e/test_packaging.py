@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What others get: the source distribution, the wheel that is built from it, and exported projects."""
 
 import email

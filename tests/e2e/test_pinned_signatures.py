@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One thread builds the same tree, bit for bit, as when the table was made.
 
 The table (``pinned_signatures.json``) was made before the tree's data became atomic. A change that does not
@@ -18,6 +19,7 @@ from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.solver import build_solver
 from hypgen.runtime.builder.tools import find_tools
 
+pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.pomdp"))
 PINS = json.loads((Path(__file__).parent / "pinned_signatures.json").read_text())

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The search builds the same tree, bit for bit, whatever the optimisation level."""
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.solver import build_solver
 from hypgen.runtime.builder.tools import find_tools
 
+pytestmark = [pytest.mark.cxx, pytest.mark.unoptimised]
 ROOT = Path(__file__).parent.parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.pomdp"))
 RUNTIME = ROOT / "runtime"

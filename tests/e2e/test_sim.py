@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen sim``: an episode as a person and as a program see it."""
 
 import io
@@ -119,6 +120,7 @@ def test_the_same_seed_gives_the_same_episode(play: Any) -> None:
     assert first == second != other
 
 
+@pytest.mark.cxx
 def test_the_solver_plays_the_same_episodes(play: Any, tmp_path: Path) -> None:
     from hypgen.codegen.generate import generate
     from hypgen.dsl.load import load

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``hypgen solve``: from a model file to a proven interval. One build serves all tests."""
 
 import json
@@ -11,6 +12,7 @@ import pytest
 
 from hypgen.cli.exit_codes import Exit
 
+pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
 HYPGEN = [sys.executable, "-c", "from hypgen.cli.main import main; main()", "solve"]
 TIGER = str(ROOT / "examples" / "tiger.pomdp")
@@ -58,7 +60,7 @@ def test_an_interrupt_prints_what_is_proven(tmp_path: Path) -> None:
         while b" trials" not in shown and started.poll() is None:
             shown += os.read(terminal, 1024)
         started.send_signal(signal.SIGINT)
-        printed, _ = started.communicate(timeout=60)
+        printed, _ = started.communicate(timeout=300)
     os.close(terminal)
     assert started.returncode == Exit.INTERRUPTED, shown
     assert "Tiger: 2 states" in printed and "interrupted" in printed

@@ -1,8 +1,10 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a model file to a running solver: the cache, exported projects, options and signals."""
 
 import json
 import os
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -14,6 +16,7 @@ import pytest
 
 from hypgen.runtime.builder import tools
 
+pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
 TIGER = str(ROOT / "examples" / "tiger.pomdp")
 HYPGEN = [sys.executable, "-c", "from hypgen.cli.main import main; main()"]
@@ -42,10 +45,14 @@ def test_a_changed_model_is_compiled_again(tmp_path: Path) -> None:
 
 
 def test_compiling_takes_seconds_once_the_runtime_is_built() -> None:
+    def seconds() -> float:  # of the CPU, which other processes do not prolong
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return used.ru_utime + used.ru_stime
+
     hypgen("compile", TIGER)
-    started = time.monotonic()
+    before = seconds()
     assert hypgen("compile", str(ROOT / "examples" / "rock_sample.pomdp"), "--force").returncode == 0
-    assert time.monotonic() - started < 30, "10 s on a machine that does nothing else"
+    assert seconds() - before < 30, "10 s on a machine that does nothing else"
 
 
 def test_run_hands_its_options_to_the_solver(tmp_path: Path) -> None:
@@ -123,12 +130,12 @@ def test_an_interrupt_reaches_the_solver(tmp_path: Path) -> None:
     lines = tmp_path / "lines.jsonl"
     command = [*HYPGEN, "run", TIGER, "--runs", "1000", "--time", "0.05", "--json", str(lines)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 300
     while not (lines.is_file() and lines.read_text().count("\n") > 3):
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
-    output, _ = process.communicate(timeout=30)
+    output, _ = process.communicate(timeout=300)
     assert process.returncode == 130
     assert "return" in output
     assert json.loads(lines.read_text().splitlines()[-1])["type"] == "summary"

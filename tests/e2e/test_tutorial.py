@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """docs/guide/tutorial.md, from top to bottom: its model grows, and its commands print what it shows.
 
 ``HYPGEN_UPDATE=1 pytest tests/e2e/test_tutorial.py`` writes the page anew; review the difference.
@@ -7,7 +8,7 @@ import os
 import re
 from pathlib import Path
 
-from test_documentation_output import output
+from support.console import output
 
 PAGE = Path(__file__).parent.parent.parent / "docs" / "guide" / "tutorial.md"
 PART = re.compile(r"```(pomdp|pomdp-part) (\S+)\n(.*?)```\n|```console\n\$ ([^\n]*)\n.*?```\n", re.DOTALL)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files that are no model: every command says what they are, where it knows, and what to do."""
 
 from pathlib import Path

@@ -1,4 +1,7 @@
-"""Fuzz for long: python tests/fuzz/long_run.py --cases 1000000 [--short] [--seed 0] [--keep FOLDER]
+# SPDX-License-Identifier: Apache-2.0
+"""Fuzz for long.
+
+PYTHONPATH=tests python tests/fuzz/long_run.py --cases 1000000 [--short] [--seed 0] [--keep FOLDER]
 
 The release's targets are 1,000,000 whole files and 10,000,000 files of less than 200 bytes (``--short``).
 Prints what came how often, the slowest case and the peak of memory, and writes each failing file to the
@@ -17,7 +20,7 @@ import traceback
 from collections import Counter
 from pathlib import Path
 
-from fuzz_cases import case, check, corpus, small_case
+from support.fuzz_cases import case, check, corpus, small_case
 
 
 def main() -> int:

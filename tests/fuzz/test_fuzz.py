@@ -1,6 +1,10 @@
-"""Whatever a file holds, the answer is a model or diagnostics: 10,000 random files, and some nasty ones.
+# SPDX-License-Identifier: Apache-2.0
+"""Whatever a file holds, the answer is a model or diagnostics: random files, and some nasty ones.
 
-A failure names the seed and shows the text; ``python tests/fuzz/long_run.py --seed N --cases 1`` repeats it.
+1,000 files are random; ``pytest -m property tests/fuzz`` tries 10,000.
+
+A failure names the seed and shows the text;
+``PYTHONPATH=tests python tests/fuzz/long_run.py --seed N --cases 1`` repeats it.
 """
 
 from __future__ import annotations
@@ -8,9 +12,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from fuzz_cases import Failure, case, check, small_case
 from hypothesis import HealthCheck, given, note, settings
 from hypothesis import strategies as st
+from support.fuzz_cases import Failure, case, check, small_case
 
 SEEDS = st.integers(0, 2**64 - 1)
 FAST = settings(
@@ -26,28 +30,50 @@ def answer(content: bytes, folder: Path) -> None:
     check(content, folder)
 
 
-@settings(FAST, max_examples=4000)
-@given(SEEDS)
-def test_files_that_were_valid_once(tmp_path: Path, seed: int) -> None:
-    answer(case(seed), tmp_path)
+FEW, MANY = 100, 1000
 
 
-@settings(FAST, max_examples=4000)
-@given(SEEDS)
-def test_short_files(tmp_path: Path, seed: int) -> None:
-    answer(small_case(seed), tmp_path)
+@pytest.fixture(params=[FEW, pytest.param(MANY, marks=pytest.mark.property)])
+def count(request: pytest.FixtureRequest) -> int:
+    """How often a test of this name is repeated; files that were valid once come four times as often."""
+    number: int = request.param
+    return number
 
 
-@settings(FAST, max_examples=1000)
-@given(st.binary(max_size=300))
-def test_bytes(tmp_path: Path, content: bytes) -> None:
-    answer(content, tmp_path)
+def test_files_that_were_valid_once(tmp_path: Path, count: int) -> None:
+    @settings(FAST, max_examples=4 * count)
+    @given(SEEDS)
+    def run(seed: int) -> None:
+        answer(case(seed), tmp_path)
+
+    run()
 
 
-@settings(FAST, max_examples=1000)
-@given(st.text(max_size=200))
-def test_text_after_a_good_start(tmp_path: Path, text: str) -> None:
-    answer(f"model M\ndiscount 0.9\nenum A {{ a, b }}\naction act: A\n{text}".encode(), tmp_path)
+def test_short_files(tmp_path: Path, count: int) -> None:
+    @settings(FAST, max_examples=4 * count)
+    @given(SEEDS)
+    def run(seed: int) -> None:
+        answer(small_case(seed), tmp_path)
+
+    run()
+
+
+def test_bytes(tmp_path: Path, count: int) -> None:
+    @settings(FAST, max_examples=count)
+    @given(st.binary(max_size=300))
+    def run(content: bytes) -> None:
+        answer(content, tmp_path)
+
+    run()
+
+
+def test_text_after_a_good_start(tmp_path: Path, count: int) -> None:
+    @settings(FAST, max_examples=count)
+    @given(st.text(max_size=200))
+    def run(text: str) -> None:
+        answer(f"model M\ndiscount 0.9\nenum A {{ a, b }}\naction act: A\n{text}".encode(), tmp_path)
+
+    run()
 
 
 HEAD = "model M\ndiscount 0.9\nenum A { a, b }\naction act: A\n"
@@ -104,6 +130,6 @@ def test_ten_megabytes(tmp_path: Path) -> None:
 
 
 def test_a_slow_or_wordless_answer_is_a_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fuzz_cases.SECONDS", -1.0)
+    monkeypatch.setattr("support.fuzz_cases.SECONDS", -1.0)
     with pytest.raises(Failure, match="s of CPU"):
         check(b"model M", tmp_path)

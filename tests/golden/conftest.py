@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import pytest
-
-# The hand-built models live beside the tests of single stages.
-sys.path.insert(0, str(Path(__file__).parent.parent / "unit"))
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Search with many threads under ThreadSanitizer, for long: python tests/long/tsan.py --minutes 20
 
 Builds the solver of each example (all of examples/, or the files that are named) with ThreadSanitizer and

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Counts allocations by replacing the global operators. They are not inlined: the compiler would take their
 // malloc and free for a mismatch with new and delete.
 

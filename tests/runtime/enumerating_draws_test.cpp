@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Every outcome of a draw, once, with the probability that the density gives.
 #include "hypgen/random/enumerating_draws.hpp"
 

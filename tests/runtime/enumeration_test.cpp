@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From the steps of a model to its matrices.
 #include "hypgen/exact/enumeration.hpp"
 

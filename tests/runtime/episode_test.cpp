@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hypgen/episode/episode.hpp"
 
 #include <gtest/gtest.h>

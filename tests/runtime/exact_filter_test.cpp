@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bayes' rule over an enumerated model.
 #include <gtest/gtest.h>
 

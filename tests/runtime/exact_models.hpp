@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Small models as sparse matrices, written by hand.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A model with factors, written by hand as the compiler would write it.
 #pragma once
 

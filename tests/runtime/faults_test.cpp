@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What several threads make of settings that leave them little, and of evaluators that fail: a legal action,
 // and a status that says why.
 #include <gtest/gtest.h>

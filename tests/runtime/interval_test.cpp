@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Intervals of values of small models, against values that are known or found by trying everything.
 #include "hypgen/exact/interval.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Searches by several threads: what they leave is checked, as their trees differ from run to run.
 //
 // HYPGEN_TEST_SECONDS is how long each of the searches in a loop goes on (default 0.2).

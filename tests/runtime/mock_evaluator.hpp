@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An evaluator with the CPU's results that answers when it likes, or not at all.
 #pragma once
 

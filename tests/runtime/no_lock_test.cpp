@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Threads that search never wait for a lock: a call of futex while they do is counted.
 #if defined(__linux__) && defined(__x86_64__) && !defined(__SANITIZE_THREAD__)
 

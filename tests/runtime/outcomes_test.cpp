@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What states of a small decision process are worth.
 #include <gtest/gtest.h>
 

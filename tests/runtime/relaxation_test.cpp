@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tables of small models: what they hold, and that filling one ends.
 #include "hypgen/bounds/relaxation.hpp"
 

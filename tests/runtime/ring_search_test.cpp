@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Searches whose leaves go through rings to one driver at a time, as to a GPU; here it has the CPU's results.
 #include <gtest/gtest.h>
 

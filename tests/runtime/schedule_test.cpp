@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Steps that warps share: what the schedule's check accepts, and every mistake that it must see.
 #include "hypgen/verify/schedule.hpp"
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The flags on which equal bits rest stand in one place, which CMake and Python read."""
 
 from pathlib import Path

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A struct that is not a model fails to compile, with a text that names what it lacks."""
 
 import subprocess

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Models written by hand as the compiler would write them, and models that go wrong on purpose.
 #pragma once
 

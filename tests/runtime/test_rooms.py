@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Each room of the runtime's headers has a page that lists its headers in order of dependency."""
 
 import re

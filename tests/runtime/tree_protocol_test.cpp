@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The tree's protocols one by one, by threads that begin at the same moment, over and over from the same
 // start.
 //

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the compiler makes of every model here: its messages and its generated code, to compare two checkouts.
 
 python tests/support/generated_code.py OUT [--checkout FOLDER] [--random COUNT]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The graph of imports and includes, measured from the files: packages, floors, arrows back, circles.
 
 python tests/support/import_graph.py [CHECKOUT] prints one row for each layer of a checkout (this one by

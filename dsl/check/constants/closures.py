@@ -1,91 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
 """Constant expressions as Python closures: the entries of a large table, each in a microsecond.
 
-Checking an expression anew for every value of its binders takes some hundred times as long. Here it has been
-checked once; the closures compute what constant folding would, and give up where folding would.
+Checking an expression anew for every value of its binders takes some hundred times as long, and walking it
+some fifteen times. Here it has been checked once; the closures compute what constant folding would, by the
+same table of operators, and give up where folding would.
 """
 
 from __future__ import annotations
 
 import math
 import operator
-import struct
 from collections.abc import Callable, Iterator
 from itertools import product
 from typing import Any
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.scope.scope import Program
-from hypgen.dsl.ir.operators import COMPARISONS
+from hypgen.dsl.ir import evaluate
+from hypgen.dsl.ir.evaluate import single, value_at
 from hypgen.dsl.ir.walk import children
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.types import Bool, Float, Int, Type, low_of, size_of
+from hypgen.dsl.types import Float, low_of, size_of
 
-Value = bool | int | float
 Values = dict[str, Any]
 Code = Callable[[Values], Any]
 
 
 class Irregular(Exception):
     """Closures do not tell the value: the expression is not constant, or folding it meets a mistake."""
-
-
-_FLOAT32 = struct.Struct("<f")
-
-
-def _single(value: float) -> float:
-    """Return ``value`` as float32; what overflows or is no number is for the checker."""
-    result: float = _FLOAT32.unpack(_FLOAT32.pack(value))[0]
-    if not math.isfinite(result):
-        raise Irregular
-    return result
-
-
-def _smaller(a: Any, b: Any) -> Any:
-    return b if b < a else a
-
-
-def _larger(a: Any, b: Any) -> Any:
-    return b if a < b else a
-
-
-def _sign(x: Any) -> int:
-    return int(x > 0) - int(x < 0)
-
-
-_INT: dict[str, Callable[[Any, Any], Any]] = {
-    "add": operator.add,
-    "sub": operator.sub,
-    "mul": operator.mul,
-    "floordiv": operator.floordiv,
-    "mod": operator.mod,
-    "min": _smaller,
-    "max": _larger,
-}
-_FLOAT: dict[str, Callable[[Any, Any], float]] = {
-    "add": lambda a, b: _single(a + b),
-    "sub": lambda a, b: _single(a - b),
-    "mul": lambda a, b: _single(a * b),
-    "div": lambda a, b: _single(a / b),
-    "pow": lambda a, b: _single(math.pow(a, b)),
-    "hypot": lambda a, b: _single(math.hypot(a, b)),
-    "min": _smaller,
-    "max": _larger,
-}
-_UNARY: dict[str, Callable[[Any], Any]] = {
-    "neg": operator.neg,
-    "not": operator.not_,
-    "abs": abs,
-    "sqrt": lambda x: _single(math.sqrt(x)),
-    "exp": lambda x: _single(math.exp(x)),
-    "log": lambda x: _single(math.log(x)),
-    "log2": lambda x: _single(math.log2(x)),
-}
-_ROUNDING: dict[str, Callable[[float], int]] = {"floor": math.floor, "ceil": math.ceil, "round": round}
-
-
-def value_at(t: Type, position: int) -> bool | int:
-    """Return the value of a finite type with this number, counted from 0."""
-    return bool(position) if isinstance(t, Bool) else position + low_of(t)
 
 
 def combinations(binders: tuple[ir.Binder, ...]) -> Iterator[tuple[bool | int, ...]]:
@@ -127,38 +69,19 @@ class Closures:
                 return self._table_read(e)
             case ir.Call(_, name, arguments):
                 return self._call(name, arguments)
-            case ir.ToFloat(_, operand):
-                inner = self.code(operand)
-                return lambda env: _single(inner(env))
-            case ir.Unary():
-                return self._unary(e)
-            case ir.Binary():
-                return self._binary(e)
-            case ir.Clamp(_, operand, low, high):
-                inner = self.code(operand)
-                return lambda env: min(max(inner(env), low), high)
+            case ir.Binary(_, "and" | "or" as op, left, right):
+                return self._logical(op, self.code(left), self.code(right))
+            case ir.Binary(_, "floordiv" | "mod", _, right):
+                return self._division(e, self.code(right))
             case ir.If(_, condition, then, otherwise):
                 test, yes, no = self.code(condition), self.code(then), self.code(otherwise)
                 return lambda env: yes(env) if test(env) else no(env)
             case ir.LetIn(_, name, value, body):
                 bound, result = self.code(value), self.code(body)
                 return lambda env: result({**env, name: bound(env)})
-            case ir.IsVariant() | ir.VariantArgument() | ir.MakeVariant():
-                return self._variant(e)
-            case ir.FieldRead(_, record, name, operand):
-                inner, t, stride = self.code(operand), record.field_type(name), record.stride(name)
-                assert t is not None
-                size, field = size_of(t), t
-                return lambda env: value_at(field, inner(env) // stride % size)
-            case ir.MakeRecord(_, record, values):
-                parts = [
-                    (self.code(v), record.stride(n), low_of(t))
-                    for (n, t), v in zip(record.fields, values, strict=True)
-                ]
-                return lambda env: sum((part(env) - low) * stride for part, stride, low in parts)
             case ir.Quantified():
                 return self._quantified(e)
-        raise Irregular
+        return self._operation(e)
 
     def _function(self, name: str) -> ir.Function:
         if name in self._program.unrolled:
@@ -186,47 +109,34 @@ class Closures:
         formals = [f.name for f in function.formals]
         return lambda env: body({f: g(env) for f, g in zip(formals, given, strict=True)})
 
-    def _unary(self, e: ir.Unary) -> Code:
-        inner = self.code(e.operand)
-        if e.op == "sign":
-            kind = float if isinstance(e.type, Float) else int
-            return lambda env: kind(_sign(inner(env)))
-        if e.op in _ROUNDING:
-            assert isinstance(e.type, Int)
-            low, high, rounded = e.type.low, e.type.high, _ROUNDING[e.op]
-            return lambda env: min(max(rounded(inner(env)), low), high)
-        if e.op not in _UNARY:
+    def _operation(self, e: ir.Expr) -> Code:
+        function = evaluate.of_node(e)
+        if function is None:
             raise Irregular
-        function = _UNARY[e.op]
-        return lambda env: function(inner(env))
+        parts = [self.code(child) for child in children(e) if isinstance(child, ir.Expr)]
+        if len(parts) == 1:
+            (only,) = parts
+            return lambda env: function(only(env))
+        if len(parts) == 2:
+            left, right = parts
+            return lambda env: function(left(env), right(env))
+        return lambda env: function(*[part(env) for part in parts])
 
-    def _binary(self, e: ir.Binary) -> Code:
-        left, right = self.code(e.left), self.code(e.right)
-        if e.op == "and":
+    @staticmethod
+    def _logical(op: str, left: Code, right: Code) -> Code:
+        if op == "and":
             return lambda env: left(env) and right(env)
-        if e.op == "or":
-            return lambda env: left(env) or right(env)
-        table = COMPARISONS if e.op in COMPARISONS else _FLOAT if isinstance(e.type, Float) else _INT
-        if e.op not in table:
-            raise Irregular
-        function = table[e.op]
-        return lambda env: function(left(env), right(env))
+        return lambda env: left(env) or right(env)
 
-    def _variant(self, e: ir.IsVariant | ir.VariantArgument | ir.MakeVariant) -> Code:
-        variant = e.enum.variant(e.variant)
-        assert variant is not None
-        first, argument = e.enum.offsets[e.variant], variant.argument
-        if isinstance(e, ir.MakeVariant):
-            assert argument is not None
-            low, inner = low_of(argument), self.code(e.argument)
-            return lambda env: inner(env) - low + first
-        inner = self.code(e.operand)
-        if isinstance(e, ir.IsVariant):
-            end = first + (1 if argument is None else size_of(argument))
-            return lambda env: first <= inner(env) < end
-        assert argument is not None
-        t = argument
-        return lambda env: value_at(t, inner(env) - first)
+    def _division(self, e: ir.Binary, divisor: Code) -> Code:
+        quotient = self._operation(e)
+
+        def checked(env: Values) -> Any:
+            if divisor(env) == 0:
+                raise Irregular  # the checker refuses it
+            return quotient(env)
+
+        return checked
 
     def _quantified(self, e: ir.Quantified) -> Code:
         names = [b.name for b in e.binders]
@@ -244,7 +154,7 @@ class Closures:
         def total(env: Values) -> Any:
             result: Any = 0.0 if isinstance(e.type, Float) else 0
             for _, value in matches(env):
-                result = _single(result + value) if isinstance(e.type, Float) else result + value
+                result = single(result + value) if isinstance(e.type, Float) else result + value
             return result
 
         def extreme(env: Values) -> Any:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The values of constant expressions, one for each value of their binders."""
 
 from __future__ import annotations
@@ -7,11 +8,12 @@ from dataclasses import replace
 from math import prod
 
 from hypgen.dsl import ir
-from hypgen.dsl.check.constants.closures import Closures, Code, Irregular, Value, combinations
+from hypgen.dsl.check.constants.closures import Closures, Code, Irregular, combinations
 from hypgen.dsl.check.scope.fit_type import check_as, fit
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.terms.quantifiers import bind_all
 from hypgen.dsl.ir import operators
+from hypgen.dsl.ir.evaluate import Value
 from hypgen.dsl.messages import e06_ranges, e08_parts
 from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span

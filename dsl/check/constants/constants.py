@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Consts and params: values that are known when the model is compiled, settings applied."""
 
 from __future__ import annotations
@@ -8,10 +9,10 @@ from math import prod
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants import constant_entries, distances, value_lists
-from hypgen.dsl.check.constants.closures import Value
 from hypgen.dsl.check.scope import grid_literals
 from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.check.terms.quantifiers import bind_all, bind_types, values_of
+from hypgen.dsl.ir.evaluate import Value
 from hypgen.dsl.messages import e03_values, e06_ranges
 from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.syntax import ast

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``distance(a in T, b in T where linked(a, b): cost else far)``: a table of all-pairs shortest paths."""
 
 from __future__ import annotations
@@ -6,9 +7,9 @@ import heapq
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants import constant_entries
-from hypgen.dsl.check.constants.closures import Value, value_at
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.terms.quantifiers import bind_types
+from hypgen.dsl.ir.evaluate import Value, value_at
 from hypgen.dsl.messages import e03_units, e06_ranges
 from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``discount`` and ``horizon``, and the settings that an instance or the command line gives."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Strings that list an array's entries, separated by blanks: numbers, booleans, or variants without glyphs.
 
 Large tables are written so. A word of a string takes a tenth of the time that an expression takes to read.
@@ -10,7 +11,7 @@ import re
 from collections.abc import Iterator
 from functools import partial
 
-from hypgen.dsl.check.constants.closures import Value
+from hypgen.dsl.ir.evaluate import Value
 from hypgen.dsl.messages import e03_values
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.report import Mistake, gather

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Checking distributions: what may stand after ``~``."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draws made from other draws: ``truncated``, ``clamp`` and ``binned``."""
 
 from __future__ import annotations

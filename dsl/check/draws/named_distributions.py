@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``fn name(..): T ~ D``: a distribution with a name, written out where it is drawn from."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draws of numbers by a law: ``normal uniform exponential poisson binomial``."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draws from the values of types: ``uniform(T)``, ``uniform(i in T: ..)`` and ``weighted(i in T: ..)``."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``belief(e)``: the mean of ``e`` given what the agent has seen, from a factor's exact posterior."""
 
 from __future__ import annotations

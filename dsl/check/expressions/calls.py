@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Calls: built-in functions, model functions, records and variants."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Checking expressions: syntax to typed IR, one function for each kind of node."""
 
 from __future__ import annotations

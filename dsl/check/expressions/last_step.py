@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``last(..)``: what the policy knows of the step before."""
 
 from __future__ import annotations

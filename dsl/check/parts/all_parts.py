@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """All that a model file says: its declarations, and the parts that say what elements and the model do."""
 
 from __future__ import annotations

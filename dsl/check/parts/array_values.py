@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Values of an array's entries: a comprehension, a list, a grid, or an array's name."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bounds that follow from the rewards, where the author declares none."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parts of elements and the model: inits, updates, observations, rewards, conditions and bounds."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The default policy: what it remembers, what it names, what it chooses."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Records of floats taken apart: each becomes the scalars in it, before anything is checked.
 
 ``hidden at: Vec`` becomes the variables ``at.x`` and ``at.y``; a function of such a type becomes one for each

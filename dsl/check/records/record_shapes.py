@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Names and expressions of a file that stand for records of floats, told from the syntax alone.
 
 A record with a float among its fields is not finite: it is no binder, index, action or observation.

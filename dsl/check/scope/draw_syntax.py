@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Telling draws from values."""
 
 from __future__ import annotations

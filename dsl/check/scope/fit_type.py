@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fitting a value to the type that its place asks for."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Grid literals: strings of glyphs, one character an entry, that write arrays of an enum's variants."""
 
 from __future__ import annotations

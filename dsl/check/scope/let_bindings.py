@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Naming values inside expressions and distributions; what is not read is not named."""
 
 from __future__ import annotations

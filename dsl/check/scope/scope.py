@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What an expression is checked in: ``Scope``, and ``Program``, the declarations that it may ask for.
 
 A scope has the locals, the element, the prime, and what conditions have shown. The two stand in one file, as

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The names that a model declares, found before anything is checked."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Type expressions to types, and the limits on types."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Refusing what units do not allow: sums of metres and seconds, the sine of a length."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``at(array, i, .., default)``: an entry where the index is in range, otherwise the default."""
 
 from __future__ import annotations

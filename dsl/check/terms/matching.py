@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``match``: exhaustive choices over enums, booleans and ints, lowered to chains of conditions."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``sum any all count min max argmin argmax`` over the values of finite types."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """``clamp``, ``wrap`` and ``checked``: values forced into a range, each for a reason of its own."""
 
 from __future__ import annotations

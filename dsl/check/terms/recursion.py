@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Recursive functions: a copy for each value of the ints that are constant in a call, until they have fallen.
 
 ``power(x, 3)`` becomes a call of ``power_n3(x)``, whose body calls ``power_n2(x)``, and so on: the IR has no

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Names, members and indexes: what an expression reads."""
 
 from __future__ import annotations

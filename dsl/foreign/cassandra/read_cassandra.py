@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reads Cassandra's format (pomdp.org): the declarations, the start, and what the tables come to."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The table R of Cassandra's format, which may have far too many entries to write out."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The tables T and O of Cassandra's format: later specifications override earlier ones, entry by entry."""
 
 from __future__ import annotations

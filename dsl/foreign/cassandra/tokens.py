@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The words of a file in Cassandra's format, with their places."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An enumerated model, as the exact solver writes it: JSON lines, whose form ``exact/dump.hpp`` states."""
 
 from __future__ import annotations

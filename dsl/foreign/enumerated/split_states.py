@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The states of an enumerated model for formats and programs whose observations know less.
 
 There the law of an observation may depend on the action and the next state alone. A next state whose

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes an enumerated model in Cassandra's format.
 
 An episode that ends goes to a state that is never left and earns nothing. An action that is not legal does

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reads POMDPX (the format of the APPL toolkit): several variables, tables and decision diagrams."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The parameters of POMDPX: tables of entries, and decision diagrams."""
 
 from __future__ import annotations

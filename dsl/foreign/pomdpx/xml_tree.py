@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """XML as a tree with places. Nothing but elements is taken: a document type or an entity ends the reading."""
 
 from __future__ import annotations

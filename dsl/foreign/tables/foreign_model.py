@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A model as readers of other formats give it: variables, and tables of numbers over them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Names of a foreign file as names of this language."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Numbers as text: the fewest digits that give the same float32, which is all that the language keeps."""
 
 from __future__ import annotations

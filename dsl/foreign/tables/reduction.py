@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Leaves out of a table's reads those that change nothing, and sums over what cannot be read."""
 
 from __future__ import annotations

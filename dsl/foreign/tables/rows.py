@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rows of probabilities: what they may sum to, and their sparse form."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Collects the mistakes of a foreign file and cites the places that they are at."""
 
 from __future__ import annotations

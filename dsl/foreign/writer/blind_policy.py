@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The best policy that always does the same: a first lower bound, better than acting at random."""
 
 from __future__ import annotations

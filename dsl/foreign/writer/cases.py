@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Small tables as text that a person would write: rows as draws, tables as matches."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Large tables as consts: rows shared, values listed in strings, successors and not states.
 
 A row is drawn by its successors one after the other. Rows of like length share one expression, the shorter

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes a foreign model as text of this language, laid out as ``hypgen fmt`` does."""
 
 from __future__ import annotations

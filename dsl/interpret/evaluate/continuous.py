@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Continuous laws: a draw from one word, and the probability below a value.
 
 Probabilities are float64. Where a law degenerates (no width, no probability between the ends), comparisons

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws of counts: how many of a draw's 2^32 words give at most each count."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Distributions of the IR: a draw from one 32-bit word, and the density of a value, in each lane.
 
 Densities are doubles that count the words which give a value, so that sampler and filter agree exactly.

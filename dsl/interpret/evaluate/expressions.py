@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Expressions of the IR, evaluated over all lanes at once.
 
 Both sides of a conditional are computed and the right one is chosen for each lane, except where the

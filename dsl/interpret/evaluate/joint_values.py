@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Joint values of a factor's hidden variables, as the arrays that a state holds for one member."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Values of the interpreter: one array entry a lane, or a scalar where all lanes agree.
 
 bool_ for ``bool``, float32 for floats, int32 for everything else. Arrays broadcast: an expression that

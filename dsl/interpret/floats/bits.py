@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From float32 to float64 and back, without warnings: what the modules of float functions share."""
 
 from __future__ import annotations

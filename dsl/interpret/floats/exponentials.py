@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Square roots, exponentials, logarithms and powers: ``math/exponentials.hpp`` in numpy.
 
 The polynomials are plain series. The logarithm of the mantissa m in (sqrt(1/2), sqrt(2)] is 2 atanh(z) with

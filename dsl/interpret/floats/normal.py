@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The normal law and the exponential law in float64: ``math/normal.hpp`` in numpy.
 
 Each function is the header's of the same name, operation by operation. The polynomials interpolate at

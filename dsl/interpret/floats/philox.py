@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random words as a function of names: Philox4x32-10, many lanes at once.
 
 Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as easy as 1, 2, 3" (SC 2011). Words are held

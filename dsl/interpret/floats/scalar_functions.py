@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The scalar functions of models on arrays: ``math/scalar_functions.hpp`` in numpy.
 
 Float functions have modules of their own: ``exponentials``, ``trigonometry`` and ``normal``.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Trigonometric functions: ``math/trigonometry.hpp`` in numpy, operation by operation.
 
 An angle is reduced modulo pi/2 with a rest that is right to about 2^-52 of itself below 2^20 and to 2^-70

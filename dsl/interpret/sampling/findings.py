@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Findings of a sampled model: mistakes that no reading of its text can prove."""
 
 from __future__ import annotations

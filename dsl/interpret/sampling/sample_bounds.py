@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Checking the bounds in visited states, each state once and many at a time: bounds may cost a lot."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Repeating visited steps many times: samplers against densities, and returns against the upper bound."""
 
 from __future__ import annotations

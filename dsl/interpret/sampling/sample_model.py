@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sampling a model to find what no reading of its text can prove: ``hypgen check --samples``."""
 
 from __future__ import annotations

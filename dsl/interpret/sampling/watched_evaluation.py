@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An evaluation that watches itself: what goes wrong in which lanes, and where in the model.
 
 Types exclude integers out of range and indexes out of bounds. What is left to find is in floats

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An interpreter that adds to findings what goes wrong while it runs."""
 
 from __future__ import annotations

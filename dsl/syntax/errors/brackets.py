@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Syntax mistakes inside brackets: binders of quantifiers, and values of records."""
 
 from __future__ import annotations

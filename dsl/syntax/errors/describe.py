@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Syntax errors in the author's words: what stood there, what was expected, and how to write it."""
 
 from __future__ import annotations

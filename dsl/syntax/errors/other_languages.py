@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Syntax mistakes of those who know C++ or Python: types before names, methods, `return`, `++`, `80%`."""
 
 from __future__ import annotations

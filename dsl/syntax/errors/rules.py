@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Common syntax mistakes, each recognised by one rule and answered with its own remedy.
 
 The rules are asked in the order of ``MISTAKES``; the first that knows the mistake answers.

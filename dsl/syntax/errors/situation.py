@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a syntax error is told from: the offending token, those before it, and what could have stood there."""
 
 from __future__ import annotations

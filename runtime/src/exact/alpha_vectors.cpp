@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hypgen/exact/alpha_vectors.hpp"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Episodes of policies on the exact belief, as the command line asks for them.
 #pragma once
 

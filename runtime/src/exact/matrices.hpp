@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What an enumeration has found, and the matrices that it makes of it.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rows of words, each kept once under a number.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What the exact solver tells people and programs.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A tree search that has an answer at any time: first one-ply rollouts of all actions, then a tree over those
 // that survive, on as many scenarios as the time affords.
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Rollout mode: one-ply returns, sequential halving (Karnin, Koren and Somekh, ICML 2013) over the actions.
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hypgen/search/search_thread.hpp"
 
 #if defined(__x86_64__) || defined(__i386__)

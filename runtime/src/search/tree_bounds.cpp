@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The movement of a search tree's bounds: a thread moves a node's own bounds, then those above it.
 #include <limits>
 

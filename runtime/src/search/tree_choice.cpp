@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The choice of the branch by which a trial goes on from a node.
 #include <algorithm>
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // POMCP (Silver and Veness, "Monte-Carlo Planning in Large POMDPs", NeurIPS 2010) over the same tree and
 // evaluator. A trial chooses actions by mean return and UCB1, and the observation of a random scenario.
 //

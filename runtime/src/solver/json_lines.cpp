@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "hypgen/solver/json_lines.hpp"
 
 #include <nlohmann/json.hpp>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Statistics of episodes that several settings play in the same worlds."""
 
 from __future__ import annotations

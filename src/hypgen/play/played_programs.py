@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Plays programs for ``hypgen compare``: runs them and puts their episodes together."""
 
 from __future__ import annotations

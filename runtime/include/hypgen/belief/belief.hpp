@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The interface of a belief: the agent's knowledge of the state.
 #pragma once
 

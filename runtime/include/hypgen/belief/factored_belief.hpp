@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A belief that is a product of posteriors, one for each unit. A unit is a group of hidden variables that is
 // independent of all others: an element of the model, or one member of a family. A unit of few values has an
 // exact posterior, any other has particles.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A particle filter. It weighs particles by the likelihood that the model declares for an observation.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The arithmetic of exact posteriors of independent hidden variables. `Real` is double for the agent's
 // belief, which takes in many observations, and float for a policy's history.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fixed state that a particle has not read yet, and may draw again.
 //
 // A robot that maps sees a few cells at a time. A particle filter learns the map by dropping particles. The

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bounds from small models: fills a table with what a group of rewards can be worth from each state, and one
 // with what the default policy earns.
 //

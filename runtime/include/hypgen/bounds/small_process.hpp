@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A small decision process with every outcome, and what its states are worth.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The best way to share tokens between two agents that act apart.
 #pragma once
 

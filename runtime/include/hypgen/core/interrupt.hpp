@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ctrl-C, for programs that then finish what they have begun.
 #pragma once
 

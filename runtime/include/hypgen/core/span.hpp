@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A view of consecutive objects (std::span is C++20).
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The data that the kernels of a batch share: leaves, addresses of their data, and numbers of their items.
 #pragma once
 

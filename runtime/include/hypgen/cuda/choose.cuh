@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The kernel between a batch's two passes: the actions of each leaf that are rolled out.
 #pragma once
 

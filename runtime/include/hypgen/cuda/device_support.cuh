@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One model on GPUs: what a generated device unit instantiates.
 #pragma once
 

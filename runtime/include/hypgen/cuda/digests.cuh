@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Digests of random walks on a device (see hypgen/verify/digest.hpp): the other unit of a model's device
 // code.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Fills batches with the leaves of all threads, launches them and hands out what they gave.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Expands leaves on a GPU, many at a time.
 #pragma once
 

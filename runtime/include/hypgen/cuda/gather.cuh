@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // First kernel of a batch: the members of each leaf, its history, and its legal actions.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Owners of a device's resources: memory, pinned memory of the host, and events.
 #pragma once
 

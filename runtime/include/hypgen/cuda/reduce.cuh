@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Third kernel of a batch: outcomes of each action, grouped by observation, to child rows and an action row.
 //
 // Groups are numbered by their first member, so that no race can change the tree. Sums are integers.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Last kernel of a batch: rows to the host's memory.
 #pragma once
 

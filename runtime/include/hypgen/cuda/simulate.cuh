@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The kernels of a batch that step: every action of every leaf over every member, and then the default policy
 // from there, for the actions that are rolled out.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The sizes of an evaluator's parts on a GPU, and the launch shapes with which its kernels fill the device.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One batch in flight: its stream, its memory and where its rows go.
 #pragma once
 

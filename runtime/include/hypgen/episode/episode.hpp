@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One episode: plan, act, update the belief.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The world that the agent acts in.
 #pragma once
 

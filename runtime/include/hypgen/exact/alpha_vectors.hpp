@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The lower bound of a class of states: the largest of its alpha vectors.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Beliefs that can be reached from the start, with bounds of their values: where the search of interval.hpp
 // walks.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Bounds of a small model's values that need no search (Hauskrecht, "Value-function approximations for
 // partially observable Markov decision processes", JAIR 2000).
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An enumerated model as JSON lines, for programs that read it.
 //
 //   {"type":"model", "name", "hash", "policy_hash" (`model_hash`, which files of policies begin with),

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // From a model to its matrices: all states that can be reached, breadth first, and all that can happen there.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ties a model's type to the exact solver: what a generated exact.cpp includes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A small model as sparse matrices: every state that can be reached, every outcome of every action.
 //
 // Knows no model's types; `enumerate` (enumerate.hpp) makes one from a generated model.

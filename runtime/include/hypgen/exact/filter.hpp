@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The exact belief: Bayes' rule over all states of an enumerated model.
 #pragma once
 

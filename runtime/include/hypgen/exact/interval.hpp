@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An interval that holds the value of the best policy of a small model.
 //
 // Heuristic search value iteration (HSVI2, Smith & Simmons, UAI 2005) between alpha vectors and the sawtooth

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A generated model as enumeration sees it: states and what is seen are words, and a step gives all outcomes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Episodes in which a policy acts on the exact belief, in the worlds that planners meet.
 #pragma once
 

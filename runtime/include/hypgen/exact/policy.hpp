@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Policies on the exact belief of a small model.
 #pragma once
 

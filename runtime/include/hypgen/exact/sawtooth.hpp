@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The upper bound of a class of states: a convex bound that holds everywhere, lowered by points.
 #pragma once
 

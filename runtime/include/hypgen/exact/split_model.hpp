@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An enumerated model class by class, in the order in which its solver walks through it.
 #pragma once
 

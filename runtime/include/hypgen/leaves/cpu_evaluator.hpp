@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Expands leaves on the host, each thread its own.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The data that the workers of an evaluator on the host share, and the memory of each worker.
 #pragma once
 

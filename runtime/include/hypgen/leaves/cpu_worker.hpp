@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Expands leaves on the host, for one thread of a search.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The interface of a model's code for GPUs. This header needs no CUDA header.
 #pragma once
 

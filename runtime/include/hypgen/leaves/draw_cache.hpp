@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The words of a search, each computed once.
 //
 // A search draws the same words again and again: they depend on scenario, step and site, not on the action or

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // What a state is worth at the least where the episode ends with the search's horizon.
 #pragma once
 

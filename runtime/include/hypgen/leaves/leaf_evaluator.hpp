@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The interface between the search, which knows no model, and an evaluator, which simulates the model.
 #pragma once
 

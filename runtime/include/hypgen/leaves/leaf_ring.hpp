@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Queues of leaves between the threads of a search and a device, without a lock.
 #pragma once
 

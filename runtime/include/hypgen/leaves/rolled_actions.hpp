@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The choice of the actions of a leaf that are rolled out: the same on every target, bit for bit.
 //
 // A rollout of the default policy costs far more than a step, and a trial goes on below one to three actions

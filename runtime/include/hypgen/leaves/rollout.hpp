@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The value of a scenario from a state on: the model's bounds and the default policy's return.
 #pragma once
 

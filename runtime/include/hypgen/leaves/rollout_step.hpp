@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One step of a rollout of the default policy: the same on every target.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Square roots, exponentials, logarithms and powers: the same bits on every host and device.
 //
 // Computed in double by a fixed sequence of IEEE + - * /, sqrt and floor, with exponents taken apart and put

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The normal law and the exponential law in double: the same bits on every host and device.
 //
 // `hypgen.dsl.float_normal` is the same sequence, operation by operation. The polynomials interpolate at

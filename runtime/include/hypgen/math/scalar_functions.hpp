@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The scalar functions of generated models: the same bits on every host and device.
 //
 // Float functions (exponentials.hpp, trigonometry.hpp, normal.hpp) are computed in double by a fixed sequence

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Trigonometric functions of floats: the same bits on every host and device.
 //
 // Computed in double by fixed sequences of IEEE + - * /, sqrt and floor and rounded once to float, like

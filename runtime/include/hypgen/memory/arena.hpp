@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory that is reserved once, handed out in order and given back all at once.
 #pragma once
 

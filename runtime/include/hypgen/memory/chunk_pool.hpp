@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Memory that several threads share: reserved once, taken in chunks, given back all at once.
 #pragma once
 

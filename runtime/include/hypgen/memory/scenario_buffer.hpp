@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Root states of a search, without their type.
 #pragma once
 

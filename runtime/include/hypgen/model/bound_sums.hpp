@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The results of comparing a model's bounds with returns.
 #pragma once
 

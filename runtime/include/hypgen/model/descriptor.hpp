@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The description of a model: names, params and counts, and the maker of the parts that know its types.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The base of a model whose default policy remembers nothing of the past.
 #pragma once
 

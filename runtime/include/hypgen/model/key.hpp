@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Observation keys: what the agent saw in a step, as words that are equal where it was the same.
 //
 // A model's `Key` is a std::uint64_t where all that can be seen has a number below 2^64, otherwise a WideKey.

@@ -1,8 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
 // The contract between a model and the runtime: all that the runtime reads and calls of a model.
 //
 // A model is a struct of types, constants and static functions. It has no globals, and its functions are
 // deterministic. hypgen generates one from each .pomdp file. `ModelContract` in model_contract.hpp checks at
-// compile time that a struct has the members below.
+// compile time that a struct has the members below. All are required but those that a section calls optional.
 //
 // Terms:
 // - A *variable* is one number of the model's state. A variable is *visible* if the agent knows its value
@@ -46,10 +47,11 @@
 //       // draws `next` given what was seen of it, and returns the likelihood of all that was seen;
 //       // 0: the key contradicts the state, or the step ends the episode
 //
-// Bounds on the discounted sum of rewards from a state on, in the rewards' unit.
+// Bounds on the discounted sum of rewards from a state on, in the rewards' unit. `lower` always exists, and
+// counts only if kHasLower.
 //   float upper(P, F, S);           // no policy earns more, even if it knows the state
 //   float tail(P, F, S);            // what the default policy is taken to earn beyond the depth limit
-//   float lower(P, F, S, H);        // read if kHasLower: what replaces a rollout of the default policy
+//   float lower(P, F, S, H);        // replaces a rollout of the default policy
 //   bool kHasLower;
 //   bool kLooksUpPolicy;            // optional; true: `lower` is a table of what the default policy earns,
 //                                   // and the model declares no lower bound
@@ -97,7 +99,8 @@
 //   int kStages;
 //   int kMaxWarps;                                           // more would find nothing to do
 //   void step_stage(int stage, P, F, S, int action, D&, State& next, Part);
-//       // one warp's updates of a stage; no other warp's updates of that stage read or write the same words
+//       // one warp's updates of a stage; before the first stage `next` equals the state. Within a stage no
+//       // warp reads or writes a word of `next` that another warp writes
 //   void step_rewards(P, F, S, int action, D&, S next, Part, std::int64_t& sum, bool& error);
 //       // adds one warp's reward terms in fixed point, not saturated; `error` becomes true for a NaN
 //   StepResult step_end(P, F, S, int action, D&, S next, std::int64_t sum, bool error);

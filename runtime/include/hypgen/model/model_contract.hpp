@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The compile-time check of the contract in model.hpp. A solver, the exact solver and a GPU's part each check
 // the model that they are made of, so that a text names what is missing.
 #pragma once

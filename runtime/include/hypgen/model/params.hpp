@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Parameter files: JSON objects that set a model's params.
 #pragma once
 

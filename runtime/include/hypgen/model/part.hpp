@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The share of a step that one warp of a block takes.
 #pragma once
 

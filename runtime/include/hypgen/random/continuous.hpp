@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Continuous laws: a draw from one word, the probability below a value, and the bins of a range.
 #pragma once
 

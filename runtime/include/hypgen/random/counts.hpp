@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Laws of counts: masses of 0, 1, 2, .. that follow from one another, searched from the lowest count up.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Values from random words, and the probability of each value: by inverse CDF over 2^32 words.
 //
 // Generated models draw and weigh by these. A density counts the words that give a value, so that sampler

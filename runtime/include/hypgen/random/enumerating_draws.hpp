@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A draw source that gives every outcome, one after the other, with its probability.
 //
 // What becomes of a random word is decided by comparing it. So a word may stand for an interval of words: a

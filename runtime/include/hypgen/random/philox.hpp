@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random words as a function of names: Philox4x32-10 (Salmon et al., SC 2011) and the streams derived from a
 // seed.
 #pragma once

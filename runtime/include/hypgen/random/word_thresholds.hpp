@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Probabilities as numbers of 32-bit words.
 #pragma once
 

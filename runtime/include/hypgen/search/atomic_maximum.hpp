@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Scans of contiguous numbers that other threads may change meanwhile.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The options and the result of a planner.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Numbers that several threads move without a lock. Each move is one successful compare-exchange. The thread
 // that made the move knows the difference and passes it on. All accesses are sequentially consistent.
 #pragma once

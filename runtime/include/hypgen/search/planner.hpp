@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The planner: chooses an action for a belief.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Tree search by one thread or several.
 #pragma once
 

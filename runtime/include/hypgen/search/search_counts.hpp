@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A thread's counts in a search. Other threads may read them while it goes on.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One of the threads that search a tree.
 #pragma once
 

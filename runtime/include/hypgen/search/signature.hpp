@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A hash of search trees, to show that two searches were the same, bit for bit.
 #pragma once
 

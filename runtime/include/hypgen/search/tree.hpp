@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The sparse belief tree of a search and its bounds.
 //
 // Every value is a share of the root's value: the mean over the node's scenarios times w(b) = |Phi_b| / K *

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The invariants of a search tree that no thread is in, for tests.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The data of a search tree, and how its threads share it.
 //
 // A thread makes an object in a ChunkPool and publishes it by one atomic store or compare-exchange. Published

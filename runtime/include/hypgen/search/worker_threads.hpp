@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Threads that help with one piece of work at a time and sleep in between.
 #pragma once
 

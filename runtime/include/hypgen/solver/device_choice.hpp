@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // On what a solver plans: the CPU, or a GPU if it has one.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The run as JSON lines, version 1: a header, a line a step, a line an episode, a summary.
 #pragma once
 

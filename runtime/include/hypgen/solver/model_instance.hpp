@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Ties a model's type to the runtime: what a generated main file includes.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Samples a model's bounds: what --check-bounds runs.
 //
 // At beliefs met along episodes, what the default policy earns from there is compared with the bounds there:

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random walks through a model, each folded into one number: how billions of steps are compared between the
 // host and a device, or between ways of running a step.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Digests of many random walks at once, and where two ways of walking part.
 #pragma once
 

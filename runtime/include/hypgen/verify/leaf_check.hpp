@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Two evaluators of one model side by side: do they give the same rows?
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // A step done as the warps of a block do it, one warp after the other on the host: the check that nothing
 // depends on their order, where there is no GPU to race on.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Whether a solver computes the same however and wherever it does: what --selftest runs.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Random walks through a model with everything that it computes on the way, for differential tests.
 #pragma once
 

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``check --samples``: one model for each kind of finding, word for word, and none in models that are right.
+
+HYPGEN_UPDATE=1 rewrites the expected texts; review the difference.
+"""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.paths import ROOT
+
+from hypgen.dsl import ir
+from hypgen.dsl.interpret.evaluate.distributions import Evaluator
+from hypgen.dsl.interpret.evaluate.values import Array, Frame
+from hypgen.dsl.interpret.sampling.findings import Finding
+from hypgen.dsl.interpret.sampling.sample_laws import check_densities, check_returns
+from hypgen.dsl.interpret.sampling.sample_model import Walk
+from hypgen.dsl.load import load
+
+MODELS = sorted((Path(__file__).parent / "findings").glob("*.pomdp"))
+SLOW = {"crowd_driving", "laser_tag", "pocman"}  # more than a minute each
+RIGHT = [
+    *(path for path in (ROOT / "examples").glob("*.pomdp") if path.stem not in SLOW),
+    *(ROOT / "tests" / "differential" / "models" / f"{n}.pomdp" for n in ("draws", "wide_key")),
+]
+# Whatever the number of samples, to check the others' laws takes seconds.
+QUICK = [path for path in RIGHT if path.stem not in ("draws", "light_dark", "two_robot_rock_sample")]
+
+
+def quiet(phase: str, done: int, total: int) -> None:
+    """Show no progress."""
+
+
+def sample(path: Path, samples: int, seed: int = 0) -> list[Finding]:
+    walk = Walk(load(path).model, samples, seed)
+    walk.run(quiet)
+    check_densities(walk, quiet)
+    check_returns(walk, quiet)
+    assert walk.visited == samples
+    return walk.findings
+
+
+@pytest.mark.parametrize("path", MODELS, ids=lambda p: p.stem)
+def test_the_finding_is_told_word_for_word(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(path.parent)
+    sources = load(path.name).sources
+    found = sample(Path(path.name), 2000)
+    assert {f.diagnostic.code.lower() for f in found} == {path.stem.split("_")[0]}
+    text = "\n".join(f.render(sources) for f in found)
+    expected = path.with_suffix(".expected")
+    if os.environ.get("HYPGEN_UPDATE"):
+        expected.write_text(text)
+    assert text == expected.read_text()
+
+
+@pytest.mark.parametrize("path", sorted(QUICK), ids=lambda p: p.stem)
+def test_nothing_is_found_in_a_model_that_is_right(path: Path) -> None:
+    assert [f.diagnostic.message for f in sample(path, 200)] == []
+
+
+@pytest.mark.property
+@pytest.mark.parametrize("path", sorted(RIGHT), ids=lambda p: p.stem)
+def test_nothing_is_found_in_many_samples_of_a_model_that_is_right(path: Path) -> None:
+    assert [f.diagnostic.message for f in sample(path, 3000)] == []
+
+
+def test_the_same_seed_finds_the_same() -> None:
+    path = MODELS[0]
+    first, again, other = (sample(path, 500, seed) for seed in (1, 1, 2))
+    assert [f.to_json() for f in first] == [f.to_json() for f in again]
+    assert [f.count for f in first] != [f.count for f in other]
+
+
+@pytest.mark.parametrize("bias", [0.9, 0.0])
+def test_a_density_that_the_sampler_does_not_follow_is_found(
+    bias: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    density = Evaluator.density
+
+    def biased(self: Evaluator, dist: ir.Dist, frame: Frame, value: Array) -> Array:
+        found = density(self, dist, frame, value)
+        return np.where(
+            value == 0, bias * found, found + (1 - bias) * density(self, dist, frame, np.asarray(0))
+        )
+
+    monkeypatch.setattr(Evaluator, "density", biased)
+    found = sample(ROOT / "examples" / "tiger.pomdp", 500)
+    assert [f.diagnostic.code for f in found] == ["C0401"]
+    message = found[0].diagnostic.message
+    assert ("its density is 0" if bias == 0.0 else "chi-square") in message
+
+
+def test_what_was_found_before_an_interrupt_is_kept() -> None:
+    def interrupt(phase: str, done: int, total: int) -> None:
+        raise KeyboardInterrupt
+
+    walk = Walk(load(MODELS[0]).model, 100_000, 0)
+    with pytest.raises(KeyboardInterrupt):
+        walk.run(interrupt)
+    assert 0 < walk.visited < 100_000

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the parser says of mistakes; the corpus (test_error_index.py) has one of each kind, word for word."""
+
+import pytest
+
+from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
+from hypgen.dsl.messages.source import Source
+from hypgen.dsl.syntax.parse import parse, parse_expression
+
+
+def mistakes(text: str) -> tuple[Diagnostic, ...]:
+    with pytest.raises(ModelError) as caught:
+        parse(Source("m.pomdp", text))
+    return caught.value.diagnostics
+
+
+def model(line: str) -> str:
+    """Put ``line`` on the second line of a model."""
+    return f"model M\n{line}\n"
+
+
+def test_a_large_integer_is_cut_from_no_message() -> None:
+    (found,) = mistakes(model(f"horizon {'9' * 5000}"))
+    assert found.span is not None and "32 bits" in found.remedy
+    assert (found.code, found.span.line, found.span.column, found.span.end_column) == ("E0136", 2, 9, 5009)
+
+
+def test_expected_is_in_the_authors_words() -> None:
+    (found,) = mistakes(model("reward r ="))
+    assert found.message == "the file ends too early: expected an expression"
+    (found,) = mistakes('instance i "a" {}')
+    assert found.message == "expected 'of'; found the text \"a\""
+    (found,) = mistakes(model("reward r = (a)b"))
+    assert found.message == "expected an operator or a declaration; found the name 'b'"
+
+
+def test_unclosed_bracket_notes_what_comes_instead() -> None:
+    (found,) = mistakes("model M\nelement e {\nterminal when a")
+    ((span, text),) = found.notes
+    assert (span.line, span.column, text) == (3, 1, "something else starts here")
+    (found,) = mistakes(model("reward r = (1 + 2]"))
+    ((span, text),) = found.notes
+    assert (span.line, span.column, text) == (2, 12, "opened here")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "+".join("x" * 300),
+        "-" * 300 + "x",
+        "if a then b else " * 300 + "x",
+        "x" + "'" * 300,
+        "f(" * 300 + "x" + ")" * 300,
+    ],
+    ids=["sum", "unary", "if", "prime", "call"],
+)
+def test_deep_nesting_is_a_diagnostic(text: str) -> None:
+    with pytest.raises(ModelError) as caught:
+        parse_expression(Source("e", text))
+    assert [d.code for d in caught.value.diagnostics] == ["E0135"]
+
+
+def test_parentheses_alone_are_no_depth() -> None:
+    parse_expression(Source("e", "(" * 5000 + "x" + ")" * 5000))
+
+
+@pytest.mark.parametrize("text", ["(" * 5000, ")" * 5000, "[" * 5000 + "x", "\x00", "é", "\\"])
+def test_garbage_is_a_diagnostic(text: str) -> None:
+    with pytest.raises(ModelError):
+        parse_expression(Source("e", text))
+
+
+def test_a_unit_that_does_not_end_is_a_mistake_and_not_a_crash() -> None:
+    with pytest.raises(ModelError) as caught:
+        parse(Source("m.pomdp", "model M\nconst a: float<1 m> = 2.0\n"))
+    assert "expected '>'" in caught.value.diagnostics[0].message
