@@ -37,7 +37,7 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
     Decision stage;
     search_.run(*evaluator_, next, setup_, root_actions_, stage);
     const bool has_looked_ahead = stage.expansions > 1 && !is_failure(stage.status);
-    stage.action = has_looked_ahead ? search_.best_action(next.default_action) : decision.action;
+    stage.action = has_looked_ahead ? improved_action(root.default_action) : decision.action;
     stage.looked = has_looked_ahead ? Looked::kTree : decision.looked;
     if (has_looked_ahead) stage.scenarios = count;
     if (options_.signature && stage.late_threads == 0) stage.signature = search_.tree().signature(0);
@@ -47,6 +47,22 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
     count = std::min(2 * count, options_.scenarios);
   }
   if (decision.status == Status::kOk) decision.status = Status::kDeadline;
+}
+
+// The best action by its gain in the comparison and what the tree has added to it. The tree's own one-ply returns
+// are not used: the comparison has more scenarios, and its noise is known.
+int Planner::improved_action(int default_action) const {
+  const double own = search_.improvement(default_action);
+  int action = default_action;
+  double best = 0.0;
+  for (const Candidate& candidate : candidates_) {
+    if (candidate.action == default_action) continue;
+    const double gain = candidate.mean() + search_.improvement(candidate.action) - own;
+    if (gain <= options_.gain_errors * candidate.standard_error() || gain <= best) continue;
+    best = gain;
+    action = candidate.action;
+  }
+  return action;
 }
 
 // The compared actions that are left, with the default policy's; all actions where no more than those were

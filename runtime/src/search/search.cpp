@@ -68,6 +68,17 @@ void Search::add_leaf_sizes(std::vector<std::uint64_t>& leaf_sizes) {
   }
 }
 
+double Search::improvement(int action) const {
+  const Node& root = shared_.tree.root();
+  const Expansion* const expansion = root.expanded();
+  for (std::uint32_t i = 0; expansion != nullptr && i < expansion->action_count; ++i) {
+    if (expansion->rows[i].action == action) {
+      return shared_.tree.action_lower(root, i) - shared_.tree.first_lower(root, i);
+    }
+  }
+  return 0.0;
+}
+
 int Search::best_action(int default_action) const {
   const Node& root = shared_.tree.root();
   if (shared_.tree.keeps_values()) {

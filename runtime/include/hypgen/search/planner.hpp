@@ -80,6 +80,7 @@ class Planner {
   void compare_actions(const Belief& belief, StreamKey key, Clock::time_point end, std::size_t survivors,
                        Decision& decision);
   int compared_action(int default_action) const;
+  int improved_action(int default_action) const;
   Status evaluate(const LeafRequest& request, LeafResult& result);
   bool sample_gains(const Belief& belief, StreamKey key, Clock::time_point end, Decision& decision);
   std::size_t batch_until(Clock::time_point end) const;

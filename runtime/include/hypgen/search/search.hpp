@@ -32,6 +32,10 @@ class Search {
   // actions of the same bound, and before all actions whose bound is no better than the default policy's.
   int best_action(int default_action) const;
 
+  // What looking further ahead has added to the lower bound of a root's action since its expansion, as a mean of
+  // the scenarios; 0 for an action that the root does not have.
+  double improvement(int action) const;
+
   std::size_t threads() const { return shared_.threads.size(); }
   const Tree& tree() const { return shared_.tree; }
 
