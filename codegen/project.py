@@ -12,13 +12,14 @@ from hypgen.codegen.belief.factor_functions import FactorFunctions
 from hypgen.codegen.belief.policy_memory import HistoryFunctions
 from hypgen.codegen.bounds.group_functions import GroupFunctions
 from hypgen.codegen.bounds.groups import Relaxation
+from hypgen.codegen.bounds.least_reward import least_reward
 from hypgen.codegen.bounds.relaxation import relax
 from hypgen.codegen.bounds.token_split import TeamFunctions
 from hypgen.codegen.cpp import template_data
 from hypgen.codegen.cpp.expressions import Context
 from hypgen.codegen.cpp.function_builder import Builder, origin
 from hypgen.codegen.cpp.key_codes import KeyLayout
-from hypgen.codegen.cpp.text import literal, scalar, stored
+from hypgen.codegen.cpp.text import float32, literal, scalar, stored
 from hypgen.codegen.cpp.value_types import enum_view, history_view, joint_view, record_view, words_view
 from hypgen.codegen.layout.history_layout import belief_reads, with_field_reads
 from hypgen.codegen.layout.naming import Names, base_name, file_stem, sites_of
@@ -157,12 +158,14 @@ def _policy_site(model: ir.Model) -> tuple[ir.Site, ...]:
 def _constants(model: ir.Model, relaxation: Relaxation) -> tuple[str, ...]:
     visible = sum(length_of(v.indices) for v in model.variables if v.visible)
     has_lower = model.lower is not None or relaxation.earned
+    least = least_reward(model)
     lines = [
         f"static constexpr int kActionCount = {model.action.count};",
         f"static constexpr int kVisibleCount = {visible};",
         f"static constexpr int kVariableCount = {sum(length_of(v.indices) for v in model.variables)};",
         f"static constexpr bool kHasLower = {'true' if has_lower else 'false'};",
         *([] if model.history.is_empty else ["static constexpr bool kHasHistory = true;"]),
+        *([] if least is None else [f"static constexpr float kLeastReward = {float32(least)};"]),
         f"using Key = {KeyLayout(model.key).type};",
     ]
     return tuple(lines)

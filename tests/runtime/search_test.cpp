@@ -127,7 +127,7 @@ TEST(Search, TakesNoLeafAfterTheDeadline) {
   setup.deadline = Clock::now();
   Search search(options, {options.memory_bytes, options.depth, 0.95, 0.0});
   Decision decision;
-  search.run(*evaluator, root, setup, decision);
+  search.run(*evaluator, root, setup, {}, decision);
   EXPECT_EQ(decision.status, Status::kDeadline);
   EXPECT_EQ(decision.expansions, 0U);
 }
@@ -147,7 +147,7 @@ TEST(Search, BoundsAreSumsOfThoseBelow) {
       solver.belief->sample(setup.key, 0, options.scenarios, scenarios);
       Search search(options, {options.memory_bytes, options.depth, 0.95, pruning, 1, exploration > 0.0});
       Decision decision;
-      search.run(*evaluator, evaluator->begin_search(scenarios, setup), setup, decision);
+      search.run(*evaluator, evaluator->begin_search(scenarios, setup), setup, {}, decision);
       EXPECT_EQ(decision.status, Status::kTrialLimit);
       EXPECT_EQ(tree_fault(search.tree(), false), "");
     }

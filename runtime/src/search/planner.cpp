@@ -10,8 +10,8 @@ namespace hypgen {
 
 namespace {
 
-// Rollout mode times its first rollouts with so many scenarios, where time is limited.
-constexpr std::size_t kProbeScenarios = 16;
+// The first look at the time of a rollout takes so many scenarios, where time is limited.
+constexpr std::size_t kProbeScenarios = 4;
 
 Clock::time_point deadline_after(double seconds) {
   const Clock::time_point now = Clock::now();
@@ -70,6 +70,7 @@ Planner::Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor
       leaf_sizes_(options.scenarios + 1) {
   candidates_.reserve(static_cast<std::size_t>(model.action_count));
   actions_.reserve(static_cast<std::size_t>(model.action_count));
+  root_actions_.reserve(static_cast<std::size_t>(model.action_count) + 1);
 }
 
 void Planner::prepare(const Belief& belief) { belief.reserve(scenarios_, options_.scenarios); }
@@ -106,7 +107,8 @@ void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decisio
     decision.status = Status::kDeviceLost;
     return;
   }
-  const bool probes = options_.mode == Mode::kRollout && setup_.deadline != Clock::time_point::max();
+  const bool is_timed = setup_.deadline != Clock::time_point::max();
+  const bool probes = is_timed && options_.mode != Mode::kPomcp;
   const std::size_t count = probes ? std::min(options_.scenarios, kProbeScenarios) : options_.scenarios;
   belief.sample(key, 0, count, scenarios_);
   const Clock::time_point sampled = Clock::now();
@@ -114,14 +116,16 @@ void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decisio
   const RootResult root = evaluator_->begin_search(scenarios_, setup_);
   decision.status = root.status;
   sampled_ = count;
-  rollout_seconds_ =
-      std::chrono::duration<double>(Clock::now() - sampled).count() / static_cast<double>(count);
+  note_rollouts(Clock::now() - sampled, count);
   if (root.status != Status::kOk) return;
   const double share = 1.0 / root.row.count;
   decision.lower = share * from_fixed_sum(root.row.lower_sum);
   decision.upper = share * from_fixed_sum(root.row.upper_sum);
+  root_actions_.clear();
   if (options_.mode == Mode::kRollout) {
     plan_rollout(belief, key, decision, root);
+  } else if (probes) {
+    plan_anytime(belief, key, decision, root);
   } else {
     plan_tree(decision, root);
   }
@@ -150,9 +154,19 @@ EvaluatorStats Planner::evaluator_stats() {
 }
 
 void Planner::plan_tree(Decision& decision, const RootResult& root) {
-  search_.run(*evaluator_, root, setup_, decision);
+  search_.run(*evaluator_, root, setup_, root_actions_, decision);
   if (options_.signature && decision.late_threads == 0) decision.signature = search_.tree().signature(0);
-  if (!is_failure(decision.status)) decision.action = search_.best_action(root.default_action);
+  if (is_failure(decision.status)) return;
+  decision.action = search_.best_action(root.default_action);
+  if (decision.expansions == 0) return;
+  decision.looked = Looked::kTree;
+  decision.scenarios = options_.scenarios;
+}
+
+// Takes in how long so many rollouts took. Fewer than the evaluator has lanes take as long as that many.
+void Planner::note_rollouts(Clock::duration time, std::size_t count) {
+  const double filled = static_cast<double>(std::max(count, evaluator_->lanes()));
+  rollout_seconds_ = std::chrono::duration<double>(time).count() / filled;
 }
 
 Status Planner::evaluate(const LeafRequest& request, LeafResult& result) {

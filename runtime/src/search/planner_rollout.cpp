@@ -17,31 +17,44 @@ double Planner::Candidate::standard_error() const {
 }
 
 void Planner::plan_rollout(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root) {
-  candidates_.clear();
-  actions_.clear();
-  const Clock::time_point start = Clock::now();
-  const bool timed = setup_.deadline != Clock::time_point::max();
-  const Clock::duration whole = setup_.deadline - start;
-  bool going = sample_gains(belief, key, timed ? start + whole / 8 : setup_.deadline, decision);
-  const int rounds = static_cast<int>(std::ceil(std::log2(static_cast<double>(candidates_.size() + 1))));
-  for (int round = 1; round <= rounds && going; ++round) {
-    const double share = static_cast<double>(round) / rounds;
-    const auto time = std::chrono::duration_cast<Clock::duration>(whole * share);
-    const Clock::time_point end = timed ? start + time : setup_.deadline;
-    const auto trials = static_cast<double>(options_.trial_limit) * share;
-    while (going && static_cast<double>(decision.trials) < trials && Clock::now() < end) {
-      going = sample_gains(belief, key, end, decision);
-    }
-    if (going && round < rounds) halve();
-  }
+  compare_actions(belief, key, setup_.deadline, 1, decision);
   if (decision.status == Status::kOk) {
     decision.status = decision.trials >= options_.trial_limit ? Status::kTrialLimit : Status::kDeadline;
   }
   decision.nodes = decision.expansions;
-  if (candidates_.empty() || decision.status == Status::kModelNan) return;
+  if (decision.status != Status::kModelNan) decision.action = compared_action(root.default_action);
+}
+
+// Samples the actions' gains until `end`, on common random numbers. Each round keeps the better half, as long
+// as more than `survivors` are left; the rounds share the time, or the trials, equally.
+void Planner::compare_actions(const Belief& belief, StreamKey key, Clock::time_point end,
+                              std::size_t survivors, Decision& decision) {
+  candidates_.clear();
+  actions_.clear();
+  const Clock::time_point start = Clock::now();
+  const bool timed = end != Clock::time_point::max();
+  const Clock::duration whole = end - start;
+  bool going = sample_gains(belief, key, timed ? start + whole / 8 : end, decision);
+  const double most = static_cast<double>(candidates_.size() + 1) / static_cast<double>(survivors);
+  const int rounds = std::max(1, static_cast<int>(std::ceil(std::log2(most))));
+  for (int round = 1; round <= rounds && going; ++round) {
+    const double share = static_cast<double>(round) / rounds;
+    const auto time = std::chrono::duration_cast<Clock::duration>(whole * share);
+    const Clock::time_point round_end = timed ? start + time : end;
+    const auto trials = static_cast<double>(options_.trial_limit) * share;
+    while (going && static_cast<double>(decision.trials) < trials && Clock::now() < round_end) {
+      going = sample_gains(belief, key, round_end, decision);
+    }
+    if (going && round < rounds && candidates_.size() > survivors) halve();
+  }
+}
+
+// The best of the compared actions, if its gain is larger than chance makes it; otherwise the default's.
+int Planner::compared_action(int default_action) const {
+  if (candidates_.empty()) return default_action;
   const Candidate& best = best_candidate();
   const bool significant = best.gain > 0.0 && best.mean() > options_.gain_errors * best.standard_error();
-  decision.action = significant ? best.action : root.default_action;
+  return significant ? best.action : default_action;
 }
 
 // The scenarios of the next batch: about two such batches fit before `end`.
@@ -75,13 +88,13 @@ bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_poin
   counts.add_expansion(leaf, 0);
   counts.add_to(decision);
   ++leaf_sizes_[leaf.count];
-  take_gains(leaf);
-  const double rollouts = static_cast<double>(batch) * static_cast<double>(leaf.actions.size() + 1);
-  rollout_seconds_ = std::chrono::duration<double>(Clock::now() - start).count() / rollouts;
+  take_gains(leaf, decision);
+  note_rollouts(Clock::now() - start, batch * (leaf.actions.size() + 1));
   return true;
 }
 
-void Planner::take_gains(const LeafResult& leaf) {
+void Planner::take_gains(const LeafResult& leaf, Decision& decision) {
+  decision.looked = Looked::kOneStep;
   if (candidates_.empty()) {
     for (const ActionRow& row : leaf.actions) {
       candidates_.emplace_back().action = row.action;

@@ -28,9 +28,9 @@ Search::Search(const PlannerOptions& options, const TreeOptions& tree)
 }
 
 void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchSetup& setup,
-                 Decision& decision) {
+                 Span<const int> actions, Decision& decision) {
   const Clock::time_point start_time = Clock::now();
-  shared_.begin(evaluator, root, setup);
+  shared_.begin(evaluator, root, setup, actions);
   const bool is_alone = workers_.size() == 0 || shared_.is_stopped();
   if (!is_alone) workers_.start();
   shared_.run_thread(0);
@@ -66,6 +66,17 @@ void Search::add_leaf_sizes(std::vector<std::uint64_t>& leaf_sizes) {
   for (const auto& thread : shared_.threads) {
     for (std::size_t i = 0; i < leaf_sizes.size(); ++i) leaf_sizes[i] += thread->leaf_sizes()[i];
   }
+}
+
+double Search::improvement(int action) const {
+  const Node& root = shared_.tree.root();
+  const Expansion* const expansion = root.expanded();
+  for (std::uint32_t i = 0; expansion != nullptr && i < expansion->action_count; ++i) {
+    if (expansion->rows[i].action == action) {
+      return shared_.tree.action_lower(root, i) - shared_.tree.first_lower(root, i);
+    }
+  }
+  return 0.0;
 }
 
 int Search::best_action(int default_action) const {

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 
+#include "hypgen/leaves/rolled_actions.hpp"
+
 namespace hypgen {
 
 namespace {
@@ -27,7 +29,8 @@ bool is_grave(Status status) { return is_failure(status) || status == Status::kD
 }  // namespace
 
 void SharedSearch::begin(LeafEvaluator& leaf_evaluator, const RootResult& root,
-                         const SearchSetup& search_setup) {
+                         const SearchSetup& search_setup, Span<const int> actions) {
+  root_actions = actions;
   evaluator = &leaf_evaluator;
   setup = search_setup;
   status = Status::kOk;
@@ -348,10 +351,19 @@ LeafRequest SearchThread::request(const Node& node) const {
   request.first = node.child->first;
   request.count = node.child->count;
   request.depth = node.depth;
+  const PlannerOptions& options = shared_.options;
+  if (options.mode != Mode::kPomcp) request.rolled = options.rolled;  // POMCP ranks actions by their rollouts
   if (node.parent != nullptr) {
     const Expansion& above = *node.parent->expanded();
+    const ActionRow& row = above.rows[node.action];
     request.parent = above.handle;
-    request.action = above.rows[node.action].action;
+    request.action = row.action;
+    request.lower_sum = above.child_rows[row.first_child + (node.child - node.table->children())].lower_sum;
+    return request;
+  }
+  request.actions = shared_.root_actions;
+  if (request.rolled != kRollsAll) {
+    request.rolled = std::max(request.rolled, options.rolled_at_root);
   }
   return request;
 }

@@ -7,6 +7,18 @@ namespace hypgen {
 
 namespace {
 
+const char* looked_name(Looked looked) {
+  switch (looked) {
+    case Looked::kNowhere:
+      return "nowhere";
+    case Looked::kOneStep:
+      return "one_step";
+    case Looked::kTree:
+      return "tree";
+  }
+  return "unknown";
+}
+
 constexpr int kVersion = 1;
 
 using Json = nlohmann::ordered_json;
@@ -86,6 +98,8 @@ void JsonLines::write(const StepRecord& step) {
                {"status", status_name(decision.status)},
                {"lower", decision.lower},
                {"upper", decision.upper},
+               {"looked", looked_name(decision.looked)},
+               {"scenarios", decision.scenarios},
                {"trials", decision.trials},
                {"expansions", decision.expansions},
                {"nodes", decision.nodes},

@@ -167,6 +167,11 @@ std::vector<Option> option_table(SolverOptions& options) {
       toggle("--require-gpu", "end with an error rather than plan on the CPU", options.require_gpu),
       integer("--scenarios", "K", "scenarios of a search, at most 16384 (500)", 1, 1 << 14,
               planner.scenarios),
+      integer(
+          "--rollouts", "M",
+          "actions of a leaf that are rolled out, besides the default policy's: those that promise most (3; "
+          "at the root 16 or more)",
+          1, 1 << 20, planner.rolled),
       integer("--depth", "D", "depth limit of a search (90)", 1, 10000, planner.depth),
       number("--xi", "RATIO", "gap that a trial aims at, relative to the root's (0.95)", 0.0, 1.0,
              planner.target_ratio),

@@ -57,6 +57,29 @@ std::string thread_row(const RunTotals& totals) {
                             late);
 }
 
+// How the steps were decided, and what to do where there was no time to look ahead.
+std::string decided_rows(const RunTotals& totals) {
+  const std::uint64_t steps = totals.seconds.size(), blind = steps - totals.trees - totals.compared;
+  const auto count = [](std::uint64_t number) { return static_cast<unsigned long long>(number); };
+  const double scenarios =
+      totals.trees > 0 ? static_cast<double>(totals.tree_scenarios) / static_cast<double>(totals.trees) : 0.0;
+  std::string text =
+      row("steps decided by", format("tree %llu, one-ply rollouts %llu, default policy %llu",
+                                     count(totals.trees), count(totals.compared), count(blind)));
+  if (totals.trees > 0) text += row("scenarios of a tree", format("mean %.1f", scenarios));
+  const auto nan = totals.plan_statuses.find(Status::kModelNan);
+  if (nan != totals.plan_statuses.end()) {
+    text += row("", format("%llu steps were not searched: a bound or reward of the model is NaN",
+                           count(nan->second)));
+  } else if (blind > 0) {
+    text += row("", format("%llu steps had no time for a single comparison: raise --time, or lower --depth",
+                           count(blind)));
+  } else if (2 * totals.trees < steps && totals.mode != "rollout") {
+    text += row("", "most steps had no time for a tree: raise --time, or lower --depth");
+  }
+  return text;
+}
+
 }  // namespace
 
 void RunTotals::add(const StepRecord& step) {
@@ -75,6 +98,9 @@ void RunTotals::add(const StepRecord& step) {
   simulations += decision.simulations;
   leaf_scenarios += decision.leaf_scenarios;
   late_searches += decision.late_threads > 0;
+  trees += decision.looked == Looked::kTree;
+  tree_scenarios += decision.looked == Looked::kTree ? decision.scenarios : 0;
+  compared += decision.looked == Looked::kOneStep;
   ++plan_statuses[decision.status];
   ++belief_statuses[step.belief_status];
   if (decision.signature != 0) {
@@ -107,6 +133,7 @@ std::string table(const RunTotals& totals, bool has_success, const std::vector<s
                                         totals.seconds.quantile(0.99), totals.seconds.largest()));
   text += row("mode", totals.mode);
   if (totals.belief_statuses.size() > 1) text += row("beliefs", counted(totals.belief_statuses));
+  if (totals.mode != "default") text += decided_rows(totals);
   if (totals.expansions > 0) {
     text += row("searches", counted(totals.plan_statuses));
     if (totals.threads > 1) text += thread_row(totals);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hypgen/core/status.hpp"
+#include "hypgen/leaves/rolled_actions.hpp"
 
 namespace hypgen {
 
@@ -22,6 +23,7 @@ struct Branch {
   std::uint32_t first = 0;
   std::uint32_t count = 0;
   int depth = 0;
+  std::int64_t lower_sum = INT64_MIN;
 };
 
 bool same_bytes(const void* a, const void* b, std::size_t size) {
@@ -96,6 +98,12 @@ class Growth {
     request.first = branch.first;
     request.count = branch.count;
     request.depth = branch.depth;
+    // All ways of rolling out: every action, one, and some, of which known bounds leave out more.
+    constexpr std::uint32_t kRolled[] = {kRollsAll, 1, 3};
+    if (branch.depth > 0) {
+      request.rolled = kRolled[(branch.first + static_cast<std::uint32_t>(branch.action)) % 3];
+      if (request.rolled == 3) request.lower_sum = branch.lower_sum;
+    }
     return request;
   }
 
@@ -143,6 +151,7 @@ class Growth {
         branch.first = child.first;
         branch.count = child.count;
         branch.depth = parent.depth + 1;
+        branch.lower_sum = child.lower_sum;
       }
     }
   }

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "hypgen/leaves/leaf_evaluator.hpp"
+#include "hypgen/leaves/rolled_actions.hpp"
 #include "hypgen/model/key.hpp"
 #include "hypgen/random/philox.hpp"
 
@@ -34,6 +35,8 @@ struct LeafTask {
   std::int32_t baseline;  // at the root: the default action, which gains are measured against; or -1
   std::uint32_t wanted;   // where its list of actions starts, or kAllLegal
   std::uint32_t wanted_count;
+  std::uint32_t rolled;    // how many actions are rolled out besides the default policy's, or kRollsAll
+  std::int64_t lower_sum;  // what is known of the leaf: an action that promises no more is not rolled out
 };
 
 // What the kernels find out about a leaf besides rows, written for the host by the last one.
@@ -73,6 +76,14 @@ enum LeafFlag : std::uint32_t {
   kFullFlag = 4,     // no room for the rows
 };
 
+// The passes of a batch over its leaves' actions and members. A rollout costs far more than a step, so the
+// first pass steps all actions, and the second rolls out those that `choose_rolled` has taken.
+enum class Pass { kFirstSteps, kRollouts };
+
+// Whether the second pass is needed: where a state's lower bound takes a rollout.
+template <class M>
+constexpr bool kHasRollouts = !M::kHasLower;
+
 // What stays the same for all batches of a search.
 struct SearchConstants {
   StreamKey key;
@@ -90,15 +101,19 @@ struct Batch {
   int max_actions;  // a leaf's list of actions has room for so many
   const typename M::Params* params;
   const float* discounts;
+  const float* floors;             // of states at the horizon, by steps that are left
   const typename M::Fixed* fixed;  // by scenario
   std::uint32_t* members;          // word-major within a node: scenarios, then each word of the states
   typename M::History* histories;  // by node
   const LeafTask* tasks;
   const std::int32_t* wanted;
-  std::int32_t* legal;         // [leaf][max_actions]
-  std::uint32_t* legal_count;  // by leaf; a baseline is in the list but not counted
-  std::uint32_t* flags;        // by leaf
-  std::uint32_t* next_item;    // how many items have been taken
+  std::int32_t* legal;          // [leaf][max_actions]
+  std::uint32_t* legal_count;   // by leaf; a baseline is in the list but not counted
+  std::uint32_t* flags;         // by leaf
+  std::uint32_t* rolled;        // [leaf][max_actions]: places in `legal` of the actions that are rolled out
+  std::uint32_t* rolled_count;  // by leaf
+  double* promises;             // [leaf][max_actions]
+  std::uint32_t* next_item;     // how many items have been taken, by pass
   std::uint32_t* leaves_done;
   unsigned long long* steps;  // simulated, of all batches
 
@@ -233,6 +248,12 @@ template <class M>
 __device__ inline std::uint32_t items_of(const Batch<M>& batch, int leaf) {
   const LeafTask& task = batch.tasks[leaf];
   return (batch.legal_count[leaf] + (task.baseline >= 0 ? 1 : 0)) * task.count;
+}
+
+// How many items of a leaf are rolled out: its rolled-out actions times its members.
+template <class M>
+__device__ inline std::uint32_t rolled_items_of(const Batch<M>& batch, int leaf) {
+  return batch.rolled_count[leaf] * batch.tasks[leaf].count;
 }
 
 }  // namespace hypgen::cuda

@@ -10,6 +10,7 @@
 
 #include "hypgen/cuda/sizes.cuh"
 #include "hypgen/cuda/slot.cuh"
+#include "hypgen/leaves/horizon_floors.hpp"
 #include "hypgen/leaves/leaf_ring.hpp"
 #include "hypgen/memory/arena.hpp"
 #include "hypgen/model/model.hpp"
@@ -81,6 +82,7 @@ class BatchDriver {
     root.count = nodes_[0].count;
     root.action = kNoStep;
     root.baseline = -1;
+    root.rolled = kRollsAll;
     slot.add(root, {&no_step, 1});
     if (!launch(slot) || !wait(slot, deadline)) return is_lost() ? Status::kDeviceLost : Status::kDeadline;
     result = result_of(slot, 0, 0);
@@ -210,8 +212,12 @@ class BatchDriver {
 
   bool fits(const Slot<M>& slot, const LeafRequest& request) const {
     const std::size_t actions = request.actions.empty() ? M::kActionCount : request.actions.size();
-    const std::size_t baseline = request.parent == kNoHandle ? 1 : 0;
+    const std::size_t baseline = has_gains(request) ? 1 : 0;
     return slot.fits(request.count, actions + baseline, !request.actions.empty(), item_limit_);
+  }
+
+  static bool has_gains(const LeafRequest& request) {
+    return request.parent == kNoHandle && request.rolled == kRollsAll;
   }
 
   // Makes the leaf's node, the root's being there already; false if there is no room.
@@ -220,7 +226,10 @@ class BatchDriver {
     task.action = request.action;
     task.depth = request.depth;
     task.parent = kNoParent;
-    task.baseline = baseline_;
+    task.baseline = has_gains(request) ? baseline_ : -1;
+    const bool has_floor = !common_.search.at_horizon || kHasLeastReward<M>;
+    task.rolled = has_floor ? request.rolled : kRollsAll;
+    task.lower_sum = request.lower_sum;
     if (request.parent == kNoHandle) return true;
     if (nodes_.size() >= sizes_.nodes || members_used_ + request.count > sizes_.members) return false;
     const NodeRecord parent = nodes_[request.parent];
@@ -267,12 +276,12 @@ class BatchDriver {
     result.handle = task.node;
     result.count = task.count;
     if (result.status != Status::kOk) return result;
-    const bool has_gains = task.baseline >= 0;
-    const RowLayout layout(outcome.action_count, has_gains, outcome.child_count);
+    const bool with_gains = task.baseline >= 0;
+    const RowLayout layout(outcome.action_count, with_gains, outcome.child_count);
     const RowLine* const run = common_.arena + outcome.first_line;
     result.actions = {reinterpret_cast<const ActionRow*>(run), outcome.action_count};
     result.children = {reinterpret_cast<const ChildRow*>(run + layout.children), outcome.child_count};
-    if (has_gains) {
+    if (with_gains) {
       result.gains = {reinterpret_cast<const Gain*>(run + layout.gains), outcome.action_count};
     }
     return result;

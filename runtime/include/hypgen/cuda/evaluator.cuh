@@ -12,6 +12,7 @@
 
 #include "hypgen/cuda/driver.cuh"
 #include "hypgen/cuda/sizes.cuh"
+#include "hypgen/leaves/horizon_floors.hpp"
 #include "hypgen/leaves/leaf_evaluator.hpp"
 #include "hypgen/leaves/leaf_ring.hpp"
 #include "hypgen/model/model.hpp"
@@ -45,6 +46,11 @@ class CudaEvaluator final : public LeafEvaluator {
   }
 
   std::size_t threads() const override { return rings_.threads(); }
+
+  // Lanes that share a multiprocessor slow each other down, so that half of what is resident is counted.
+  std::size_t lanes() const override {
+    return static_cast<std::size_t>(sizes_.launch.simulate_blocks) * kSimulateBlock / 2;
+  }
 
   RootResult begin_search(const ScenarioBuffer& root, const SearchSetup& setup) override {
     release();
@@ -132,6 +138,7 @@ class CudaEvaluator final : public LeafEvaluator {
            members_.allocate(sizes_.members * kMemberWords<M>, error) &&
            histories_.allocate(M::kHasHistory ? sizes_.nodes : 1, error) &&
            discounts_.allocate(static_cast<std::size_t>(options_.max_depth) + 1, error) &&
+           floors_.allocate(static_cast<std::size_t>(options_.max_depth) + 1, error) &&
            counters_.allocate(2, error) && out_steps_.allocate(1, error) &&
            staged_fixed_.allocate(scenarios, error) &&
            staged_members_.allocate(scenarios * kMemberWords<M>, error) &&
@@ -144,8 +151,12 @@ class CudaEvaluator final : public LeafEvaluator {
     for (int t = 0; t <= options_.max_depth; ++t, power *= options_.discount) {
       discounts.push_back(static_cast<float>(power));
     }
+    const std::vector<float> floors = horizon_floors<M>(options_.discount, options_.max_depth);
     *out_steps_.get() = 0;
     return worked(cudaMemcpy(discounts_.get(), discounts.data(), discounts.size() * sizeof(float),
+                             cudaMemcpyHostToDevice),
+                  "GPU", error) &&
+           worked(cudaMemcpy(floors_.get(), floors.data(), floors.size() * sizeof(float),
                              cudaMemcpyHostToDevice),
                   "GPU", error) &&
            worked(cudaMemcpy(device_params_.get(), params_.get(), sizeof(typename M::Params),
@@ -190,6 +201,7 @@ class CudaEvaluator final : public LeafEvaluator {
     batch.search = search;
     batch.params = device_params_.get();
     batch.discounts = discounts_.get();
+    batch.floors = floors_.get();
     batch.fixed = fixed_.get();
     batch.members = members_.get();
     batch.histories = histories_.get();
@@ -211,7 +223,7 @@ class CudaEvaluator final : public LeafEvaluator {
   DeviceArray<typename M::Fixed> fixed_;
   DeviceArray<std::uint32_t> members_;
   DeviceArray<typename M::History> histories_;
-  DeviceArray<float> discounts_;
+  DeviceArray<float> discounts_, floors_;
   DeviceArray<unsigned long long> counters_;  // lines of rows taken, steps simulated
   PinnedArray<RowLine> rows_;                 // of all leaves of the search
   PinnedArray<unsigned long long> out_steps_;

@@ -101,7 +101,7 @@ __global__ void __launch_bounds__(kBlock) gather(const __grid_constant__ Batch<M
   const int leaf = static_cast<int>(blockIdx.x);
   if (threadIdx.x == 0) {
     batch.flags[leaf] = 0;
-    if (leaf == 0) *batch.next_item = *batch.leaves_done = 0;
+    if (leaf == 0) batch.next_item[0] = batch.next_item[1] = *batch.leaves_done = 0;
   }
   __syncthreads();
   if (batch.tasks[leaf].parent != kNoParent) find_members(batch, leaf);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Second kernel of a batch: every action of every leaf over every member, and what follows from there.
+// The kernels of a batch that step: every action of every leaf over every member, and then the default policy
+// from there, for the actions that are rolled out.
 #pragma once
 
 #include "hypgen/cuda/batch.cuh"
@@ -32,11 +33,12 @@ struct Item {
   float total;
 };
 
-// The life of one lane's items.
-template <class M>
+// The life of one lane's items in a pass.
+template <class M, Pass pass>
 struct Lane {
   const Batch<M>& batch;
-  const LeafOffsets& offsets;
+  const LeafOffsets& offsets;  // of the pass's items
+  const LeafOffsets& results;  // of where results lie: the first pass's items
   Item<M> item{};
 
   __device__ const typename M::Fixed& fixed() const { return batch.fixed[item.member]; }
@@ -56,12 +58,15 @@ struct Lane {
     const LeafTask& task = batch.tasks[item.leaf];
     const std::uint32_t within = number - offsets.starts[item.leaf];
     const std::uint32_t i = within % task.count;
+    const std::size_t list = std::size_t(item.leaf) * batch.max_actions;
+    std::uint32_t place = within / task.count;
+    if (pass == Pass::kRollouts) place = batch.rolled[list + place];
     const std::uint32_t* const block = block_of<M>(batch.members, task.base);
-    item.number = number;
+    item.number = results.starts[item.leaf] + place * task.count + i;
     item.member = block[i];
     item.scenario = batch.search.first_scenario + item.member;
     item.depth = task.depth;
-    item.action = batch.legal[std::size_t(item.leaf) * batch.max_actions + within / task.count];
+    item.action = batch.legal[list + place];
     item.phase = Phase::kFirstStep;
     item.nan = false;
     item.state = load_state<M>(block, task.count, i);
@@ -84,7 +89,14 @@ struct Lane {
     return action;
   }
 
-  // Bounds the state that the item's first step led to.
+  // What a state is worth at the least that is not rolled out.
+  __device__ float floor() const {
+    const SearchConstants& search = batch.search;
+    return search.at_horizon ? batch.floors[search.depth_limit - item.depth]
+                             : M::tail(*batch.params, fixed(), item.state);
+  }
+
+  // The first pass: bounds the state that the item's first step led to.
   __device__ void bound(const StepResult& step, const typename M::Key& key) {
     const SearchConstants& search = batch.search;
     batch.rewards[item.number] = step.reward;
@@ -94,9 +106,23 @@ struct Lane {
     if (step.terminal || (search.at_horizon && item.depth >= search.depth_limit)) return finish(0.0F);
     const float upper = M::upper(*batch.params, fixed(), item.state);
     item.nan |= math::is_nan(upper);
-    batch.uppers[item.number] = math::to_fixed(upper);
+    const std::int64_t most = math::to_fixed(upper);
+    batch.uppers[item.number] = most;
     if (M::kHasLower && item.depth < search.depth_limit) {
       return finish(M::lower(*batch.params, fixed(), item.state, item.history));
+    }
+    if (item.depth >= search.depth_limit) return finish(M::tail(*batch.params, fixed(), item.state));
+    if (batch.tasks[item.leaf].rolled == kRollsAll) return finish(0.0F);  // the second pass knows better
+    const float least = floor();
+    finish(least);
+    batch.lowers[item.number] = min(most, math::to_fixed(least));
+  }
+
+  // The second pass: what the default policy earns from there.
+  __device__ void begin_rollout(const StepResult& step) {
+    if (step.terminal || item.depth >= batch.search.depth_limit) {
+      item.phase = Phase::kIdle;  // the first pass knows all
+      return;
     }
     item.discount = batch.discounts;
     item.total = 0.0F;
@@ -104,20 +130,29 @@ struct Lane {
   }
 
   __device__ void after_first(const StepResult& step, PhiloxDraws& draws, const typename M::State& next) {
-    if (item.action == kNoStep) return bound({}, {});
-    item.nan = step.error;
+    constexpr bool kNeedsHistory = M::kHasHistory && (pass == Pass::kRollouts || M::kHasLower);
+    constexpr bool kNeedsKey = kNeedsHistory || pass == Pass::kFirstSteps;
+    StepResult found{};
     typename M::Key key{};
-    if (!step.terminal) {
-      key = M::observe(*batch.params, fixed(), item.state, item.action, draws, next);
-      if constexpr (M::kHasHistory) {
-        typename M::History after;
-        M::advance_history(*batch.params, fixed(), item.state, item.action, key, next, item.history, after);
-        item.history = after;
+    if (item.action != kNoStep) {
+      found = step;
+      item.nan = step.error;
+      if (kNeedsKey && !step.terminal) {
+        key = M::observe(*batch.params, fixed(), item.state, item.action, draws, next);
+        if constexpr (kNeedsHistory) {
+          typename M::History after;
+          M::advance_history(*batch.params, fixed(), item.state, item.action, key, next, item.history, after);
+          item.history = after;
+        }
       }
+      item.state = next;
+      ++item.depth;
     }
-    item.state = next;
-    ++item.depth;
-    bound(step, key);
+    if constexpr (pass == Pass::kFirstSteps) {
+      bound(found, key);
+    } else {
+      begin_rollout(found);
+    }
   }
 
   __device__ void after_rollout(const StepResult& step, PhiloxDraws& draws, int action,
@@ -156,10 +191,10 @@ struct Lane {
   }
 };
 
-// A warp's way through a batch's items.
-template <class M>
+// A warp's way through a pass's items.
+template <class M, Pass pass>
 struct WarpItems {
-  Lane<M>& lane;
+  Lane<M, pass>& lane;
   std::uint32_t count;  // of the batch's items
   bool exhausted = false;
   std::uint32_t taken = 0;  // steps, by this lane
@@ -173,7 +208,7 @@ struct WarpItems {
     if (exhausted) return;
     const unsigned rank = threadIdx.x % kWarp;
     std::uint32_t first = 0;
-    if (rank == 0) first = atomicAdd(lane.batch.next_item, __popc(idle));
+    if (rank == 0) first = atomicAdd(lane.batch.next_item + static_cast<int>(pass), __popc(idle));
     first = __shfl_sync(kAll, first, 0);
     exhausted = first + __popc(idle) >= count;
     const std::uint32_t number = first + __popc(idle & ((1U << rank) - 1));
@@ -227,27 +262,52 @@ struct WarpItems {
   }
 };
 
-template <class M>
+// Where the items of a pass begin, by leaf, and where their results lie.
+template <Pass pass>
+struct PassOffsets {
+  LeafOffsets results;
+  LeafOffsets rolled;
+
+  template <class M>
+  __device__ void fill(const Batch<M>& batch) {
+    results.fill(batch.leaves, [&](int leaf) { return items_of(batch, leaf); });
+    rolled.fill(batch.leaves, [&](int leaf) { return rolled_items_of(batch, leaf); });
+  }
+  __device__ const LeafOffsets& items() const { return rolled; }
+};
+
+template <>
+struct PassOffsets<Pass::kFirstSteps> {
+  LeafOffsets results;
+
+  template <class M>
+  __device__ void fill(const Batch<M>& batch) {
+    results.fill(batch.leaves, [&](int leaf) { return items_of(batch, leaf); });
+  }
+  __device__ const LeafOffsets& items() const { return results; }
+};
+
+template <class M, Pass pass>
 __global__ void __launch_bounds__(kSimulateBlock) simulate(const __grid_constant__ Batch<M> batch) {
-  __shared__ LeafOffsets offsets;
-  offsets.fill(batch.leaves, [&](int leaf) { return items_of(batch, leaf); });
-  Lane<M> lane{batch, offsets};
-  WarpItems<M>{lane, offsets.starts[batch.leaves]}.run();
+  __shared__ PassOffsets<pass> offsets;
+  offsets.fill(batch);
+  Lane<M, pass> lane{batch, offsets.items(), offsets.results};
+  WarpItems<M, pass>{lane, offsets.items().starts[batch.leaves]}.run();
 }
 
 // The same with blocks of several warps for 32 lanes: they share the elements of each step.
-template <class M>
+template <class M, Pass pass>
 __global__ void __launch_bounds__(kMostWarps* kWarp)
     simulate_together(const __grid_constant__ Batch<M> batch) {
   extern __shared__ __align__(16) unsigned char shared_memory[];
-  __shared__ LeafOffsets offsets;
+  __shared__ PassOffsets<pass> offsets;
   auto& shared = *reinterpret_cast<SharedSteps<M>*>(shared_memory);
   if (threadIdx.x == 0) shared.ended = false;
-  offsets.fill(batch.leaves, [&](int leaf) { return items_of(batch, leaf); });
+  offsets.fill(batch);
   if (threadIdx.x >= kWarp) return serve(shared, *batch.params, batch.search.key);
-  Lane<M> lane{batch, offsets};
+  Lane<M, pass> lane{batch, offsets.items(), offsets.results};
   const TogetherSteps<M> steps{shared, batch.search.key, lane.item.scenario, lane.item.depth};
-  WarpItems<M>{lane, offsets.starts[batch.leaves]}.run(steps);
+  WarpItems<M, pass>{lane, offsets.items().starts[batch.leaves]}.run(steps);
   steps.end();
 }
 

@@ -16,6 +16,8 @@ constexpr std::size_t kMostNodes = std::size_t{1} << 22;
 
 template <class M>
 struct DeviceSizes {
+  static constexpr Pass kLastPass = kHasRollouts<M> ? Pass::kRollouts : Pass::kFirstSteps;
+
   LaunchShape launch;
   std::size_t nodes = 0;
   std::size_t members = 0;  // of all nodes
@@ -32,7 +34,8 @@ struct DeviceSizes {
     if (!worked(cudaFuncSetAttribute(reduce<M>, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                      static_cast<int>(most)),
                 "shared memory", error) ||
-        !worked(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&simulating, simulate<M>, kSimulateBlock, 0),
+        !worked(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&simulating, simulate<M, kLastPass>,
+                                                              kSimulateBlock, 0),
                 "GPU", error) ||
         !worked(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&reducing, reduce<M>, kReduceBlock,
                                                               launch.table_bytes),
@@ -46,8 +49,12 @@ struct DeviceSizes {
       // A state that is too large for shared memory is stepped by single lanes.
       if (launch.together_bytes + sizeof(LeafOffsets) + 1024 <= properties.sharedMemPerBlockOptin) {
         launch.most_warps = std::min<int>(M::kMaxWarps, kMostWarps);
-        if (!worked(cudaFuncSetAttribute(simulate_together<M>, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                         static_cast<int>(launch.together_bytes)),
+        const auto bytes = static_cast<int>(launch.together_bytes);
+        if (!worked(cudaFuncSetAttribute(simulate_together<M, Pass::kFirstSteps>,
+                                         cudaFuncAttributeMaxDynamicSharedMemorySize, bytes),
+                    "shared memory", error) ||
+            !worked(cudaFuncSetAttribute(simulate_together<M, kLastPass>,
+                                         cudaFuncAttributeMaxDynamicSharedMemorySize, bytes),
                     "shared memory", error)) {
           return false;
         }

@@ -9,6 +9,7 @@
 
 #include "hypgen/core/span.hpp"
 #include "hypgen/cuda/batch.cuh"
+#include "hypgen/cuda/choose.cuh"
 #include "hypgen/cuda/gather.cuh"
 #include "hypgen/cuda/memory.cuh"
 #include "hypgen/cuda/reduce.cuh"
@@ -55,7 +56,8 @@ class Slot {
 
   // Of device memory, that a slot takes besides its items.
   static std::size_t bytes_but_items(const LaunchShape& shape) {
-    return kRows * (sizeof(ActionRow) + sizeof(std::int32_t)) + kMaxLeaves * sizeof(LeafTask) +
+    return kRows * (sizeof(ActionRow) + sizeof(std::int32_t)) +
+           kRolledRows * (sizeof(std::uint32_t) + sizeof(double)) + kMaxLeaves * sizeof(LeafTask) +
            kLeafWords * sizeof(std::uint32_t) + kWantedCapacity * sizeof(std::int32_t) + tables_bytes(shape);
   }
 
@@ -77,7 +79,8 @@ class Slot {
            rewards_.allocate(items, error) && uppers_.allocate(items, error) &&
            lowers_.allocate(items, error) && terminals_.allocate(items, error) &&
            child_rows_.allocate(items, error) && action_rows_.allocate(kRows, error) &&
-           legal_.allocate(kRows, error) && leaf_words_.allocate(kLeafWords, error) &&
+           legal_.allocate(kRows, error) && rolled_.allocate(kRolledRows, error) &&
+           promises_.allocate(kRolledRows, error) && leaf_words_.allocate(kLeafWords, error) &&
            (tables == 0 || tables_.allocate(tables, error)) && device_tasks_.allocate(kMaxLeaves, error) &&
            device_wanted_.allocate(kWantedCapacity, error) && tasks_.allocate(kMaxLeaves, error) &&
            wanted_.allocate(kWantedCapacity, error) && outcomes_.allocate(kMaxLeaves, error) &&
@@ -88,7 +91,7 @@ class Slot {
 
   bool empty() const { return leaves_ == 0; }
   int leaves() const { return leaves_; }
-  void reset() { leaves_ = 0, items_ = 0, units_ = 0, wanted_count_ = 0; }
+  void reset() { leaves_ = 0, items_ = 0, rolled_items_ = 0, units_ = 0, wanted_count_ = 0; }
 
   // Whether another leaf of so many members and candidate actions has room. The first one always has; more
   // than `most_items` are not taken with others.
@@ -110,6 +113,7 @@ class Slot {
     }
     const std::size_t candidates = actions.empty() ? M::kActionCount : actions.size();
     items_ += (candidates + (task.baseline >= 0 ? 1 : 0)) * task.count;
+    rolled_items_ += std::min<std::size_t>(std::size_t{task.rolled} + 1, candidates + 1) * task.count;
     units_ += candidates;
     tasks_[static_cast<std::size_t>(leaves_++)] = task;
   }
@@ -125,8 +129,11 @@ class Slot {
     batch.legal = legal_.get();
     batch.legal_count = leaf_words_.get();
     batch.flags = leaf_words_.get() + kMaxLeaves;
-    batch.next_item = leaf_words_.get() + 2 * kMaxLeaves;
-    batch.leaves_done = batch.next_item + 1;
+    batch.rolled_count = leaf_words_.get() + 2 * kMaxLeaves;
+    batch.next_item = leaf_words_.get() + 3 * kMaxLeaves;
+    batch.leaves_done = batch.next_item + 2;
+    batch.rolled = rolled_.get();
+    batch.promises = promises_.get();
     batch.keys = keys_.get();
     batch.rewards = rewards_.get();
     batch.uppers = uppers_.get();
@@ -147,7 +154,11 @@ class Slot {
     }
     cudaEventRecord(started_.get(), stream_);
     gather<M><<<leaves_, kBlock, 0, stream_>>>(batch);
-    launch_simulate(batch);
+    launch_simulate<Pass::kFirstSteps>(batch, items_);
+    if constexpr (kHasRollouts<M>) {
+      choose_rolled<M><<<leaves_, kBlock, 0, stream_>>>(batch);
+      launch_simulate<Pass::kRollouts>(batch, rolled_items_);
+    }
     reduce<M><<<blocks(units_, shape_.reduce_blocks), kReduceBlock, shape_.table_bytes, stream_>>>(
         batch, tables_.get(), shape_.table_capacity, shape_.table_stride());
     ship<M><<<leaves_, kBlock, 0, stream_>>>(batch);
@@ -192,7 +203,8 @@ class Slot {
  private:
   static constexpr std::uint64_t kPollsBetweenQueries = 1 << 14;
   static constexpr std::size_t kRows = std::size_t{kMaxLeaves} * kMaxActions;
-  static constexpr std::size_t kLeafWords = 2 * kMaxLeaves + 2;
+  static constexpr std::size_t kRolledRows = kHasRollouts<M> ? kRows : 1;
+  static constexpr std::size_t kLeafWords = 3 * kMaxLeaves + 3;
 
   // Of tables in device memory, where they do not fit shared memory.
   static std::size_t tables_bytes(const LaunchShape& shape) {
@@ -203,20 +215,24 @@ class Slot {
     return static_cast<unsigned>(std::clamp<std::size_t>(work, 1, static_cast<std::size_t>(most)));
   }
 
-  void launch_simulate(const Batch<M>& batch) {
+  // `items`: how many the pass has, at most.
+  template <Pass pass>
+  void launch_simulate(const Batch<M>& batch, std::size_t items) {
     if constexpr (M::kMaxWarps > 1) {
-      const int warps = warps_for(shape_, items_);
-      if (warps > 1) return launch_together(batch, warps);
+      const int warps = warps_for(shape_, items);
+      if (warps > 1) return launch_together<pass>(batch, items, warps);
     }
-    simulate<M><<<blocks((items_ + kSimulateBlock - 1) / kSimulateBlock, shape_.simulate_blocks),
-                  kSimulateBlock, 0, stream_>>>(batch);
+    simulate<M, pass><<<blocks((items + kSimulateBlock - 1) / kSimulateBlock, shape_.simulate_blocks),
+                        kSimulateBlock, 0, stream_>>>(batch);
   }
 
-  void launch_together(const Batch<M>& batch, int warps) {
+  template <Pass pass>
+  void launch_together(const Batch<M>& batch, std::size_t items, int warps) {
     constexpr int kResidentWarps = 64;  // a multiprocessor
     const int most = shape_.multiprocessors * kResidentWarps / warps;
-    simulate_together<M><<<blocks((items_ + kWarp - 1) / kWarp, most), static_cast<unsigned>(warps) * kWarp,
-                           shape_.together_bytes, stream_>>>(batch);
+    simulate_together<M, pass>
+        <<<blocks((items + kWarp - 1) / kWarp, most), static_cast<unsigned>(warps) * kWarp,
+           shape_.together_bytes, stream_>>>(batch);
   }
 
   bool clear(std::string& error) {
@@ -228,8 +244,9 @@ class Slot {
   cudaStream_t stream_ = nullptr;
   Event started_, ended_;
   int leaves_ = 0;
-  std::size_t items_ = 0;  // at most
-  std::size_t units_ = 0;  // of `reduce`, at most
+  std::size_t items_ = 0;         // at most
+  std::size_t rolled_items_ = 0;  // at most
+  std::size_t units_ = 0;         // of `reduce`, at most
   std::uint32_t wanted_count_ = 0;
   std::uint32_t number_ = 0;
   std::uint64_t polls_ = 0;
@@ -242,6 +259,8 @@ class Slot {
   DeviceArray<ChildRow> child_rows_;
   DeviceArray<ActionRow> action_rows_;
   DeviceArray<std::int32_t> legal_, device_wanted_;
+  DeviceArray<std::uint32_t> rolled_;
+  DeviceArray<double> promises_;
   DeviceArray<std::uint32_t> leaf_words_;
   DeviceArray<unsigned char> tables_;
   DeviceArray<LeafTask> device_tasks_;

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 #include "hypgen/leaves/cpu_scene.hpp"
 #include "hypgen/leaves/grouping.hpp"
+#include "hypgen/leaves/rolled_actions.hpp"
 #include "hypgen/memory/arena.hpp"
 #include "hypgen/model/model.hpp"
 
@@ -33,6 +35,9 @@ class CpuWorker {
         rollout_(params_, cache_, scene.options.discount, scene.options.max_depth),
         child_rows_(M::kActionCount * scene.options.max_scenarios) {
     legal_.reserve(M::kActionCount);
+    promises_.reserve(M::kActionCount);
+    rolled_.reserve(M::kActionCount + 1);
+    rolled_actions_.reserve(M::kActionCount);
     action_rows_.reserve(M::kActionCount);
     gains_.reserve(M::kActionCount);
     if (M::kHasHistory) {
@@ -106,6 +111,7 @@ class CpuWorker {
   // Makes the leaf's rows in action_rows_, child_rows_ and gains_, and keeps its node.
   Status evaluate(const LeafRequest& request, std::uint64_t& handle) {
     const bool is_root = request.parent == kNoHandle;
+    const bool rolls_all = request.rolled == kRollsAll || !rollout_.has_floor();
     const std::size_t count = is_root ? load(scene_.root) : find_members(request);
     if (count == 0 || count != request.count) return Status::kEvaluatorFailed;
     const Ref<Node> node = is_root ? scene_.root : keep(count);
@@ -115,18 +121,66 @@ class CpuWorker {
     action_rows_.clear();
     gains_.clear();
     child_rows_.reset();
-    if (is_root && !set_baseline(count)) return Status::kDeadline;
-    const std::size_t block = std::max<std::size_t>(1, outcomes_.size() / count);
-    for (std::size_t first = 0; first < legal_.size(); first += block) {
-      const Span<const int> actions(legal_.data() + first, std::min(block, legal_.size() - first));
-      if (!simulate(actions, count, request.depth)) return Status::kDeadline;
-      for (std::size_t a = 0; a < actions.size(); ++a) {
-        const Outcome* outcomes = outcomes_.data() + a * count;
-        reduce(actions[a], outcomes, count);
-        if (is_root) add_gain(outcomes, count);
-      }
+    const bool has_gains = is_root && request.rolled == kRollsAll;
+    if (has_gains && !set_baseline(count)) return Status::kDeadline;
+    const bool is_lazy = !rolls_all && rolls_out(request.depth + 1);
+    const auto add = [&](int action, const Outcome* outcomes) {
+      reduce(action, outcomes, count);
+      if (has_gains) add_gain(outcomes, count);
+    };
+    if (!simulate_blocks(legal_, count, request.depth, !is_lazy, add)) return Status::kDeadline;
+    if (is_lazy) {
+      choose_rolled(request);
+      std::size_t next = 0;
+      const auto raise = [&](int, const Outcome* outcomes) {
+        raise_lowers(rolled_[next++], outcomes, count);
+      };
+      if (!simulate_blocks(rolled_actions_, count, request.depth, true, raise)) return Status::kDeadline;
     }
     return rollout_.met_nan() ? Status::kModelNan : Status::kOk;
+  }
+
+  // Whether bounds of states at that depth take rollouts.
+  bool rolls_out(int depth) const { return !M::kHasLower && depth < scene_.setup.depth_limit; }
+
+  // Simulates as many of the actions at once as outcomes fit and gives each action's outcomes to `take`;
+  // false if the deadline has passed.
+  template <class Take>
+  bool simulate_blocks(const std::vector<int>& actions, std::size_t count, int depth, bool rolls, Take take) {
+    const std::size_t block = std::max<std::size_t>(1, outcomes_.size() / count);
+    for (std::size_t first = 0; first < actions.size(); first += block) {
+      const Span<const int> some(actions.data() + first, std::min(block, actions.size() - first));
+      if (!(rolls ? simulate<true>(some, count, depth) : simulate<false>(some, count, depth))) return false;
+      for (std::size_t a = 0; a < some.size(); ++a) take(some[a], outcomes_.data() + a * count);
+    }
+    return true;
+  }
+
+  // Fills rolled_ with the places of the actions to roll out, ascending, and rolled_actions_ with the
+  // actions: those that promise most, ties going to the first, and the default policy's.
+  void choose_rolled(const LeafRequest& request) {
+    promises_.clear();
+    for (const ActionRow& row : action_rows_) {
+      promises_.push_back(promise(row.reward_sum, row.upper_sum, scene_.options.discount));
+    }
+    rolled_.clear();
+    for (std::uint32_t n = 0; n < request.rolled && n < promises_.size(); ++n) {
+      const auto best = std::max_element(promises_.begin(), promises_.end());
+      if (!can_raise(*best, request.lower_sum)) break;
+      rolled_.push_back(static_cast<std::uint32_t>(best - promises_.begin()));
+      *best = -std::numeric_limits<double>::infinity();
+    }
+    const Member& any = members_[0];
+    SearchDraws words = draws(any.scenario, request.depth);
+    const int action = M::default_policy(params_, fixed_[any.scenario], any.state, history_, words);
+    const auto place = std::lower_bound(legal_.begin(), legal_.end(), action);
+    if (place != legal_.end() && *place == action) {
+      rolled_.push_back(static_cast<std::uint32_t>(place - legal_.begin()));
+    }
+    std::sort(rolled_.begin(), rolled_.end());
+    rolled_.erase(std::unique(rolled_.begin(), rolled_.end()), rolled_.end());
+    rolled_actions_.clear();
+    for (const std::uint32_t at : rolled_) rolled_actions_.push_back(legal_[at]);
   }
 
   std::size_t load(Ref<Node> ref) {
@@ -205,8 +259,10 @@ class CpuWorker {
 
   // Fills outcomes_, action by action; false if the deadline has passed. This and find_members are not
   // inlined: in one function with the rest the rollout's loop loses its registers and a fifth of its speed.
+  // `rolls`: successors are rolled out, or looked up where the model declares a lower bound.
+  template <bool rolls>
   [[gnu::noinline]] bool simulate(Span<const int> actions, std::size_t count, int depth) {
-    if (M::kHasHistory && !make_histories(actions, count, depth)) return false;
+    if (M::kHasHistory && rolls && !make_histories(actions, count, depth)) return false;
     for (std::size_t i = 0; i < count; ++i) {
       const Member member = members_[i];
       const typename M::Fixed& fixed = fixed_[member.scenario];
@@ -223,9 +279,14 @@ class CpuWorker {
         outcome.terminal = step.terminal;
         if (step.terminal) continue;
         outcome.key = M::observe(params_, fixed, member.state, actions[a], words, next);
-        const typename M::History& after = M::kHasHistory ? after_[after_of_[a * count + i]] : history_;
-        outcome.bounds = memo_.find_or(
-            next, after, [&] { return rollout_.bounds(fixed, next, after, member.scenario, depth + 1); });
+        if constexpr (rolls) {
+          const typename M::History& after = M::kHasHistory ? after_[after_of_[a * count + i]] : history_;
+          outcome.bounds = memo_.find_or(
+              next, after, [&] { return rollout_.bounds(fixed, next, after, member.scenario, depth + 1); });
+        } else {
+          outcome.bounds =
+              memo_.find_or(next, history_, [&] { return rollout_.cheap_bounds(fixed, next, depth + 1); });
+        }
       }
       steps_ += actions.size();
       if (out_of_time()) return false;
@@ -266,7 +327,7 @@ class CpuWorker {
     const int action = M::default_policy(params_, fixed_[0], members_[0].state, history_, first);
     std::fill_n(baseline_.begin(), count, 0);
     if (action < 0) return true;
-    if (!simulate({&action, 1}, count, 0)) return false;
+    if (!simulate<true>({&action, 1}, count, 0)) return false;
     for (std::size_t i = 0; i < count; ++i) baseline_[i] = one_ply_return(outcomes_[i]);
     return true;
   }
@@ -297,12 +358,31 @@ class CpuWorker {
       child.lower_sum += outcome.bounds.lower;
       row.reward_sum += outcome.reward;
     }
+    add_bounds(row);
+    action_rows_.push_back(row);
+  }
+
+  // Replaces the lower bounds of an action's row, which were floors, by those of its rolled-out outcomes. Its
+  // groups are the same, in the same order.
+  void raise_lowers(std::uint32_t place, const Outcome* outcomes, std::size_t count) {
+    ActionRow& row = action_rows_[place];
+    ChildRow* const children = &child_rows_[row.first_child];
+    for (std::uint32_t i = 0; i < row.child_count; ++i) children[i].lower_sum = 0;
+    grouping_.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+      children[grouping_.number(outcomes[i].terminal, outcomes[i].key)].lower_sum += outcomes[i].bounds.lower;
+    }
+    add_bounds(row);
+  }
+
+  // Sums an action's children.
+  void add_bounds(ActionRow& row) {
+    row.upper_sum = row.lower_sum = 0;
     for (std::uint32_t i = 0; i < row.child_count; ++i) {
-      const ChildRow& child = child_rows_[first + i];
+      const ChildRow& child = child_rows_[row.first_child + i];
       row.upper_sum += std::max(child.upper_sum, child.lower_sum);
       row.lower_sum += child.lower_sum;
     }
-    action_rows_.push_back(row);
   }
 
   static std::uint32_t next_child(const ActionRow& row) { return row.first_child + row.child_count; }
@@ -342,6 +422,9 @@ class CpuWorker {
   std::vector<std::int64_t> baseline_;
   std::vector<Outcome> outcomes_;
   std::vector<int> legal_;
+  std::vector<double> promises_;       // by place in legal_
+  std::vector<std::uint32_t> rolled_;  // places of the actions that are rolled out
+  std::vector<int> rolled_actions_;    // these actions
   std::vector<ActionRow> action_rows_;
   std::vector<Gain> gains_;
   ActionGrouping<typename M::Key> grouping_;

@@ -52,6 +52,11 @@ struct LeafRequest {
   // The actions to try, ascending; empty: all. The evaluator leaves out those that are not legal. The caller
   // keeps them until it has the result.
   Span<const int> actions{};
+  // The evaluator rolls out so many actions besides the default policy's: those that promise most
+  // (rolled_actions.hpp). UINT32_MAX: all, and at the root gains too.
+  std::uint32_t rolled = UINT32_MAX;
+  // A known lower bound of the leaf. The evaluator does not roll out an action that promises no more.
+  std::int64_t lower_sum = INT64_MIN;
 };
 
 // A group: the scenarios of a node that saw the same observation after an action. Groups stand in the order
@@ -104,7 +109,7 @@ struct LeafResult {
   std::uint32_t count = 0;  // the leaf's scenarios
   Span<const ActionRow> actions{};
   Span<const ChildRow> children{};
-  Span<const Gain> gains{};  // one for each action at the root, none elsewhere
+  Span<const Gain> gains{};  // one for each action of a root that rolls out all, none elsewhere
 };
 
 // Counts of an evaluator since it was made; 0 also where the evaluator does not count.
@@ -143,6 +148,9 @@ class LeafEvaluator {
 
   // The number of threads that it serves: those of its options, or fewer if memory does not suffice.
   virtual std::size_t threads() const { return 1; }
+
+  // The number of rollouts that take no longer than one: those that a device runs at once.
+  virtual std::size_t lanes() const { return 1; }
 
   // Prepares the calling thread. A thread calls it first in each search. It sets the default floating-point
   // mode: in another mode, for example with denormals flushed, results have other bits.

@@ -2,11 +2,13 @@
 // The value of a scenario from a state on: the model's bounds and the default policy's return.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <vector>
 
 #include "hypgen/leaves/draw_cache.hpp"
+#include "hypgen/leaves/horizon_floors.hpp"
 #include "hypgen/leaves/leaf_evaluator.hpp"
 #include "hypgen/leaves/rollout_step.hpp"
 #include "hypgen/math/scalar_functions.hpp"
@@ -25,9 +27,23 @@ template <class M>
 class Rollout {
  public:
   Rollout(const typename M::Params& params, DrawCache& cache, double discount, int max_depth)
-      : params_(params), cache_(cache) {
+      : params_(params), cache_(cache), floors_(horizon_floors<M>(discount, max_depth)) {
     double power = 1.0;
     for (int t = 0; t <= max_depth; ++t, power *= discount) discounts_.push_back(static_cast<float>(power));
+  }
+
+  // Whether a state that is not rolled out has a lower bound in this search.
+  bool has_floor() const { return !at_horizon_ || kHasLeastReward<M>; }
+
+  // Bounds without a rollout: `lower` is the floor, where the model declares no lower bound.
+  ScenarioBounds cheap_bounds(const typename M::Fixed& fixed, const typename M::State& state, int depth) {
+    if (at_horizon_ && depth >= depth_limit_) return {0, 0};
+    const float upper = M::upper(params_, fixed, state);
+    const float floor = at_horizon_ ? floors_[static_cast<std::size_t>(depth_limit_ - depth)]
+                                    : M::tail(params_, fixed, state);
+    nan_ |= math::is_nan(upper) || math::is_nan(floor);
+    const std::int64_t most = math::to_fixed(upper);
+    return {most, std::min(most, math::to_fixed(floor))};
   }
 
   void begin_search(const SearchSetup& setup) {
@@ -74,6 +90,7 @@ class Rollout {
   const typename M::Params& params_;
   DrawCache& cache_;
   std::vector<float> discounts_;
+  std::vector<float> floors_;  // by steps that are left
   int depth_limit_ = 0;
   bool at_horizon_ = false;
   std::uint64_t steps_ = 0;

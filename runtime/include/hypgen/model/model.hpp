@@ -27,6 +27,7 @@
 //   int kActionCount;    // actions are numbered 0 .. kActionCount - 1; an action of several agents is one
 //   int kVisibleCount;   // visible variables
 //   int kVariableCount;  // all variables
+//   float kLeastReward;  // optional: no step earns less
 //
 // Params. On the host only.
 //   bool load(const ParamValues&, Params&, std::string& error);  // false: bad values, named in `error`

@@ -24,6 +24,13 @@ constexpr bool wants_gpu(Mode mode) { return mode == Mode::kGpu || mode == Mode:
 constexpr bool has_many_threads(Mode mode) { return mode == Mode::kParallel || mode == Mode::kHyp; }
 constexpr bool may_have_threads(Mode mode) { return has_many_threads(mode) || mode == Mode::kPomcp; }
 
+// How far a decision has looked.
+enum class Looked {
+  kNowhere,  // the default policy acts
+  kOneStep,  // the actions' one-ply rollouts are compared
+  kTree,     // a tree has looked further
+};
+
 struct PlannerOptions {
   Mode mode = Mode::kDespot;
   std::uint64_t seed = 0;
@@ -35,6 +42,8 @@ struct PlannerOptions {
   double pruning = 0.0;                                                   // lambda
   double observation_loss = 1.0;                                          // c_o
   double exploration = 0.0;                                               // c_a; kPomcp: UCB1's constant
+  std::uint32_t rolled = 3;                                               // M, actions that a leaf rolls out
+  std::uint32_t rolled_at_root = 16;                                      // the same at the root, if more
   std::size_t in_flight = 1;                                              // F, trials at a time; 1 is DESPOT
   std::size_t threads = 1;                                                // N, of the search
   double gap = 1e-3;  // the search ends when the root's bounds are this close
@@ -53,6 +62,8 @@ struct Decision {
   Status status = Status::kOk;
   double lower = std::numeric_limits<double>::quiet_NaN();
   double upper = std::numeric_limits<double>::quiet_NaN();
+  Looked looked = Looked::kNowhere;
+  std::size_t scenarios = 0;  // of the tree; 0: there was none
   std::uint64_t trials = 0;
   std::uint64_t expansions = 0;
   std::uint64_t nodes = 0;           // that trials visited
@@ -69,6 +80,23 @@ struct Decision {
   double backup_seconds = 0.0;   // of that, walks back up, in the same way
   std::size_t late_threads = 0;  // that had not ended by the deadline
   std::uint64_t signature = 0;   // of the tree, if asked for
+
+  // Adds what another stage of the same decision has done.
+  void add_work(const Decision& other) {
+    trials += other.trials;
+    expansions += other.expansions;
+    nodes += other.nodes;
+    children += other.children;
+    collisions += other.collisions;
+    simulations += other.simulations;
+    leaf_scenarios += other.leaf_scenarios;
+    crossed += other.crossed;
+    max_depth = max_depth > other.max_depth ? max_depth : other.max_depth;
+    waiting_seconds += other.waiting_seconds;
+    tree_seconds += other.tree_seconds;
+    descent_seconds += other.descent_seconds;
+    backup_seconds += other.backup_seconds;
+  }
 };
 
 }  // namespace hypgen

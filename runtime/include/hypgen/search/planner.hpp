@@ -74,10 +74,18 @@ class Planner {
   void replace_evaluator();
   void plan_tree(Decision& decision, const RootResult& root);
   void plan_rollout(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root);
+  void plan_anytime(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root);
+  std::size_t affordable_scenarios(std::size_t actions) const;
+  void keep_survivors(int default_action);
+  void compare_actions(const Belief& belief, StreamKey key, Clock::time_point end, std::size_t survivors,
+                       Decision& decision);
+  int compared_action(int default_action) const;
+  int improved_action(int default_action) const;
   Status evaluate(const LeafRequest& request, LeafResult& result);
   bool sample_gains(const Belief& belief, StreamKey key, Clock::time_point end, Decision& decision);
   std::size_t batch_until(Clock::time_point end) const;
-  void take_gains(const LeafResult& leaf);
+  void note_rollouts(Clock::duration time, std::size_t count);
+  void take_gains(const LeafResult& leaf, Decision& decision);
   void halve();
   const Candidate& best_candidate() const;
 
@@ -93,8 +101,9 @@ class Planner {
   std::vector<std::uint64_t> leaf_sizes_;  // of rollout mode
   std::vector<Candidate> candidates_;      // by ascending action
   std::vector<int> actions_;               // of the candidates
-  std::uint64_t sampled_ = 0;              // scenarios that rollout mode has used
-  double rollout_seconds_ = 0.0;           // time of one rollout in the last batch
+  std::vector<int> root_actions_;          // that the tree starts with; empty: all
+  std::uint64_t sampled_ = 0;              // scenarios that comparing actions has used
+  double rollout_seconds_ = 0.0;           // time of one rollout in the last batch, on a full evaluator
 };
 
 // The options of a planner's evaluator.

@@ -24,12 +24,17 @@ class Search {
   std::size_t park(Clock::time_point deadline) { return workers_.park(deadline); }
 
   // Searches until a limit or a failure, and fills all of `decision` but its action. The tree uses the
-  // evaluator's rows until the next search.
-  void run(LeafEvaluator& evaluator, const RootResult& root, const SearchSetup& setup, Decision& decision);
+  // evaluator's rows until the next search. `actions`, ascending, are those of the root; empty: all.
+  void run(LeafEvaluator& evaluator, const RootResult& root, const SearchSetup& setup,
+           Span<const int> actions, Decision& decision);
 
   // Gives the action with the best lower bound, or the best mean value of POMCP. `default_action` goes before
   // actions of the same bound, and before all actions whose bound is no better than the default policy's.
   int best_action(int default_action) const;
+
+  // What looking further ahead has added to the lower bound of a root's action since its expansion, as a mean of
+  // the scenarios; 0 for an action that the root does not have.
+  double improvement(int action) const;
 
   std::size_t threads() const { return shared_.threads.size(); }
   const Tree& tree() const { return shared_.tree; }

@@ -24,7 +24,8 @@ struct SharedSearch {
       : options(planner), tree(tree_options) {}
 
   // Starts a search and expands the root. All other threads are parked.
-  void begin(LeafEvaluator& leaf_evaluator, const RootResult& root, const SearchSetup& search_setup);
+  void begin(LeafEvaluator& leaf_evaluator, const RootResult& root, const SearchSetup& search_setup,
+             Span<const int> actions);
 
   // Asks all threads to end. The first reason stays, unless a later one is grave: a failure or a lost device.
   void stop(Status reason);
@@ -40,6 +41,7 @@ struct SharedSearch {
   const PlannerOptions options;
   Tree tree;
   LeafEvaluator* evaluator = nullptr;
+  Span<const int> root_actions{};  // none: all that are legal
   SearchSetup setup{};
   bool has_crossed_at_root = false;  // the model gives the root an upper bound below the lower one
   std::vector<std::unique_ptr<SearchThread>> threads;

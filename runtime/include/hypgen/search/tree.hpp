@@ -141,6 +141,10 @@ class Tree {
 
   // The lower bound of an expanded node's action: the reward and the children's lower bounds.
   double action_lower(const Node& node, std::uint32_t action) const;
+  // The same when the node was expanded.
+  double first_lower(const Node& node, std::uint32_t action) const {
+    return row_lower(node.expanded()->rows[action], node.depth) - pruning_;
+  }
   // An action's children; null if no trial has looked at the action.
   const ActionTable* table(const Expansion& expansion, std::uint32_t action) const;
   bool is_regularised() const { return pruning_ > 0.0; }

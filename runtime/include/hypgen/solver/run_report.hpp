@@ -27,6 +27,9 @@ struct RunTotals {
   std::uint64_t simulations = 0;
   std::uint64_t leaf_scenarios = 0;
   std::uint64_t signature = 0;
+  std::uint64_t trees = 0;           // steps in which a tree looked ahead
+  std::uint64_t tree_scenarios = 0;  // summed over them
+  std::uint64_t compared = 0;        // steps in which one-ply rollouts alone decided
   std::string mode;
   std::uint64_t late_searches = 0;  // that ended without waiting for a thread
   std::size_t threads = 1;          // of a search

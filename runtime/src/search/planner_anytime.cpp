@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// A tree search that has an answer at any time: first one-ply rollouts of all actions, then a tree over those
+// that survive, on as many scenarios as the time affords.
+
+#include <algorithm>
+
+#include "hypgen/model/model.hpp"
+#include "hypgen/search/planner.hpp"
+
+namespace hypgen {
+
+namespace {
+
+constexpr std::size_t kSurvivors = 16;       // actions that the tree starts with
+constexpr int kComparedShare = 4;            // of the time goes to comparing, as one part of so many
+constexpr double kRootShare = 1.0 / 6.0;     // of the time that is left goes to the tree's root, at the most
+constexpr std::size_t kLeastScenarios = 16;  // of a tree
+
+}  // namespace
+
+// `root` is that of a few scenarios. The tree replaces the comparison's answer where it has looked further
+// than one step.
+void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root) {
+  const Clock::time_point start = Clock::now();
+  compare_actions(belief, key, start + (setup_.deadline - start) / kComparedShare, kSurvivors, decision);
+  std::size_t count = affordable_scenarios(std::min(kSurvivors, candidates_.size()));
+  while (decision.status == Status::kOk && count < kLeastScenarios && Clock::now() < setup_.deadline) {
+    sample_gains(belief, key, setup_.deadline, decision);  // too dear for a tree
+  }
+  if (is_failure(decision.status) || decision.status == Status::kDeviceLost) return;
+  decision.action = compared_action(root.default_action);
+  keep_survivors(root.default_action);
+  while (count >= kLeastScenarios && Clock::now() < setup_.deadline) {
+    belief.sample(key, 0, count, scenarios_);
+    const RootResult next = evaluator_->begin_search(scenarios_, setup_);
+    if (next.status != Status::kOk) break;
+    Decision stage;
+    search_.run(*evaluator_, next, setup_, root_actions_, stage);
+    const bool has_looked_ahead = stage.expansions > 1 && !is_failure(stage.status);
+    stage.action = has_looked_ahead ? improved_action(root.default_action) : decision.action;
+    stage.looked = has_looked_ahead ? Looked::kTree : decision.looked;
+    if (has_looked_ahead) stage.scenarios = count;
+    if (options_.signature && stage.late_threads == 0) stage.signature = search_.tree().signature(0);
+    stage.add_work(decision);
+    decision = stage;
+    if (!has_looked_ahead || decision.status != Status::kConverged || count == options_.scenarios) return;
+    count = std::min(2 * count, options_.scenarios);
+  }
+  if (decision.status == Status::kOk) decision.status = Status::kDeadline;
+}
+
+// The best action by its gain in the comparison and what the tree has added to it. The tree's own one-ply returns
+// are not used: the comparison has more scenarios, and its noise is known.
+int Planner::improved_action(int default_action) const {
+  const double own = search_.improvement(default_action);
+  int action = default_action;
+  double best = 0.0;
+  for (const Candidate& candidate : candidates_) {
+    if (candidate.action == default_action) continue;
+    const double gain = candidate.mean() + search_.improvement(candidate.action) - own;
+    if (gain <= options_.gain_errors * candidate.standard_error() || gain <= best) continue;
+    best = gain;
+    action = candidate.action;
+  }
+  return action;
+}
+
+// The compared actions that are left, with the default policy's; all actions where no more than those were
+// legal.
+void Planner::keep_survivors(int default_action) {
+  root_actions_ = actions_;
+  const auto place = std::lower_bound(root_actions_.begin(), root_actions_.end(), default_action);
+  if (place == root_actions_.end() || *place != default_action) root_actions_.insert(place, default_action);
+}
+
+// How many scenarios a tree may have, so that its root takes a share of the time that is left: bounds of the
+// root, and an expansion of so many actions.
+std::size_t Planner::affordable_scenarios(std::size_t actions) const {
+  const double seconds = std::chrono::duration<double>(setup_.deadline - Clock::now()).count();
+  const double rolled = static_cast<double>(std::min<std::size_t>(actions, options_.rolled_at_root) + 2);
+  const double count = kRootShare * seconds / (rollout_seconds_ * rolled);
+  return static_cast<std::size_t>(std::clamp(count, 0.0, static_cast<double>(options_.scenarios)));
+}
+
+}  // namespace hypgen
