@@ -24,6 +24,7 @@ struct RockSample {
   static constexpr int kVariableCount = 10;
   static constexpr bool kHasLower = false;
   static constexpr bool kHasHistory = true;
+  static constexpr float kLeastReward = -80.000084f;
   using Key = std::uint64_t;
   static constexpr int kStages = 1;
   static constexpr int kMaxWarps = 1;

@@ -23,6 +23,7 @@ struct SmallRocks : NoHistory, NotFactored {
   static constexpr int kVisibleCount = 1;
   static constexpr int kVariableCount = 3;
   static constexpr bool kHasLower = true;
+  static constexpr float kLeastReward = -20.000021f;
   using Key = std::uint64_t;
   static constexpr bool kLooksUpPolicy = true;
   static constexpr int kStages = 1;

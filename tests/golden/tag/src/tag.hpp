@@ -23,6 +23,7 @@ struct Tag : NoHistory {
   static constexpr int kVisibleCount = 3;
   static constexpr int kVariableCount = 4;
   static constexpr bool kHasLower = false;
+  static constexpr float kLeastReward = -10.0000114f;
   using Key = std::uint64_t;
   static constexpr int kStages = 2;
   static constexpr int kMaxWarps = 1;

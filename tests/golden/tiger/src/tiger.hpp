@@ -23,6 +23,7 @@ struct Tiger : NoHistory {
   static constexpr int kVisibleCount = 0;
   static constexpr int kVariableCount = 1;
   static constexpr bool kHasLower = true;
+  static constexpr float kLeastReward = -100.0001f;
   using Key = std::uint64_t;
   static constexpr bool kLooksUpPolicy = true;
   static constexpr int kStages = 1;

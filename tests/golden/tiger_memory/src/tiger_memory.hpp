@@ -24,6 +24,7 @@ struct TigerMemory {
   static constexpr int kVariableCount = 1;
   static constexpr bool kHasLower = false;
   static constexpr bool kHasHistory = true;
+  static constexpr float kLeastReward = -100.0001f;
   using Key = std::uint64_t;
   static constexpr int kStages = 1;
   static constexpr int kMaxWarps = 1;

@@ -25,6 +25,7 @@ struct TwoRobotRockSample {
   static constexpr int kVariableCount = 24;
   static constexpr bool kHasLower = false;
   static constexpr bool kHasHistory = true;
+  static constexpr float kLeastReward = -400.0004f;
   using Key = std::uint64_t;
   static constexpr int kStages = 1;
   static constexpr int kMaxWarps = 1;

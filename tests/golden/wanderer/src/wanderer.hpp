@@ -27,6 +27,7 @@ struct WandererOf : NoHistory, NotFactored {
   static constexpr int kVisibleCount = 2;
   static constexpr int kVariableCount = 9;
   static constexpr bool kHasLower = true;
+  static constexpr float kLeastReward = -4.2949714e+09f;
   using Key = std::uint64_t;
   static constexpr int kRedrawnWords = 5;
   static constexpr int kRedrawnSingles = 0;
