@@ -70,6 +70,7 @@ void JsonLines::write_run(const SolverOptions& options, const std::string& devic
                {"observation_loss", planner.observation_loss},
                {"exploration", planner.exploration},
                {"scenarios", planner.scenarios},
+               {"rollouts", planner.rolled},
                {"depth", planner.depth},
                {"xi", planner.target_ratio},
                {"pruning", planner.pruning},
