@@ -36,7 +36,9 @@ def check(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.Di
             return _poisson(node, scope, target, what)
         case "binomial":
             return _binomial(node, scope, target, what)
-    return _uniform(node, scope, target, what)
+        case "uniform":
+            return _uniform(node, scope, target, what)
+    raise AssertionError(f"no check of {node.name}")
 
 
 def continuous(dist: ir.Dist, target: Type | None, span: Span, what: str) -> ir.Dist:
