@@ -10,14 +10,17 @@ from pathlib import Path
 import click
 
 from hypgen.cli.building import build_online
-from hypgen.cli.exit_codes import EXIT_CODES
+from hypgen.cli.exit_codes import exit_codes
 from hypgen.cli.model_arguments import choose_cuda, load, model_options, require_params, target_options
 from hypgen.cli.output import say_warnings
 
 ANSWERED_WITHOUT_PARAMS = ("--param", "--help", "--version")
 
 
-@click.command(epilog=EXIT_CODES, context_settings={"ignore_unknown_options": True})
+@click.command(
+    epilog=exit_codes("the solver failed: a file, memory, --require-gpu, or a check that found something"),
+    context_settings={"ignore_unknown_options": True},
+)
 @model_options
 @target_options
 @click.option("--force", is_flag=True, help="Compile the model again even if nothing has changed.")

@@ -69,13 +69,15 @@ std::string decided_rows(const RunTotals& totals) {
   if (totals.trees > 0) text += row("scenarios of a tree", format("mean %.1f", scenarios));
   const auto nan = totals.plan_statuses.find(Status::kModelNan);
   if (nan != totals.plan_statuses.end()) {
-    text += row("", format("%llu steps were not searched: a bound or reward of the model is NaN",
-                           count(nan->second)));
-  } else if (blind > 0) {
-    text += row("", format("%llu steps had no time for a single comparison: raise --time, or lower --depth",
-                           count(blind)));
-  } else if (2 * totals.trees < steps && totals.mode != "rollout") {
+    return text + row("", format("not searched: %llu, as a bound or reward of the model is NaN",
+                                 count(nan->second)));
+  }
+  if (2 * totals.trees < steps && totals.mode != "rollout") {
     text += row("", "most steps had no time for a tree: raise --time, or lower --depth");
+  }
+  if (blind > 0) {
+    text += row(
+        "", format("no time for a single comparison: %llu; raise --time, or lower --depth", count(blind)));
   }
   return text;
 }
