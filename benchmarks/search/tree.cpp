@@ -130,7 +130,7 @@ double seconds_to_begin(Search& search, PreparedEvaluator& evaluator, const Plan
   const SearchSetup setup{{}, options.depth, false, start};
   Decision decision;
   const RootResult root = evaluator.begin_search({}, setup);
-  search.run(evaluator, root, setup, decision);
+  search.run(evaluator, root, setup, {}, decision);
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
@@ -154,7 +154,7 @@ void measure(const Setting& setting) {
     const SearchSetup setup{{}, options.depth, false, start + limit};
     Decision decision;
     const RootResult root = evaluator.begin_search({}, setup);
-    search.run(evaluator, root, setup, decision);
+    search.run(evaluator, root, setup, {}, decision);
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
     std::printf("%s: %.0f expansions/s, %.0f trials/s, %llu expansions in %.3f s, depth %d, gap %.4f\n",
                 status_name(decision.status), static_cast<double>(decision.expansions) / seconds,

@@ -63,7 +63,7 @@ TEST(NoLock, ThreadsThatSearchNeverCallFutex) {
   for (std::size_t i = 0; i < kThreads; ++i) {
     shared.threads.push_back(std::make_unique<SearchThread>(shared, i, 1));
   }
-  shared.begin(*evaluator, evaluator->begin_search(scenarios, setup), setup);
+  shared.begin(*evaluator, evaluator->begin_search(scenarios, setup), setup, {});
   std::atomic<int> refusing{0};
   std::vector<std::thread> threads;
   for (std::size_t i = 0; i < kThreads; ++i) {

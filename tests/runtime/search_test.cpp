@@ -138,6 +138,7 @@ TEST(Search, BoundsAreSumsOfThoseBelow) {
       PlannerOptions options = flying(in_flight, 1000);
       options.pruning = pruning;
       options.exploration = exploration;
+      options.memory_bytes = std::size_t{256} << 20;
       const Solver solver(rock_sample_descriptor<4, 3>(), options);
       const auto evaluator = solver.instance->make_evaluator(evaluator_options(options, solver.model));
       ScenarioBuffer scenarios;

@@ -25,6 +25,7 @@ from support.paths import ROOT
 
 FOLDERS = ("examples", "tests/unit/dsl/interpret/findings", "tests/differential/models")
 SECONDS, MEGABYTES = 1.0, 256
+TRIES = 4
 
 _TOKEN = re.compile(r'"[^"\n]*"|#[^\n]*\n|\w+(?:\.\w+)*|\.\.|[<>=!]=|=>|\*\*|//|\s+|[^\s\w]')
 _NUMBERS = (
@@ -48,14 +49,22 @@ def check(content: bytes, folder: Path) -> str:
     """
     path = folder / "case.pomdp"
     path.write_bytes(content)
-    start, peak = time.process_time(), _peak_megabytes()
-    code = _answer(path)
-    seconds, megabytes = time.process_time() - start, _peak_megabytes() - peak
+    peak = _peak_megabytes()
+    code, seconds = _timed_answer(path)
+    megabytes = _peak_megabytes() - peak
+    for _ in range(TRIES - 1):  # what else the machine does slows a core down, and never makes it faster
+        if seconds > SECONDS:
+            seconds = min(seconds, _timed_answer(path)[1])
     if seconds > SECONDS:
         raise Failure(f"took {seconds:.2f} s of CPU")
     if megabytes > MEGABYTES:
         raise Failure(f"took {megabytes:.0f} MB")
     return code
+
+
+def _timed_answer(path: Path) -> tuple[str, float]:
+    start = time.process_time()
+    return _answer(path), time.process_time() - start
 
 
 def _answer(path: Path) -> str:

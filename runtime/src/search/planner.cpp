@@ -112,6 +112,7 @@ void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decisio
   const std::size_t count = probes ? std::min(options_.scenarios, kProbeScenarios) : options_.scenarios;
   belief.sample(key, 0, count, scenarios_);
   const Clock::time_point sampled = Clock::now();
+  search_.clear();
   evaluator_->attach(0);
   const RootResult root = evaluator_->begin_search(scenarios_, setup_);
   decision.status = root.status;
@@ -170,16 +171,17 @@ void Planner::note_rollouts(Clock::duration time, std::size_t count) {
 }
 
 Status Planner::evaluate(const LeafRequest& request, LeafResult& result) {
-  if (evaluator_->submit(0, {&request, 1}) != 1) return Status::kEvaluatorFailed;
   const Clock::time_point start = Clock::now();
-  while (!evaluator_->poll(0, result)) {
+  bool is_taken = false;
+  while (true) {
+    is_taken = is_taken || evaluator_->submit(0, {&request, 1}) == 1;
+    if (is_taken && evaluator_->poll(0, result)) return result.status;
     const Clock::time_point now = Clock::now();
     const bool is_late = now >= setup_.deadline;
     if (!is_late && std::chrono::duration<double>(now - start).count() <= options_.patience) continue;
     evaluator_->release();
     return is_late ? Status::kDeadline : Status::kEvaluatorFailed;
   }
-  return result.status;
 }
 
 }  // namespace hypgen

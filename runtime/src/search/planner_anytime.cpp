@@ -32,6 +32,7 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
   keep_survivors(root.default_action);
   while (count >= kLeastScenarios && Clock::now() < setup_.deadline) {
     belief.sample(key, 0, count, scenarios_);
+    search_.clear();
     const RootResult next = evaluator_->begin_search(scenarios_, setup_);
     if (next.status != Status::kOk) break;
     Decision stage;

@@ -40,9 +40,14 @@ Tree::Tree(const TreeOptions& options)
 
 double Tree::weight(int depth) const { return discounts_[static_cast<std::size_t>(depth)] * scenario_share_; }
 
-bool Tree::reset(const ChildRow& row) {
+void Tree::clear() {
   pool_.reset();
   for (Maker& maker : makers_) maker = Maker(pool_);
+  root_ = nullptr;
+}
+
+bool Tree::reset(const ChildRow& row) {
+  clear();
   scenario_share_ = 1.0 / row.count;
   Maker& maker = makers_[0];
   Child* const child = get(maker.memory.take<Child>());

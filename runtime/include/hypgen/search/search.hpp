@@ -39,6 +39,9 @@ class Search {
   std::size_t threads() const { return shared_.threads.size(); }
   const Tree& tree() const { return shared_.tree; }
 
+  // Leaves no tree, before the evaluator begins another search. While all threads are parked.
+  void clear() { shared_.tree.clear(); }
+
   // Adds the numbers of leaves expanded in all searches: entry n counts leaves with n scenarios.
   void add_leaf_sizes(std::vector<std::uint64_t>& leaf_sizes);
 

@@ -79,6 +79,9 @@ class Tree {
   // Drops all nodes and makes the root; false if there is no room. No thread may be in the tree.
   bool reset(const ChildRow& root);
 
+  // Leaves no tree. Its rows are about to go. Only while no thread is in the tree.
+  void clear();
+
   bool is_empty() const { return root_ == nullptr; }
   Node& root() { return *root_; }
   const Node& root() const { return *root_; }
