@@ -23,7 +23,7 @@ from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
 
-_MAX_STEPS = 1 << 15  # of expressions checked while evaluating: a third of a second
+_MAX_STEPS = 3 << 13  # of expressions checked while evaluating: a third of a second on a slow core
 
 
 class Budget:
