@@ -239,6 +239,10 @@ def _sections(
                     density(o, o.type, parts.observation_densities[o.name], context)
                     for o in model.observations
                 ),
+                *(
+                    density(i, model.variable(i.variable).type, parts.init_densities[i.variable], context)
+                    for i in model.first_seen
+                ),
             ],
         ),
         ("Posteriors of factors", factors.all() if factors else []),
@@ -248,6 +252,7 @@ def _sections(
                 *([interface.joint()] if model.action.indices else []),
                 interface.init(True),
                 interface.init(False),
+                *interface.init_likelihood(),
                 interface.export(True),
                 interface.import_visible(),
                 interface.export(False),

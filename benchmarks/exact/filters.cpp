@@ -3,13 +3,14 @@
 //
 //   filters KIND PARTICLES EPISODES STEPS SEED        KIND: exact, limit, particle or factored
 //
+// With STEPS 0 it looks at the belief at the start, which counts as one step. It
 // prints a line of JSON: the mean and the largest total variation over all steps, the largest difference in
 // the probability of a single variable's value, how many steps that were, after how many an observation had
 // no explanation, and how often the true state after the last of STEPS steps had each rank among nine samples
 // of the belief (0 to 9; a calibrated belief gives all equally often).
 //
-// `limit` is the particle filter with infinitely many particles: all outcomes of the model's `filter`,
-// weighed as it says.
+// `limit` is the particle filter with infinitely many particles: all outcomes of the model's `init_hidden` and
+// `filter`, weighed as it says.
 //
 // filter_program.py puts this in the place of `main` in a generated exact.cpp, whose `Model` and `descriptor`
 // it uses.
@@ -38,7 +39,7 @@ constexpr std::uint32_t kActionSite = 1, kRankSite = 2, kTieSite = 3;
 
 // One that plays and is looked at: what happened, and the exact belief after it.
 struct Step {
-  int action;
+  int action;  // -1: nothing has happened yet
   Model::Key key;
   SparseBelief exact;
 };
@@ -84,11 +85,11 @@ class LimitBelief {
     do {
       Model::Fixed fixed;
       Model::State state;
-      Model::init_visible(params_, draws, fixed, state);
+      Model::import_visible(visible.data(), fixed, state);
       Model::init_hidden(params_, draws, fixed, state);
-      std::vector<std::int32_t> seen(visible.size());
-      Model::export_visible(fixed, state, seen.data());
-      if (seen == visible) add(fixed, state, draws.probability(), states_);
+      double weight = draws.probability();
+      if constexpr (hypgen::SeesFirst<Model>::value) weight *= likelihood<Model>(fixed, state);
+      if (weight > 0.0) add(fixed, state, weight, states_);
     } while (draws.next());
     normalise();
   }
@@ -120,6 +121,11 @@ class LimitBelief {
     Model::State state;
     double weight;
   };
+
+  template <class M>  // as not every model has an init_likelihood
+  double likelihood(const typename M::Fixed& fixed, const typename M::State& state) const {
+    return M::init_likelihood(params_, fixed, state);
+  }
 
   void add(const Model::Fixed& fixed, const Model::State& state, double weight,
            std::map<int, Weighted>& to) const {
@@ -162,6 +168,7 @@ class Comparison {
     Model::export_visible(fixed, state, episode.visible.data());
     hypgen::exact::ExactFilter exact(model_);
     if (!exact.init(episode.visible.data())) std::abort();
+    if (steps == 0) episode.steps.push_back({-1, {}, exact.belief()});
     for (int t = 0; t < steps; ++t) {
       const int action = choose(fixed, state, run, t);
       hypgen::PhiloxDraws draws(world_, run, static_cast<std::uint32_t>(t) + 1);
@@ -303,14 +310,16 @@ int main(int argc, char** argv) {
     if (kind == "limit") limit.init(episode.visible);
     SparseBelief held;
     for (const Step& step : episode.steps) {
-      if (belief && belief->update(step.action, hypgen::words_of(step.key)) != hypgen::Status::kOk) {
+      const bool is_later = step.action >= 0;
+      if (is_later && belief &&
+          belief->update(step.action, hypgen::words_of(step.key)) != hypgen::Status::kOk) {
         ++failures;
         held = {};
         break;
       }
       const int any = static_cast<int>(SparseBelief::InnerIterator(step.exact).index());
       if (kind == "limit") {
-        limit.update(step.action, step.key);
+        if (is_later) limit.update(step.action, step.key);
         held = limit.belief(enumeration.model.states);
       } else if (kind == "particle") {
         held = comparison.of_particles(*belief, buffer);
@@ -326,7 +335,7 @@ int main(int argc, char** argv) {
       ++updates;
     }
     // An episode that ended early tells more of its last state than the belief before could know.
-    const bool is_whole = episode.steps.size() == static_cast<std::size_t>(steps);
+    const bool is_whole = episode.steps.size() >= static_cast<std::size_t>(steps);
     if (is_whole && held.nonZeros() > 0) ++ranks[comparison.rank(held, episode.state, run)];
   }
   std::printf(

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import partial
 
 from hypgen.codegen.belief.hypotheses import MEMBER, Hypotheses, keeps, locals_of
 from hypgen.codegen.cpp.function_builder import Builder
@@ -42,10 +43,16 @@ class Weighing(Hypotheses):
         used = {e.name for f in factors for e in f.evidence if e.kind != "end"}
         return self.interface.digits(builder, used) if used else {}
 
-    def _watches(self, builder: Builder, factor: ir.Factor) -> list[Watch]:
-        """Append which members the evidence touches."""
+    def _first_seen(self, builder: Builder, factor: ir.Factor) -> dict[str, Digit]:
+        """Return the text of what is seen at the start and tells of the factor, given its binders."""
+        return {e.name: partial(self.interface.first_value, builder, e.name) for e in factor.first}
+
+    def _watches(
+        self, builder: Builder, factor: ir.Factor, pieces: Sequence[ir.Evidence] | None = None
+    ) -> list[Watch]:
+        """Append which members the evidence touches: that of a step, or ``pieces``."""
         found, printer = [], builder.printer
-        for evidence in factor.evidence:
+        for evidence in factor.evidence if pieces is None else pieces:
             direct = _own_entry(evidence, factor)
             always = (
                 isinstance(evidence.touch, ir.Const) and evidence.touch.value == 0 and factor.members == 1
@@ -146,6 +153,9 @@ class Weighing(Hypotheses):
     def _law(self, evidence: ir.Evidence) -> tuple[ir.Dist, str]:
         """Return the distribution of what was seen, and the function of its density."""
         parts = self.interface.parts
+        if evidence.kind == "first":
+            dist = next(i.dist for i in self.model.first_seen if i.variable == evidence.name)
+            return dist, parts.init_densities[evidence.name]
         if evidence.kind == "visible":
             dist = next(u.dist for u in self.updates if u.variable == evidence.name)
             return dist, parts.densities[evidence.name]

@@ -55,6 +55,8 @@ class FactorFunctions(Weighing):
                 found += [self._unit_size(), self._probability(), self._put_unit()]
             if self.sampled:
                 found += [*map(self._copy, self.sampled), self._copy_unit(), self._filter_particles()]
+            if self.sampled and self.model.first_seen:
+                found += [self._init_weights()]
         return found
 
     # Exact posteriors ----------------------------------------------------------------------------
@@ -64,16 +66,34 @@ class FactorFunctions(Weighing):
         builder = self.interface.given([*_SCRATCH, ("Real*", "after")])
         code, unique, n = builder.code, builder.printer.scope.unique, factor.size
         inits = [i for i in self.model.inits if i.variable in factor.variables]
+        watches = self._watches(builder, factor, factor.first)
+        possible = unique("possible")
+        if watches:
+            code.add(f"bool {possible} = true;")
         with self._members(builder, factor):
+            unseen = unique("unseen")
             sums, h, weight = unique("sums"), unique("h"), unique("likelihood")
             code.add(f"Real {sums}[{n}];")
+            if watches:
+                code.add(f"Real {unseen}[{n}];")
             with builder.printer.block(f"for (std::int32_t {h} = 0; {h} < {n}; ++{h})"):
                 code.add(f"{self.put[factor.element]}({self._scratch(builder, factor, 'state', h)});")
                 code.add(f"double {weight} = 1.0;")
                 self._weigh_draws(builder, factor, inits, False, weight)
+                if watches:
+                    code.add(f"{unseen}[{h}] = static_cast<Real>({weight});")
+                    self._weigh(builder, factor, self._first_seen(builder, factor), watches, weight)
                 code.add(f"{sums}[{h}] = static_cast<Real>({weight});")
-            code.add(f"posteriors::normalise<{n}>({sums}, {self._place(builder, factor, 'after')});")
-        return builder.done("void", self.start[factor.element])
+            place = self._place(builder, factor, "after")
+            if watches:
+                with builder.printer.block(f"if (!posteriors::normalise<{n}>({sums}, {place}))"):
+                    code.add(f"posteriors::normalise<{n}>({unseen}, {place});")
+                    code.add(f"{possible} = false;")
+            else:
+                code.add(f"posteriors::normalise<{n}>({sums}, {place});")
+        if watches:
+            code.add(f"return {possible};")
+        return builder.done("bool" if watches else "void", self.start[factor.element])
 
     def _advance(self, factor: ir.Factor) -> template_data.Function:
         """Return what takes a factor's posterior over a step; false where what was seen is impossible."""
@@ -163,11 +183,15 @@ class FactorFunctions(Weighing):
     def _init_posterior(self) -> template_data.Function:
         builder = self.interface.given([*PLACE, ("Posterior&", "after")])
         builder.code.add("after = Posterior{};")
+        told = bool(self.model.first_seen)
+        if told:
+            builder.code.add("bool possible = true;")
         for factor in self.exact:
-            builder.code.add(
-                f"{self.start[factor.element]}(params, fixed, state, after.{self.field(factor)});"
-            )
-        return builder.done("void", "init_posterior")
+            call = f"{self.start[factor.element]}(params, fixed, state, after.{self.field(factor)});"
+            builder.code.add(f"possible &= {call}" if factor.first else call)
+        if told:
+            builder.code.add("return possible;")
+        return builder.done("bool" if told else "void", "init_posterior")
 
     def _advance_posterior(self) -> template_data.Function:
         builder = self.interface.given(
@@ -226,6 +250,21 @@ class FactorFunctions(Weighing):
                     code.add(f"weights[{_sum(first, self._position(builder, factor))}] = {weight};")
             first += factor.members
         return builder.done("void", "filter_particles")
+
+    def _init_weights(self) -> template_data.Function:
+        """Return what weighs a particle's part of each factor by what is seen at the start."""
+        builder = self.interface.given([*PLACE, ("double*", "weights")])
+        code, first = builder.code, 0
+        for factor in self.sampled:
+            with builder.printer.block("") if self.sampled[1:] else nullcontext():
+                watches = self._watches(builder, factor, factor.first)
+                with self._members(builder, factor):
+                    weight = builder.printer.scope.unique("likelihood")
+                    code.add(f"double {weight} = 1.0;")
+                    self._weigh(builder, factor, self._first_seen(builder, factor), watches, weight)
+                    code.add(f"weights[{_sum(first, self._position(builder, factor))}] = {weight};")
+            first += factor.members
+        return builder.done("void", "init_weights")
 
     def _element(self, factor: ir.Factor) -> ir.Element:
         return next(e for e in self.model.elements if e.name == factor.element)

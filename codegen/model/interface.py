@@ -83,6 +83,24 @@ class Interface:
                         assigned(assign, "fixed" if variable.fixed else "state", builder)
         return builder.done("void", "init_visible" if visible else "init_hidden")
 
+    def init_likelihood(self) -> list[template_data.Function]:
+        """Return ``init_likelihood``, if what is seen at the start tells of hidden variables."""
+        if not self.model.first_seen:
+            return []
+        builder = self.given(PLACE)
+        builder.code.add("double weight = 1.0;")
+        for init in self.model.first_seen:
+            with builder.printer.loops(init.binders):
+                name = self.parts.init_densities[init.variable]
+                self._weigh(builder, name, init, self.first_value(builder, init.variable, init.binders))
+        builder.code.add("return weight;")
+        return [builder.done("double", "init_likelihood")]
+
+    def first_value(self, builder: Builder, variable: str, binders: Sequence[ir.Binder]) -> str:
+        """Return the text of what is seen of a visible variable at the start."""
+        type_ = self.model.variable(variable).type
+        return builder.printer.text(ir.StateRead(type_, variable, _locals(binders)))
+
     def export(self, visible_only: bool) -> template_data.Function:
         """Return ``export_visible`` or ``export_state``."""
         builder = self.given([*PLACE[1:], ("std::int32_t*", "out")])

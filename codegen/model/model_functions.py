@@ -37,6 +37,9 @@ class PartNames:
         self.densities = {
             a.variable: unique(f"density_{a.variable}") for u in updates if u.observed for a in u.assigns
         }
+        self.init_densities = {
+            i.variable: unique(f"density_init_{i.variable}") for i in context.model.first_seen
+        }
         self.rewards = {r.name: unique(f"reward_{r.name}") for r in context.model.rewards}
         self.observations = {o.name: unique(f"observe_{o.name}") for o in context.model.observations}
         self.observation_densities = {o.name: unique(f"density_{o.name}") for o in context.model.observations}

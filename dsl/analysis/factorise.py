@@ -49,6 +49,8 @@ class _Seen:
                 return Owner("update", self.name)
             case "observe":
                 return Owner("observe", self.name)
+            case "first":
+                return Owner("init", self.name)
         return Owner("terminal")
 
     @property
@@ -89,13 +91,13 @@ class _Factors:
             self._own(assign, Owner("init", assign.variable))
         for assign in self.model.updates:
             self._own(assign, Owner("update", assign.variable))
-        seen = list(self._seen())
-        for item in seen:
+        seen, first = list(self._seen()), list(self._first_seen())
+        for item in (*first, *seen):
             for leaf in leaves(item.tree):
                 self._one_member(leaf, item)
         for name, reads in self.draws.items():
             self._untied(name, reads)
-        factors = tuple(self._factor(e, seen) for e in self.hidden if e not in self.obstacles)
+        factors = tuple(self._factor(e, seen, first) for e in self.hidden if e not in self.obstacles)
         return factors, tuple(self.obstacles[e] for e in self.hidden if e in self.obstacles)
 
     # What forbids it -----------------------------------------------------------------------------
@@ -186,6 +188,11 @@ class _Factors:
 
     # What is learnt ------------------------------------------------------------------------------
 
+    def _first_seen(self) -> Iterator[_Seen]:
+        """Yield what the agent learns at the start."""
+        for init in self.model.first_seen:
+            yield _Seen("first", init.variable, init.binders, self.touches.tree(init.dist))
+
     def _seen(self) -> Iterator[_Seen]:
         """Yield what the agent learns in a step, in the order in which a filter weighs it."""
         for update in sorted(self.model.updates, key=lambda u: u.stage):
@@ -232,12 +239,11 @@ class _Factors:
 
     # Factors -------------------------------------------------------------------------------------
 
-    def _factor(self, element: str, seen: list[_Seen]) -> ir.Factor:
+    def _factor(self, element: str, seen: list[_Seen], first: list[_Seen]) -> ir.Factor:
         declared = self.elements[element]
         touching = [s for s in seen if _touches(s.tree, element)]
-        evidence = tuple(
-            ir.Evidence(s.kind, s.name, s.binders, _touch(s.tree, declared), s.condition) for s in touching
-        )
+        evidence = tuple(_evidence(s, declared) for s in touching)
+        at_start = tuple(_evidence(s, declared) for s in first if _touches(s.tree, element))
         variables = self.hidden[element]
         names = {v.name for v in variables}
         size, inexact = 0, ""
@@ -257,7 +263,8 @@ class _Factors:
                 inexact = f"it has more than {most} joint values"
             else:
                 size = math.prod(size_of(v.type) ** length_of(self._own_indices(v)) for v in variables)
-        return ir.Factor(element, declared.binder, tuple(v.name for v in variables), size, inexact, evidence)
+        names_in_order = tuple(v.name for v in variables)
+        return ir.Factor(element, declared.binder, names_in_order, size, inexact, evidence, at_start)
 
     def _own_indices(self, variable: ir.Variable) -> tuple[Type, ...]:
         return variable.indices[1:] if self.elements[variable.element].binder else variable.indices
@@ -268,6 +275,10 @@ def _guarded(
 ) -> Iterator[tuple[tuple[ir.Binder, ...], ir.Expr]]:
     for binders, end in ends:
         yield binders, ir.Binary(BOOL, "and", condition, end)
+
+
+def _evidence(seen: _Seen, element: ir.Element) -> ir.Evidence:
+    return ir.Evidence(seen.kind, seen.name, seen.binders, _touch(seen.tree, element), seen.condition)
 
 
 def _touches(tree: Tree, element: str) -> bool:

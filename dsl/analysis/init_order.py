@@ -42,7 +42,10 @@ def order_inits(
     uses: Uses,
     report: Report,
 ) -> tuple[ir.Assign, ...]:
-    """Return the inits, visible variables first, each after those that it reads, with their ``group``."""
+    """Return the inits, each after those that it reads, with their ``group``.
+
+    Those of visible variables come first, unless one of them reads hidden state.
+    """
     of = {i.variable: i for i in inits}
     edges: Edges = {
         i.variable: {
@@ -71,7 +74,10 @@ def order_inits(
             return tuple(inits)
         group = names[0] if len(names) > 1 else None
         order += [replace(of[n], group=group) for n in dependencies_first(same)]
-    return tuple(sorted(order, key=lambda i: not variables[i.variable].visible))
+    visible = {n for n in of if variables[n].visible}
+    if any(edges[n].keys() - visible for n in visible):
+        return tuple(order)
+    return tuple(sorted(order, key=lambda i: i.variable not in visible))
 
 
 def _components(edges: Edges) -> list[list[str]]:

@@ -83,7 +83,7 @@ def mark_variables(
     uses: Uses,
     others: Sequence[Owner],
 ) -> tuple[ir.Variable, ...]:
-    """Return the variables with ``determined`` and ``copied``; ``updates`` are staged.
+    """Return the variables with ``determined``, ``copied`` and ``informative``; ``updates`` are staged.
 
     ``others`` are the declarations besides updates whose draws the agent learns something of.
     """
@@ -107,7 +107,13 @@ def mark_variables(
         if kept == copied:
             break
         copied = kept
-    return tuple(replace(v, determined=v.name in determined, copied=v.name in copied) for v in variables)
+    informative = {n for n in visible if any(_hidden(r, visible) for r in uses.closure(Owner("init", n)))}
+    return tuple(
+        replace(
+            v, determined=v.name in determined, copied=v.name in copied, informative=v.name in informative
+        )
+        for v in variables
+    )
 
 
 def check_visible_floats(
@@ -132,6 +138,18 @@ def check_visible_floats(
             continue  # it has no update, which is reported where that is missing
         route = cause.route(str(owner))
         report.add(Mistake(e05_reads.weighed_float(variable.name, why, route, cause.span, variable.span)))
+
+
+def check_first_floats(variables: Sequence[ir.Variable], uses: Uses, report: Report) -> None:
+    """Report visible floats that would have to weigh the first belief."""
+    hidden = {v.name for v in variables if not v.visible}
+    for variable in variables:
+        if not variable.informative or not isinstance(variable.type, Float):
+            continue
+        owner = Owner("init", variable.name)
+        cause = next(r for r in uses.closure(owner) if r.kind == "variable" and r.name in hidden)
+        route = cause.route(str(owner))
+        report.add(Mistake(e05_reads.first_float(variable.name, route, cause.span, variable.span)))
 
 
 def _known(reach: Reach, visible: set[str], determined: set[str]) -> bool:

@@ -175,6 +175,7 @@ def mark_variables(draft: Draft) -> Draft:
     updated = {u.variable for u in updates}  # an update with a mistake of its own is not among them
     floats = [v for v in marked if v.name in updated]
     stages.check_visible_floats(floats, uses, draft.learnt, draft.report)
+    stages.check_first_floats(marked, uses, draft.report)
     return replace(draft, declarations=replace(draft.declarations, variables=marked))
 
 

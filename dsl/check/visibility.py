@@ -43,8 +43,7 @@ _ALLOWED = {
     "bound upper": Allowance("bound upper", hidden=True),
     "bound tail": Allowance("bound tail", hidden=True),
     "bound lower": Allowance("bound lower", history=True),
-    "hidden init": Allowance("an init", hidden=True),
-    "visible init": Allowance("the init of a visible variable"),
+    "init": Allowance("an init", hidden=True),
     "invariant": Allowance("an invariant", hidden=True),
     "step": Allowance("a step", **_EVERYTHING),
 }
@@ -72,9 +71,6 @@ def _allowance(owner: Owner, variables: dict[str, ir.Variable]) -> Allowance:
     kind: str = owner.kind
     if owner.asker is not None:
         return replace(_allowance(owner.asker, variables), what="a belief", hidden=True)
-    if owner.kind == "init":
-        variable = variables.get(owner.name)
-        kind = "visible init" if variable is not None and variable.visible else "hidden init"
     if owner.kind == "bound":
         kind = f"bound {owner.name}"
     return _ALLOWED.get(kind, _ALLOWED["step"])
@@ -105,8 +101,9 @@ def _refusal(
         return Mistake(e04_variables.next_state_unknown(allowed.what, route, reach.span, notes))
     if not variables[reach.name].visible and not allowed.hidden:
         declared = (variables[reach.name].span, f"'{reach.name}' is declared hidden here")
-        refusal = e05_reads.hidden_state_in_init if owner.kind == "init" else e05_reads.hidden_state
-        return Mistake(refusal(allowed.what, route, allowed.history, reach.span, notes, declared))
+        return Mistake(
+            e05_reads.hidden_state(allowed.what, route, allowed.history, reach.span, notes, declared)
+        )
     return None
 
 

@@ -73,7 +73,10 @@ class Interpreter:
     # Episode start ---------------------------------------------------------------------------
 
     def init_visible(self, draws: DrawSource) -> State:
-        """Return states in which the visible variables are drawn and the hidden ones are 0."""
+        """Return states in which the visible variables are drawn, and what these read.
+
+        Hidden variables are 0 where no visible one reads any; ``init_hidden`` draws them again.
+        """
         state = {v.name: self._zeros(v) for v in self.model.variables}
         self._initialise(state, draws, visible=True)
         return state
@@ -83,6 +86,14 @@ class Interpreter:
         result = {name: values.copy() for name, values in state.items()}
         self._initialise(result, draws, visible=False)
         return result
+
+    def init_likelihood(self, state: State) -> Array:
+        """Return how likely the informative variables' values are at the start, given all others: float64."""
+        weight, frame = np.ones(self.lanes, dtype=np.float64), self._frame(state)
+        for init in self.model.first_seen:
+            seen = state[init.variable].reshape(self.lanes, -1)
+            weight = self._weigh(weight, init.binders, init.dist, frame, seen)
+        return weight
 
     def _zeros(self, variable: ir.Variable) -> Array:
         return self._array(variable.type, variable.indices)

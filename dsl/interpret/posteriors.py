@@ -42,7 +42,10 @@ class Posteriors:
         self.factors = [f for f in model.factors if f.exact]
 
     def start(self, state: State, elements: Collection[str], kind: type[np.floating[Any]]) -> Posterior:
-        """Return posteriors of a kind before the first step; ``state`` has the visible variables."""
+        """Return posteriors of a kind before the first step; ``state`` has the visible variables.
+
+        A posterior under which what is seen at the start has probability 0 is what the inits alone say.
+        """
         return {f.element: self._start(f, state, kind) for f in self.factors if f.element in elements}
 
     def advance(
@@ -69,6 +72,7 @@ class Posteriors:
 
     def _start(self, factor: ir.Factor, state: State, kind: type[np.floating[Any]]) -> Array:
         result = np.zeros((len(self._lanes), factor.members, factor.size), dtype=kind)
+        unseen = np.zeros_like(result)
         for member, h in itertools.product(range(factor.members), range(factor.size)):
             trial = self.copied(factor, state)
             entries = list(self.entries(factor, member, self._model.inits))
@@ -77,8 +81,14 @@ class Posteriors:
             frame = Frame(self._lanes, trial)
             for entry in entries:
                 weight = weight * self.density(entry, frame, trial)
+            unseen[:, member, h] = weight
+            for evidence in factor.first:
+                for chance in self.likelihood(evidence, member, frame, trial):
+                    weight = weight * chance
             result[:, member, h] = weight
-        return stored(result / total(result)[..., np.newaxis])
+        explained = (total(result) > 0)[..., np.newaxis]
+        sums = np.where(explained, result, unseen)
+        return stored(sums / total(sums)[..., np.newaxis])
 
     # Hypotheses ------------------------------------------------------------------------------
 
@@ -149,9 +159,8 @@ class Posteriors:
         self, evidence: ir.Evidence, member: int, frame: Frame, seen: Mapping[str, Array]
     ) -> Iterator[Array]:
         """Yield how likely each entry of what was seen is, 1 where it does not touch the member."""
-        laws = {o.name: o.dist for o in self._model.observations} | {
-            u.variable: u.dist for u in self._model.updates
-        }
+        assigns = self._model.inits if evidence.kind == "first" else self._model.updates
+        laws = {o.name: o.dist for o in self._model.observations} | {a.variable: a.dist for a in assigns}
         for number, _, values in combinations(evidence.binders):
             inner = frame.bind(values)
             with np.errstate(all="ignore"):
@@ -161,8 +170,8 @@ class Posteriors:
                 if evidence.condition is not None:
                     chance = np.where(self._evaluator.value(evidence.condition, inner), 0.0, 1.0)
                 else:
-                    assert frame.after is not None
-                    found = seen if evidence.kind == "observe" else frame.after
+                    found = frame.after if evidence.kind == "visible" else seen
+                    assert found is not None
                     value = found[evidence.name].reshape(len(frame.lanes), -1)[:, number]
                     chance = self._evaluator.density(laws[evidence.name], inner, value)
             yield np.where(touched, chance, 1.0)

@@ -43,6 +43,7 @@ def columns(model: ir.Model) -> list[str]:
     return [
         *flat,
         *known,
+        *(["first"] if model.first_seen else []),
         *before,
         *key,
         "upper",
@@ -86,6 +87,11 @@ def trace(
                     *(
                         _flatten(model, state, scenarios),
                         _probabilities(model, posterior, scenarios),
+                        *(
+                            [canonical_double_bits(interpreter.init_likelihood(state)).view(np.int64)]
+                            if model.first_seen
+                            else []
+                        ),
                         policy,
                         action,
                     ),

@@ -15,8 +15,9 @@ class Evidence:
     """What the agent learns in a step, and of which member of a factor it tells.
 
     ``kind``: ``visible`` (the new value of the visible variable ``name``, by its density), ``observe`` (an
-    observation), ``end`` (that the episode goes on: ``condition`` is false); one for each value of
-    ``binders``. ``touch`` is the position, from 0, of the member whose hidden state it reads, -1 for none.
+    observation), ``end`` (that the episode goes on: ``condition`` is false); at the start ``first`` (the
+    value of the informative variable ``name``); one for each value of ``binders``.
+    ``touch`` is the position, from 0, of the member whose hidden state it reads, -1 for none.
     """
 
     kind: str
@@ -29,7 +30,8 @@ class Evidence:
 @dataclass(frozen=True)
 class Factor:
     """The hidden variables of an element, or of each member of a family: independent of all others given
-    what the agent has seen. ``evidence`` is in the order in which it is weighed.
+    what the agent has seen. ``evidence`` is in the order in which it is weighed; ``first`` is that of the
+    start.
 
     ``size`` is the number of joint values, coded in mixed radix: ``variables`` in order, entries row-major,
     the first the most significant; 0 where no exact posterior is kept, and then ``inexact`` says why.
@@ -41,6 +43,7 @@ class Factor:
     size: int
     inexact: str
     evidence: tuple[Evidence, ...]
+    first: tuple[Evidence, ...] = ()
 
     @property
     def exact(self) -> bool:

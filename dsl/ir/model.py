@@ -68,6 +68,8 @@ class Variable:
     ``determined``: visible, and the same in all scenarios that agree on visible state and action, so that it
     is not part of the observation key. ``copied``: visible, and drawn from nothing that anything hidden
     reads, so that the filter takes the observed value at weight 1. docs/internals/contracts.md has the rules.
+    ``informative``: visible, and its init reads hidden state, so that what is seen at the start weighs the
+    first belief.
     """
 
     name: str
@@ -79,6 +81,7 @@ class Variable:
     span: Span
     determined: bool = False
     copied: bool = False
+    informative: bool = False
 
 
 @dataclass(frozen=True)
@@ -334,9 +337,18 @@ class Model:
         """Return the variable with this qualified name."""
         return next(v for v in self.variables if v.name == name)
 
+    @property
+    def first_seen(self) -> tuple[Assign, ...]:
+        """Return the inits of informative variables, in order: what weighs the first belief."""
+        return tuple(i for i in self.inits if self.variable(i.variable).informative)
+
     def init_groups(self, visible: bool) -> tuple[tuple[Assign, ...], ...]:
-        """Return the inits of visible or of hidden variables, in order; those of a group together."""
-        inits = [i for i in self.inits if self.variable(i.variable).visible == visible]
+        """Return the inits of visible or of hidden variables, in order; those of a group together.
+
+        Where visible variables tell of hidden ones, all inits are among those of the visible variables.
+        """
+        all_first = visible and bool(self.first_seen)
+        inits = [i for i in self.inits if all_first or self.variable(i.variable).visible == visible]
         parts = groupby(inits, key=lambda i: i.group or i.variable)
         return tuple(tuple(part) for _, part in parts)
 

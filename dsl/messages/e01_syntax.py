@@ -68,6 +68,20 @@ def foreign_to_library(what: str, span: Span) -> Diagnostic:
     return Diagnostic("E0139", f"a library cannot have {what}", span, remedy)
 
 
+def unknown_moment(words: str, span: Span) -> Diagnostic:
+    """Words between an observation's type and its law that are not ``at start``."""
+    message = f"'{words}' is no time to observe at"
+    remedy = "write 'at start' for what is seen before the first action, and nothing for what each step shows"
+    return Diagnostic("E0151", message, span, remedy)
+
+
+def first_look_outside_element(name: str, span: Span) -> Diagnostic:
+    """An ``observe .. at start`` that stands in no element."""
+    message = f"what is seen at the start stands in an element: '{name}' stands outside"
+    remedy = f"move it into the element that it tells of; others then read it as element.{name}"
+    return Diagnostic("E0152", message, span, remedy)
+
+
 def too_long(most: int, span: Span) -> Diagnostic:
     """A file of more than ``most`` tokens."""
     message = f"the file is too long: it has more than {most} words, numbers and signs"

@@ -20,23 +20,23 @@ def hidden_state(
 
     ``history`` tells whether ``last`` and memory are known there, ``declared`` where the state is declared.
     """
-    return _hidden("E0501", reader, route, history, span, (*notes, declared))
-
-
-def hidden_state_in_init(
-    reader: str, route: str, history: bool, span: Span, notes: Iterable[Note], declared: Note
-) -> Diagnostic:
-    """A read of hidden state by the init of a visible variable."""
-    return _hidden("E0502", reader, route, history, span, (*notes, declared))
-
-
-def _hidden(
-    code: str, reader: str, route: str, history: bool, span: Span, notes: tuple[Note, ...]
-) -> Diagnostic:
     remedy = "read visible variables only, or declare this one visible"
     if history:
         remedy = "read visible variables, last(..) and memory, or declare this one visible"
-    return Diagnostic(code, f"{reader} cannot read hidden state: {route}", span, remedy, notes)
+    message = f"{reader} cannot read hidden state: {route}"
+    return Diagnostic("E0501", message, span, remedy, (*notes, declared))
+
+
+def first_float(name: str, route: str, span: Span, declared: Span) -> Diagnostic:
+    """A visible float whose init reads hidden state."""
+    return Diagnostic(
+        "E0502",
+        f"the visible float '{name}' tells of hidden state at the start: {route}",
+        span,
+        "no float has a probability to weigh a belief by: give it a finite type, and see of a sensor's noise "
+        "the bin that it falls into, x ~ binned(..)",
+        ((declared, f"'{name}' is declared visible here"),),
+    )
 
 
 def draw_of_policy(reader: str, route: str, span: Span, notes: Iterable[Note]) -> Diagnostic:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 
 from lark import Token, Tree
@@ -30,6 +31,16 @@ QUANTIFIERS = (
 _WITHOUT_BODY = ("count", "uniform", "distance")
 _MAX_DIGITS = 18
 _LIBRARY_ITEMS = (ast.Import, ast.Const, ast.TypeAlias, ast.EnumDecl, ast.RecordDecl, ast.Function)
+
+
+@dataclass(frozen=True)
+class _FirstLook(ast.Observe):
+    """``observe name: type at start rhs``, in an element short for a variable that never changes."""
+
+    def placed(self) -> list[ast.Item]:
+        """Return the visible variable, whose value is seen at the start, and its init."""
+        variable = ast.Variable(self.span, True, True, self.name, self.type)
+        return [variable, ast.Init(self.span, self.name, self.rhs)]
 
 
 def build(tree: Tree[Token], source: Source) -> tuple[Any, list[Diagnostic]]:
@@ -62,6 +73,8 @@ def _called(item: ast.Item) -> str:
             return f"a {kind}"
         case ast.Condition(_, kind):
             return f"'{kind} when'"
+        case ast.Observe():
+            return "'observe'"
     return f"'{type(item).__name__.lower()}'"
 
 
@@ -92,6 +105,9 @@ class _Builder:
         return expr
 
     def model_file(self, span: Span, name: Token, *items: Any) -> ast.ModelFile:
+        for item in items:
+            if isinstance(item, _FirstLook):
+                self.diagnostics.append(e01_syntax.first_look_outside_element(item.name, item.span))
         return ast.ModelFile(span, str(name), _flat(items))
 
     def library_file(self, span: Span, name: Token, *items: Any) -> ast.LibraryFile:
@@ -158,7 +174,8 @@ class _Builder:
         return ast.Condition(span, str(kind), condition)
 
     def element(self, span: Span, name: Token, binder: ast.Binder | None, *members: Any) -> ast.Element:
-        return ast.Element(span, str(name), binder, _flat(members))
+        placed = [m.placed() if isinstance(m, _FirstLook) else m for m in members]
+        return ast.Element(span, str(name), binder, _flat(placed))
 
     def policy(self, span: Span, name: Token, rhs: ast.Rhs) -> ast.Policy:
         return ast.Policy(span, str(name), rhs)
@@ -175,8 +192,15 @@ class _Builder:
     def invariant(self, span: Span, condition: ast.Expr) -> ast.Invariant:
         return ast.Invariant(span, condition)
 
-    def observe(self, span: Span, name: Token, type_: ast.TypeExpr, rhs: ast.Rhs) -> ast.Observe:
-        return ast.Observe(span, str(name), type_, rhs)
+    def observe(
+        self, span: Span, name: Token, type_: ast.TypeExpr, at_start: bool | None, rhs: ast.Rhs
+    ) -> ast.Observe:
+        return (_FirstLook if at_start else ast.Observe)(span, str(name), type_, rhs)
+
+    def moment(self, span: Span, *words: Token) -> bool:
+        if words != ("at", "start"):
+            self.diagnostics.append(e01_syntax.unknown_moment(" ".join(words), span))
+        return True
 
     def reward(self, span: Span, name: Token, value: ast.Expr) -> ast.Reward:
         return ast.Reward(span, str(name), value)

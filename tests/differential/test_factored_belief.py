@@ -27,7 +27,7 @@ def marginals(model: ir.Model, folder: Path) -> npt.NDArray[np.float64]:
     return np.delete(rows, (1, 2), axis=1)
 
 
-@pytest.mark.parametrize("name", ["mixed", "crowd"])
+@pytest.mark.parametrize("name", ["mixed", "crowd", "first_looks"])
 def test_particles_of_factors_come_to_their_posteriors(name: str, tmp_path: Path) -> None:
     model = model_of(FACTORED[name])
     exact = marginals(model, tmp_path / "exact")

@@ -19,6 +19,45 @@ CHI_SQUARE_9 = 27.88  # exceeded by one in a thousand of calibrated beliefs
 Compare = Callable[..., dict[str, Any]]
 
 
+# What is seen at the start tells of each bot on its own, of the one that a mast is turned to, and of all.
+FIRST_LOOK = """
+model Glance
+type Bot = 1 .. 2
+type Spot = 0 .. 9
+discount 0.9
+action look: Bot
+element mast {
+  visible fixed turned: Bot
+  init turned ~ uniform(Bot)
+  observe far: Spot at start ~ noisy(bot[turned].at, 0.6)
+  observe high: bool[Bot] at start ~ [b in Bot: noisy(bot[b].at > 4, 0.7)]
+}
+element bot[b in Bot] {
+  hidden at: Spot
+  init at ~ uniform(s in Spot where s >= b: s)
+  at' ~ { at: 0.7, else clamp(at + 1) }
+  observe lit: bool at start ~ bernoulli(0.1 * at)
+}
+observe seen: Spot ~ noisy(bot[look].at', 0.5)
+reward none = look - 1
+"""
+
+
+@pytest.fixture(scope="module")
+def compare_start(tmp_path_factory: pytest.TempPathFactory) -> Compare:
+    """Return how to compare beliefs of a model with a first observation with the exact one."""
+    path = tmp_path_factory.mktemp("model") / "glance.pomdp"
+    path.write_text(FIRST_LOOK)
+    program = filter_program.build(path)
+
+    def run(kind: str, particles: int, episodes: int, steps: int = 0) -> dict[str, Any]:
+        result = filter_program.compare(program, kind, particles, episodes=episodes, steps=steps, seed=1)
+        assert result["updates"] == max(steps, 1) * episodes and result["failures"] == 0
+        return result
+
+    return run
+
+
 @pytest.fixture(scope="module")
 def compare() -> Compare:
     """Return how to compare a belief with the exact one: kind, particles and episodes."""
@@ -52,3 +91,21 @@ def test_the_truth_has_every_rank_equally_often(compare: Compare, kind: str) -> 
     ranks = compare(kind, 1000, 1000)["ranks"]
     assert sum(ranks) > 800
     assert filter_program.chi_square(ranks) < CHI_SQUARE_9
+
+
+@pytest.mark.parametrize("steps", [0, 5])
+def test_the_first_belief_is_conditioned_on_what_is_seen_first(compare_start: Compare, steps: int) -> None:
+    # A ninth is no whole number of random words.
+    assert compare_start("limit", 1, 100, steps)["largest"] < 1e-8
+    assert compare_start("factored", 1, 300, steps)["largest"] < 1e-8
+
+
+def test_first_particles_near_the_exact_belief_by_the_root_of_their_number(compare_start: Compare) -> None:
+    means = [(n, compare_start("particle", n, 100)["mean"]) for n in (100, 1000, 10000)]
+    assert filter_program.slope(means) == pytest.approx(-0.5, abs=0.05)
+
+
+@pytest.mark.parametrize("kind", ["exact", "factored", "particle"])
+@pytest.mark.parametrize("steps", [0, 5])
+def test_the_truth_has_every_rank_after_a_first_look(compare_start: Compare, kind: str, steps: int) -> None:
+    assert filter_program.chi_square(compare_start(kind, 1000, 1000, steps)["ranks"]) < CHI_SQUARE_9

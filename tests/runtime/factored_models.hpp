@@ -128,4 +128,32 @@ struct CoinAndLevel : NoHistory {
   }
 };
 
+// CoinAndLevel whose coin and level have each been seen, as in a step, before the first one.
+struct CoinSeenFirst : CoinAndLevel {
+  static constexpr int kVisibleCount = 1;
+
+  static void import_visible(const std::int32_t* in, Fixed& fixed, State& state) {
+    fixed.words[0] = static_cast<std::uint32_t>(in[0]);  // a key
+    state = {};
+  }
+  static void export_visible(const Fixed& fixed, const State&, std::int32_t* out) {
+    out[0] = static_cast<std::int32_t>(fixed.words[0]);
+  }
+  static double init_likelihood(const Params& params, const Fixed& fixed, const State& state) {
+    double of_level = 0.0;
+    init_weights(params, fixed, state, &of_level);
+    return coin_density(state.words[0], static_cast<int>(fixed.words[0] / 12)) * of_level;
+  }
+  static bool init_posterior(const Params&, const Fixed& fixed, const State&, Posterior& after) {
+    const int seen = static_cast<int>(fixed.words[0] / 12);
+    after = {{0.5}};
+    const double sums[] = {coin_density(0, seen), coin_density(1, seen)};
+    return seen < 2 && posteriors::normalise<2>(sums, after.coin);
+  }
+  static void init_weights(const Params&, const Fixed& fixed, const State& state, double* weights) {
+    const bool is_key = fixed.words[0] < 24;
+    weights[0] = is_key ? level_density(state.words[1], static_cast<int>(fixed.words[0] % 12) - 1) : 0.0;
+  }
+};
+
 }  // namespace hypgen::testing

@@ -17,6 +17,10 @@ LACKING = {
     "struct Wanting : Tiger { static void load(); };": "load is missing or has another signature",
     "struct Wanting : Tiger { static int init_hidden; };": "init_hidden is missing",
     "struct Wanting : Tiger { static int export_state; };": "export_state is missing",
+    "struct Wanting : Tiger { static int init_likelihood; };": "init_likelihood has another signature",
+    "struct Wanting : CoinSeenFirst { static int init_weights; };": "and particle units lacks init_weights",
+    "struct Wanting : CoinSeenFirst { static void init_posterior(const Params&, const Fixed&, const State&, "
+    "Posterior&); };": "init_posterior of a model with init_likelihood does not return a bool",
     "struct Wanting : Tiger { static int is_legal; };": "is_legal is missing",
     "struct Wanting : Tiger { static int step; };": "step is missing or has another signature",
     "struct Wanting : Tiger { static int observe; };": "observe is missing",
@@ -49,7 +53,7 @@ def messages(folder: Path, includes: list[str], text: str) -> str:
 def test_models_hold(tmp_path: Path) -> None:
     text = "".join(
         f"static_assert(hypgen::ModelContract<hypgen::testing::{name}>::kHolds);\n"
-        for name in ("Tiger", "CoinAndLevel", "RockSample<4, 3>")
+        for name in ("Tiger", "CoinAndLevel", "CoinSeenFirst", "RockSample<4, 3>")
     )
     assert not messages(tmp_path, ["hypgen/model/model_contract.hpp", "factored_models.hpp"], text)
 

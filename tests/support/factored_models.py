@@ -53,6 +53,24 @@ FACTORED = {
         count' = if near then clamp(count + 1) else count
       }
       terminal when robot.count == 7 or (act == 3 and target.at' == 4)""",
+    # What is seen at the start: of each member its own, of one that a visible variable chooses, and an array
+    # with an entry for each. Inits of hidden variables read what is seen, too.
+    "first_looks": """
+      type Bot = 1 .. 2   type Spot = 0 .. 3   type Kind = 0 .. 1
+      element mast { visible fixed turned: Bot  init turned ~ uniform(Bot) }
+      element bot[b in Bot] {
+        hidden fixed kind: Kind   hidden at: Spot   hidden fixed keen: bool
+        init kind ~ uniform(Kind)
+        init at ~ uniform(p in Spot where p >= kind: p)
+        init keen ~ bernoulli(if lit then 0.8 else 0.3)
+        at' ~ if keen then uniform(p in Spot where abs(p - at) <= kind: p) else at
+        observe lit: bool at start ~ bernoulli(0.2 * at + 0.1 * kind)
+      }
+      element tower {
+        observe far: Spot at start ~ noisy(bot[mast.turned].at, 0.6)
+        observe high: bool[Bot] at start ~ [b in Bot: noisy(bot[b].at > 1, 0.7)]
+      }
+      observe seen: Spot ~ if act == 0 then noisy(bot[2].at', 0.8) else 0""",
     # The episode's end tells of every member; each member has a sensor of its own.
     "crowd": """
       type Ped = 0 .. 2

@@ -92,7 +92,7 @@ def _weighted(model: ir.Model) -> Iterator[tuple[_Part, list[tuple[int, dict[str
     """Yield what has a density that the filter uses, with some of its entries."""
     variables = {f.name: model.variable(f.name) for f in model.key if not f.observed}
     weighed = (u for u in model.updates if u.variable in variables and not variables[u.variable].copied)
-    parts: list[_Part] = [*model.observations, *weighed]
+    parts: list[_Part] = [*model.observations, *weighed, *model.first_seen]
     for part in parts:
         if not isinstance(part.dist, ir.Certain):
             chosen = itertools.islice(combinations(part.binders), _ENTRIES)

@@ -27,8 +27,10 @@ class Belief {
  public:
   virtual ~Belief() = default;
 
-  // Starts episode `run` with the values of all visible variables.
-  virtual void init(const std::int32_t* visible, std::uint64_t run) = 0;
+  // Starts episode `run` with the values of all visible variables, and with what these tell of hidden ones.
+  // If the status is not kOk, nothing explains them, and the belief is what the model says of hidden ones
+  // alone.
+  virtual Status init(const std::int32_t* visible, std::uint64_t run) = 0;
 
   // Updates the belief by an action and the observation after it. If the status is not kOk, the belief stays
   // as it was.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "hypgen/belief/belief.hpp"
+#include "hypgen/belief/first_draws.hpp"
 #include "hypgen/model/model.hpp"
 
 namespace hypgen {
@@ -27,19 +28,21 @@ class FactoredBelief final : public Belief {
         weights_(now_.size() * M::kParticleUnits),
         next_weights_(weights_.size()) {}
 
-  void init(const std::int32_t* visible, std::uint64_t run) override {
+  Status init(const std::int32_t* visible, std::uint64_t run) override {
     key_ = derive(seed_, StreamKind::kBelief, run);
     step_ = 0;
     resampled_ = false;
     M::import_visible(visible, fixed_, state_);
-    M::init_posterior(params_, fixed_, state_, posterior_);
     M::init_history(params_, fixed_, state_, history_);
-    for (std::uint32_t i = 0; i < now_.size(); ++i) {
-      PhiloxDraws draws(key_, i, 0);
-      now_[i] = {fixed_, state_};
-      M::init_hidden(params_, draws, now_[i].fixed, now_[i].state);
+    if constexpr (SeesFirst<M>::value) {
+      const bool is_possible = M::init_posterior(params_, fixed_, state_, posterior_);
+      return draw_first() && is_possible ? Status::kOk : Status::kImpossibleObservation;
+    } else {
+      M::init_posterior(params_, fixed_, state_, posterior_);
+      for (std::uint32_t i = 0; i < now_.size(); ++i) draw_initial(i, now_[i]);
+      std::fill(weights_.begin(), weights_.end(), 1.0 / static_cast<double>(size_));
+      return Status::kOk;
     }
-    std::fill(weights_.begin(), weights_.end(), 1.0 / static_cast<double>(size_));
   }
 
   Status update(int action, KeyWords words) override {
@@ -148,6 +151,43 @@ class FactoredBelief final : public Belief {
     typename M::Fixed fixed;
     typename M::State state;
   };
+
+  void draw_initial(std::uint32_t number, Particle& particle) const {
+    PhiloxDraws draws(key_, number, 0);
+    particle = {fixed_, state_};
+    M::init_hidden(params_, draws, particle.fixed, particle.state);
+  }
+
+  // Draws each unit's particles given what is seen at the start; false if none of some unit explain it.
+  bool draw_first() {
+    bool all_explained = true;
+    if constexpr (M::kParticleUnits > 0) {
+      FirstDraws first(size_, M::kParticleUnits);
+      Particle candidate{};
+      do {
+        for (std::size_t i = 0; i < size_; ++i) {
+          double likelihoods[M::kParticleUnits];
+          draw_initial(first.count(), candidate);
+          M::init_weights(params_, candidate.fixed, candidate.state, likelihoods);
+          first.add(likelihoods);
+        }
+      } while (first.wants_more());
+      std::fill(now_.begin(), now_.end(), Particle{fixed_, state_});
+      for (std::uint32_t unit = 0; unit < M::kParticleUnits; ++unit) {
+        PhiloxDraws draws(key_, unit, 0);
+        std::uint32_t drawn = first.count();  // the candidate at hand: none yet
+        const auto take = [&](std::uint32_t i, std::uint32_t number, double weight) {
+          if (number != drawn) draw_initial(drawn = number, candidate);
+          M::copy_unit(static_cast<int>(unit), candidate.fixed, candidate.state, now_[i].fixed,
+                       now_[i].state);
+          weights_[unit * size_ + i] = weight;
+        };
+        const bool is_explained = first.choose(unit, draws.word(kResampleSite, 0), take);
+        all_explained = all_explained && is_explained;
+      }
+    }
+    return all_explained;
+  }
 
   static bool holds(int variable, std::int32_t value, const typename M::Fixed& fixed,
                     const typename M::State& state) {

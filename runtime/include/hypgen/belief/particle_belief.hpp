@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "hypgen/belief/belief.hpp"
+#include "hypgen/belief/first_draws.hpp"
 #include "hypgen/belief/redraw.hpp"
 #include "hypgen/model/model.hpp"
 
@@ -26,18 +27,24 @@ class ParticleBelief final : public Belief {
     if constexpr (kTracks) tracked_params_ = copied<typename T::Params>(params);
   }
 
-  void init(const std::int32_t* visible, std::uint64_t run) override {
+  Status init(const std::int32_t* visible, std::uint64_t run) override {
     key_ = derive(seed_, StreamKind::kBelief, run);
     step_ = 0;
     visible_.assign(visible, visible + M::kVisibleCount);
     now_.resize(next_.size());
-    for (std::uint32_t i = 0; i < now_.size(); ++i) {
-      now_[i].origin = i;
-      draw_initial(now_[i]);
-      now_[i].weight = 1.0 / static_cast<double>(now_.size());
+    Status status = Status::kOk;
+    if constexpr (SeesFirst<M>::value) {
+      status = draw_first();
+    } else {
+      for (std::uint32_t i = 0; i < now_.size(); ++i) {
+        now_[i].origin = i;
+        draw_initial(now_[i]);
+        now_[i].weight = 1.0 / static_cast<double>(now_.size());
+      }
     }
     hypotheses_ = count_distinct();
     T::init_history(params(), now_[0].fixed, now_[0].state, history_);
+    return status;
   }
 
   Status update(int action, KeyWords words) override {
@@ -200,6 +207,29 @@ class ParticleBelief final : public Belief {
     } else {
       T::init_hidden(params(), draws, particle.fixed, particle.state);
     }
+  }
+
+  // Draws the particles given what is seen at the start.
+  Status draw_first() {
+    FirstDraws first(now_.size(), 1);
+    const auto drawn = [&](Particle& particle, std::uint32_t candidate) {
+      particle.origin = candidate;
+      draw_initial(particle);
+      return T::init_likelihood(params(), particle.fixed, particle.state);
+    };
+    do {
+      for (std::size_t i = 0; i < now_.size(); ++i) {
+        const double likelihood = drawn(next_[i], first.count());
+        first.add(&likelihood);
+      }
+    } while (first.wants_more());
+    PhiloxDraws draws(key_, 0, 0);
+    const auto take = [&](std::uint32_t i, std::uint32_t candidate, double weight) {
+      drawn(now_[i], candidate);
+      redraw_unread(now_[i], PhiloxDraws(key_, i, 0));  // several particles may be the same candidate
+      now_[i].weight = weight;
+    };
+    return first.choose(0, draws.word(kResampleSite, 0), take) ? Status::kOk : Status::kImpossibleObservation;
   }
 
   // Draws again what a particle has not read. It proposes all unread words first, then those of arrays alone:

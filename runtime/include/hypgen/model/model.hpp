@@ -32,9 +32,12 @@
 // Params. On the host only.
 //   bool load(const ParamValues&, Params&, std::string& error);  // false: bad values, named in `error`
 //
-// Initial state. `init_visible` comes first and zeroes both blocks. `init_hidden` leaves what is visible.
+// Initial state. `init_visible` comes first and zeroes both blocks. `init_hidden` leaves what is visible. Both
+// get the same draws: `init_visible` draws hidden variables too where visible ones depend on them.
 //   void init_visible(P, D&, Fixed&, State&);
 //   void init_hidden(P, D&, Fixed&, State&);
+//   double init_likelihood(P, F, S);  // optional: of the visible variables that depend on hidden ones, their
+//                                     // probability at the start given all others
 //   void export_visible(F, S, std::int32_t* out);                 // kVisibleCount values
 //   void import_visible(const std::int32_t* in, Fixed&, State&);  // the same ones; zeroes all others
 //   void export_state(F, S, std::int32_t* out);                   // kVariableCount values
@@ -72,7 +75,8 @@
 //   bool kFactored;
 //   int kExactUnits;
 //   struct Posterior;                                                  // of all exact units
-//   void init_posterior(P, F, S, Posterior& after);
+//   void init_posterior(P, F, S, Posterior& after);  // with init_likelihood bool; false: no value of some unit
+//                                                    // explains what is visible
 //   bool advance_posterior(P, F, S, int action, const Key&, S next, const Posterior& now, Posterior& after);
 //       // false: no value of some unit explains the key
 //   Required if kFactored:
@@ -87,6 +91,7 @@
 //   void filter_particles(P, F, S, int action, const Key&, D&, State& next, double* weights);
 //       // as `filter`, with the likelihood of each unit for itself: kParticleUnits weights
 //   void copy_unit(int unit, F from_fixed, S from_state, Fixed&, State&);
+//   void init_weights(P, F, S, double* weights);  // with init_likelihood: that of each unit for itself
 //
 // Redraw of particles (belief/redraw.hpp). Optional, all or none: particles draw again what nothing has read.
 //   using Tracking;                                          // the same model, which notes reads of Fixed
@@ -133,6 +138,12 @@ template <class M, class = void>
 struct IsRelaxed : std::false_type {};
 template <class M>
 struct IsRelaxed<M, std::void_t<decltype(&M::declared_upper)>> : std::true_type {};
+
+// Whether what the agent sees at the start tells of hidden variables.
+template <class M, class = void>
+struct SeesFirst : std::false_type {};
+template <class M>
+struct SeesFirst<M, std::void_t<decltype(&M::init_likelihood)>> : std::true_type {};
 
 // Whether the model declares a lower bound. One that is looked up from a table is not declared.
 template <class M, class = void>

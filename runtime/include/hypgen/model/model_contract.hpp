@@ -111,6 +111,13 @@ using MovesPosterior =
                                                             to<const typename M::Posterior>(),
                                                             to<typename M::Posterior>()))>>;
 template <class M>
+using InitLikelihood = Returns<double, decltype(M::init_likelihood(P<M>(), F<M>(), S<M>()))>;
+template <class M>
+using InitExplains =
+    Returns<bool, decltype(M::init_posterior(P<M>(), F<M>(), S<M>(), to<typename M::Posterior>()))>;
+template <class M>
+using InitWeights = decltype(M::init_weights(P<M>(), F<M>(), S<M>(), to<double*>()));
+template <class M>
 using Units =
     std::void_t<Number<M::kParticleUnits>, Returns<int, decltype(M::unit_of(0))>,
                 decltype(M::advance_visible(P<M>(), F<M>(), S<M>(), 0, key<M>(), to<typename M::State>()))>;
@@ -152,6 +159,10 @@ struct IfFactored<M, true> {
                 "model contract: a model with exact units lacks unit_size, probability or put_unit");
   static_assert(M::kParticleUnits == 0 || kHas<ParticleUnits, M>,
                 "model contract: a model with particle units lacks filter_particles or copy_unit");
+  static_assert(!SeesFirst<M>::value || kHas<InitExplains, M>,
+                "model contract: init_posterior of a model with init_likelihood does not return a bool");
+  static_assert(!SeesFirst<M>::value || M::kParticleUnits == 0 || kHas<InitWeights, M>,
+                "model contract: a model with init_likelihood and particle units lacks init_weights");
 };
 
 // What every model has besides its types.
@@ -166,6 +177,8 @@ struct Functions {
   static_assert(kHas<ExportVisible, M>, "model contract: export_visible is missing or has another signature");
   static_assert(kHas<ImportVisible, M>, "model contract: import_visible is missing or has another signature");
   static_assert(kHas<ExportState, M>, "model contract: export_state is missing or has another signature");
+  static_assert(!SeesFirst<M>::value || kHas<InitLikelihood, M>,
+                "model contract: init_likelihood has another signature");
   static_assert(kHas<IsLegal, M>, "model contract: is_legal is missing or has another signature");
   static_assert(kHas<Step, M>, "model contract: step is missing or has another signature");
   static_assert(kHas<Observe, M>, "model contract: observe is missing or has another signature");

@@ -127,6 +127,7 @@ class DigestLane {
     M::init_history(params_, fixed_, state_, history_);
     M::init_posterior(params_, fixed_, state_, posterior_);
     digest_.add_words(fixed_);
+    if constexpr (SeesFirst<M>::value) digest_.add_double(M::init_likelihood(params_, fixed_, state_));
   }
 
   // One of the legal actions, each as likely; -1 if there is none.

@@ -22,7 +22,8 @@ struct TraceOptions {
   std::uint32_t steps = 64;
 };
 
-// Writes int64 rows, step-major: variables and exact posteriors before the step, default policy's action,
+// Writes int64 rows, step-major: variables and exact posteriors before the step, bits of the likelihood of what
+// is seen at the start if the model has one, default policy's action,
 // action, reward, terminal, success, words of the key, bits of upper, tail and lower, bits of the filter's
 // weight, variables of the filter's next state.
 template <class M>
@@ -57,7 +58,7 @@ class Tracer {
                                                     ? sizeof(typename M::Posterior) / sizeof(double)
                                                     : 0;
   static constexpr std::size_t kColumns =
-      2 * M::kVariableCount + kProbabilities + 9 + kKeyWords<typename M::Key>;
+      2 * M::kVariableCount + kProbabilities + 9 + SeesFirst<M>::value + kKeyWords<typename M::Key>;
 
   struct Lane {
     typename M::Fixed fixed;
@@ -80,6 +81,10 @@ class Tracer {
     PhiloxDraws draws(key_, i, t);
     put_variables(lane.state, lane.fixed);
     put_posterior(lane.posterior);
+    if constexpr (SeesFirst<M>::value) {
+      const double likelihood = M::init_likelihood(params_, lane.fixed, lane.state);
+      put(static_cast<std::int64_t>(math::canonical_bits(likelihood)));
+    }
     put(M::default_policy(params_, lane.fixed, lane.state, lane.history, draws));
     const int action = choose_action(lane, i, t);
     put(action);

@@ -53,10 +53,9 @@ class Enumerated:
             self.hidden[v.name][(slice(None), *place)] = joint[:, column]
         state = self.state(start)
         frame = self.interpreter._frame(state)
-        inits = [i for i in model.inits if i.variable in self.hidden]
-        self.weights = np.prod(
-            [self.density(i.binders, i.dist, frame, state[i.variable]) for i in inits], axis=0
-        )
+        inits = [i for i in model.inits if i.variable in self.hidden or i in model.first_seen]
+        weights = np.prod([self.density(i.binders, i.dist, frame, state[i.variable]) for i in inits], axis=0)
+        self.weights = weights / weights.sum()
 
     def state(self, visible: State) -> State:
         """Return the states that agree with ``visible``, one for each joint value."""
