@@ -264,6 +264,7 @@ def _policy(model: ir.Model) -> dict[str, Any]:
 def _belief(model: ir.Model) -> dict[str, Any]:
     return {
         "filter": "factored" if model.factored else "particles",
+        "seen_first": [init.variable for init in model.first_seen],
         "drawn_when_read": [init.variable for init in redraw.redrawn(model)],
         "factors": [
             {

@@ -67,7 +67,8 @@ def command(
     except SeveralStartsError:
         raise click.ClickException(
             f"{model} starts in {len(enumerated.starts)} ways that the agent can tell apart, and in "
-            "Cassandra's format nothing is seen before the first action: give visible variables one start."
+            "Cassandra's format nothing is seen before the first action: give visible variables one start, "
+            "and let the first step show what is seen now before it."
         ) from None
     if output is None:
         click.echo(text, nl=False)

@@ -188,12 +188,13 @@ def _policy(policy: Facts) -> str:
 
 
 def _belief(belief: Facts) -> str:
+    first = ", ".join(belief["seen_first"])
+    given = f"; the first one is given what is seen of {first}" if first else ""
     if belief["filter"] == "factored":
-        return "Belief: factored, each factor independent of the others given what was seen"
+        return f"Belief: factored, each factor independent of the others given what was seen{given}"
     lazily = ", ".join(belief["drawn_when_read"])
-    return "Belief: particles of the whole state" + (
-        f"; copies draw anew what they have not read of {lazily}" if lazily else ""
-    )
+    copies = f"; copies draw anew what they have not read of {lazily}" if lazily else ""
+    return f"Belief: particles of the whole state{copies}{given}"
 
 
 def _factors(belief: Facts) -> list[str]:

@@ -77,6 +77,9 @@ class TextReport:
         """Print the model's name, the state and the legal actions."""
         click.echo(f"{self._model.name}: episode {number} of seed {seed}")
         self.state()
+        for v in self._model.variables:
+            if v.informative:
+                self._observed(v.name, v.element, v.type, v.indices, self._episode.values()[v.name])
         self.legal()
 
     def step(self, before: Values, outcome: Outcome) -> None:
@@ -90,7 +93,8 @@ class TextReport:
                 if old != new and (old == old or new == new):  # not from NaN to NaN
                     click.echo(f"  {name}: {value_text(old, v.type)} -> {value_text(new, v.type)}{_mark(v)}")
         for o in model.observations if outcome.observation else ():
-            self._observed(o, outcome.observation[o.name])
+            indices = tuple(b.type for b in o.binders)
+            self._observed(o.name, o.element, o.type, indices, outcome.observation[o.name])
         earned = [f"{name} {value:.6g}" for name, value in outcome.terms.items() if value]
         terms = f" ({', '.join(earned)})" if len(outcome.terms) > 1 and earned else ""
         click.echo(
@@ -99,13 +103,14 @@ class TextReport:
         if outcome.error:
             click.echo("  a reward term is not a number: it counts as 0")
 
-    def _observed(self, o: ir.Observation, values: list[Any]) -> None:
-        indices = tuple(b.type for b in o.binders)
+    def _observed(
+        self, name: str, element: str | None, type_: Type, indices: tuple[Type, ...], values: list[Any]
+    ) -> None:
         if len(values) > _LISTED:
-            click.echo(_wrapped(f"observed {o.name} = {array_text(values, o.type, indices)}"))
+            click.echo(_wrapped(f"observed {name} = {array_text(values, type_, indices)}"))
             return
-        for name, value in zip(entry_names(o.name, o.element, indices, self._model), values, strict=True):
-            click.echo(f"  observed {name} = {value_text(value, o.type)}")
+        for entry, value in zip(entry_names(name, element, indices, self._model), values, strict=True):
+            click.echo(f"  observed {entry} = {value_text(value, type_)}")
 
     def undone(self) -> None:
         """Print where the episode stands again."""
@@ -173,7 +178,16 @@ class JsonReport:
 
     def start(self, seed: int, number: int) -> None:
         """Print the state that the episode starts in."""
-        self._print("start", model=self._model.name, seed=seed, episode=number, state=self._state())
+        values, first = self._episode.values(), [v for v in self._model.variables if v.informative]
+        seen = {v.name: _data(values[v.name], v.type, bool(v.indices)) for v in first}
+        self._print(
+            "start",
+            model=self._model.name,
+            seed=seed,
+            episode=number,
+            **({"observation": seen} if first else {}),
+            state=self._state(),
+        )
 
     def step(self, before: Values, outcome: Outcome) -> None:
         """Print a step and the state after it."""

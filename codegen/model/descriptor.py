@@ -6,7 +6,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from hypgen.codegen.cpp import template_data
 from hypgen.codegen.cpp.expressions import Context
@@ -51,7 +51,7 @@ class _Descriptor:
         self.model = context.model
         scope = Scope(
             {"std", "hypgen", "descriptor", "main", "Model", "names", "action_names", "observation_name"}
-            | {"value_names", "exact", "model"}
+            | {"value_names", "exact", "model", "first_observation_name"}
         )
         coded: list[Enum | Record] = [*self.model.enums, *self.model.records]
         self.name_functions = {t.name: scope.unique(f"name_of_{t.name}") for t in coded}
@@ -60,9 +60,10 @@ class _Descriptor:
         """Return the view."""
         shown: list[Type] = [self.model.action.type, *(k.type for k in self.model.key)]
         shown += [p.type for p in self.model.params]
-        shown += [v.type for v in self.model.variables] if exact else []
+        shown += [v.type for v in self.model.variables if exact or v.informative]
         functions = [self._type_name(t) for t in self._named_types(shown)]
         functions += [self._action_names(), self._observation_name()]
+        functions += [self._first_observation_name()] if self.model.first_seen else []
         functions += [self._value_names()] if exact else []
         return template_data.Main(
             project.banner,
@@ -159,14 +160,32 @@ class _Descriptor:
             label = f"{field.name}=" if len(layout.fields) > 1 else ""
             before, after = (f"{label}(", ")") if field.indices else (label, "")
             parts.append((before, texts[field.name], after))
-        joined, pending = "", ""
-        for n, (before, text, after) in enumerate(parts):
-            before = f"{pending}{', ' if n else ''}{before}"
-            joined += (f"{_string(before)} + " if before else "") + f"{text} + "
-            pending = after
-        joined = joined + _string(pending) if pending else joined.removesuffix(" + ")
-        code.add(f"return {joined};" if parts else 'return "none";')
+        code.add(f"return {_joined(parts)};" if parts else 'return "none";')
         head = f"std::string observation_name(hypgen::KeyWords{' key' if parts else ''}) {{"
+        return template_data.Function((), (head,), tuple(code.lines))
+
+    def _first_observation_name(self) -> template_data.Function:
+        """Return C++ for what is visible at the start and tells of hidden variables."""
+        code, scope = Code(), Scope({"visible", "i"})
+        parts: list[tuple[str, str, str]] = []
+        for variable in (v for v in self.model.variables if v.visible):
+            length = length_of(variable.indices)
+            if not variable.informative:
+                code.add(f"visible += {length};")
+                continue
+            text = scope.unique(variable.name.replace(".", "_"))
+            value = self._name(variable.type, from_int32("*visible++", variable.type))
+            if variable.indices:
+                code.add(f"std::string {text};")
+                with code.block(f"for (int i = 0; i < {length}; ++i)"):
+                    code.add(f'{text} += (i == 0 ? "" : ", ") + {value};')
+            else:
+                code.add(f"const std::string {text} = {value};")
+            label = f"{variable.name}=" if len(self.model.first_seen) > 1 else ""
+            before, after = (f"{label}(", ")") if variable.indices else (label, "")
+            parts.append((before, text, after))
+        code.add(f"return {_joined(parts)};")
+        head = "std::string first_observation_name(const std::int32_t* visible) {"
         return template_data.Function((), (head,), tuple(code.lines))
 
     def _value_names(self) -> template_data.Function:
@@ -191,6 +210,8 @@ class _Descriptor:
         lines.append(f"model.has_success = {'false' if model.success is None else 'true'};")
         lines.append("model.action_names = action_names();")
         lines.append("model.observation_name = observation_name;")
+        if model.first_seen:
+            lines.append("model.first_observation_name = first_observation_name;")
         names = list(itertools.islice(self._variable_names(), _MAX_VARIABLE_NAMES + 1))
         if len(names) <= _MAX_VARIABLE_NAMES:
             lines += wrapped(f"model.variable_names = {{{', '.join(map(_string, names))}}};")
@@ -235,6 +256,16 @@ class _Descriptor:
             f"{{{_string(param.name)}, hypgen::ParamKind::{kind}, {low}, {high}, "
             f"{{{dims}}}, {{{defaults}}}, {{}}}}"
         )
+
+
+def _joined(parts: Sequence[tuple[str, str, str]]) -> str:
+    """Return C++ for a list of texts, each with what stands before and after it."""
+    joined, pending = "", ""
+    for n, (before, text, after) in enumerate(parts):
+        before = f"{pending}{', ' if n else ''}{before}"
+        joined += (f"{_string(before)} + " if before else "") + f"{text} + "
+        pending = after
+    return joined + _string(pending) if pending else joined.removesuffix(" + ")
 
 
 def _glyphs(enum: Enum) -> str:

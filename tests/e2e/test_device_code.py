@@ -22,6 +22,7 @@ pytestmark = [pytest.mark.cxx, pytest.mark.gpu]
 ROOT = Path(__file__).parent.parent.parent
 TIGER = ROOT / "examples" / "tiger.pomdp"
 EXAMPLES = [*sorted((ROOT / "examples").glob("*.pomdp")), *sorted((ROOT / "examples").glob("*/*.pomdp"))]
+FIRST_LOOK = ROOT / "tests" / "golden" / "first_look.pomdp"
 WARNINGS = ["-Werror=all-warnings", "-Xcompiler=-Wall,-Wextra"]
 QUICK = ("--mode=despot", "--runs=1", "--trials=20", "--scenarios=50", "--steps=5", "--quiet", "--signature")
 
@@ -66,7 +67,7 @@ def messages(
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         yield {
             path: pool.submit(compile_device_units, path, cuda, tmp_path_factory.mktemp(path.stem))
-            for path in EXAMPLES
+            for path in [*EXAMPLES, FIRST_LOOK]
             if path in asked
         }
 
@@ -79,7 +80,7 @@ def is_ours(item: pytest.Item) -> bool:
     "example",
     [
         pytest.param(p, id=p.stem, marks=[pytest.mark.slow] if p.parent.name == "classics" else [])
-        for p in EXAMPLES
+        for p in [*EXAMPLES, FIRST_LOOK]
     ],
 )
 def test_nvcc_has_nothing_to_say(example: Path, messages: dict[Path, Future[str]]) -> None:

@@ -16,6 +16,7 @@ from hypgen.dsl.load import load
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent.parent / "examples"
 MODELS = [
+    "first_look.pomdp",
     "rock_sample.pomdp",
     "tag.pomdp",
     "tiger.pomdp",
@@ -28,7 +29,7 @@ MODELS = [
 
 def model(name: str) -> ir.Model:
     if name.endswith(".pomdp"):
-        return load(EXAMPLES / name).model
+        return load((HERE if (HERE / name).exists() else EXAMPLES) / name).model
     found: ir.Model = getattr(ir_samples, name)()
     return found
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "factored_models.hpp"
+#include "hypgen/belief/particle_belief.hpp"
 #include "test_solvers.hpp"
 
 namespace hypgen::testing {
@@ -48,6 +50,32 @@ TEST(Episode, EndsWithANamedStatus) {
   EXPECT_EQ(run(mishaps_descriptor(9.0, 9), 5).status, Status::kTerminal);
   EXPECT_EQ(run(mishaps_descriptor(9.0, 2), 5).status, Status::kNoLegalAction);
   EXPECT_EQ(run(tiger_descriptor(), 4, nullptr, Mode::kDespot, true).status, Status::kInterrupted);
+}
+
+// A world that shows a key which no coin and level explain.
+class OddWorld final : public World {
+ public:
+  void reset(std::uint64_t) override {}
+  void export_visible(std::int32_t* out) const override { out[0] = 25; }
+  bool is_legal(int) const override { return true; }
+  WorldStep step(int) override { return {}; }
+};
+
+TEST(Episode, EndsAtAStartThatNothingExplainsIfItIsToldTo) {
+  const CoinSeenFirst::Params params;
+  ParticleBelief<CoinSeenFirst> belief(params, 0, 100);
+  Solver solver(tiger_descriptor(), trials(1));
+  OddWorld world;
+  EpisodeLimits limits{5, 0.9, [] { return false; }, true};
+  StartRecord start;
+  const EpisodeRecord episode = run_episode(
+      solver.planner, belief, world, 1, 3, limits, [](const StepRecord&) { FAIL(); },
+      [&](const StartRecord& record) { start = record; });
+  EXPECT_EQ(episode.status, Status::kImpossibleObservation);
+  EXPECT_EQ(episode.steps, 0);
+  EXPECT_EQ(start.episode, 3U);
+  EXPECT_EQ(start.visible, std::vector<std::int32_t>{25});
+  EXPECT_EQ(start.belief_status, Status::kImpossibleObservation);
 }
 
 TEST(Episode, StatusesHaveNames) {

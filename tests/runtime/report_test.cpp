@@ -67,6 +67,30 @@ TEST(JsonLines, TellTheWholeRun) {
   EXPECT_NEAR(lines.back()["discounted_return"].get<double>(), total / 2, 1e-12);
 }
 
+TEST(JsonLines, TellWhatIsSeenAtTheStart) {
+  const std::string file = ::testing::TempDir() + "start.jsonl";
+  ModelDescriptor model = testing::rock_sample_descriptor<4, 3>();
+  const std::vector<std::string> words = {"--mode", "default", "--runs", "2", "--particles",
+                                          "10",     "--quiet", "--json", file};
+  const auto starts = [&] {
+    std::vector<nlohmann::json> found;
+    for (const nlohmann::json& line : json_lines(file)) {
+      if (line["type"] == "start") found.push_back(line);
+    }
+    return found;
+  };
+  ASSERT_EQ(solve(model, words), 0);
+  EXPECT_TRUE(starts().empty());
+  model.first_observation_name = [](const std::int32_t* visible) { return std::to_string(visible[1]); };
+  ASSERT_EQ(solve(model, words), 0);
+  ASSERT_EQ(starts().size(), 2U);
+  const nlohmann::json second = starts()[1];
+  EXPECT_EQ(second["episode"], 1);
+  EXPECT_EQ(second["observation"], "2");  // of x and y
+  EXPECT_EQ(second["belief"], "ok");
+  EXPECT_NEAR(second["effective_sample_size"].get<double>(), 10.0, 1e-9);
+}
+
 TEST(JsonLines, TellHowManyThreadsSearched) {
   const std::string file = ::testing::TempDir() + "threads.jsonl";
   ASSERT_EQ(solve(testing::tiger_descriptor(), {"--mode", "parallel", "--threads", "3", "--runs", "1",

@@ -7,13 +7,20 @@ namespace hypgen {
 
 EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int visible_count,
                           std::uint64_t run, const EpisodeLimits& limits,
-                          const std::function<void(const StepRecord&)>& report) {
+                          const std::function<void(const StepRecord&)>& report,
+                          const std::function<void(const StartRecord&)>& report_start) {
   EpisodeRecord episode;
   episode.episode = run;
   std::vector<std::int32_t> visible(static_cast<std::size_t>(visible_count) + 1);
   world.reset(run);
   world.export_visible(visible.data());
-  belief.init(visible.data(), run);
+  const Status begun = belief.init(visible.data(), run);
+  visible.pop_back();
+  if (report_start) report_start({run, visible, begun, belief.effective_sample_size()});
+  if (begun != Status::kOk && limits.stop_on_depletion) {
+    episode.status = begun;
+    return episode;
+  }
   double weight = 1.0;
   for (int t = 0; t < limits.steps; ++t, weight *= limits.discount) {
     if (limits.interrupted()) {

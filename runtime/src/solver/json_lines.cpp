@@ -84,6 +84,16 @@ void JsonLines::write_run(const SolverOptions& options, const std::string& devic
   write_line(json.dump());
 }
 
+void JsonLines::write(const StartRecord& start) {
+  if (out_ == nullptr || !model_.first_observation_name) return;
+  const Json json = {{"type", "start"},
+                     {"episode", start.episode},
+                     {"observation", model_.first_observation_name(start.visible.data())},
+                     {"belief", status_name(start.belief_status)},
+                     {"effective_sample_size", start.effective_sample_size}};
+  write_line(json.dump());
+}
+
 void JsonLines::write(const StepRecord& step) {
   if (out_ == nullptr) return;
   const Decision& decision = step.decision;

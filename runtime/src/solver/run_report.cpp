@@ -84,6 +84,10 @@ std::string decided_rows(const RunTotals& totals) {
 
 }  // namespace
 
+void RunTotals::add(const StartRecord& start) {
+  if (start.belief_status != Status::kOk) ++belief_statuses[start.belief_status];
+}
+
 void RunTotals::add(const StepRecord& step) {
   const Decision& decision = step.decision;
   seconds.add(decision.search_seconds);

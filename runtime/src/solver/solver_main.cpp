@@ -96,9 +96,13 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
       lines.write(step);
       progress.update(step.episode - options.first_run, step.step, totals.returns.mean());
     };
+    const auto report_start = [&](const StartRecord& start) {
+      totals.add(start);
+      lines.write(start);
+    };
     for (std::uint64_t run = 0; run < options.runs && !ends && !interrupted(); ++run) {
-      const EpisodeRecord record =
-          run_episode(planner, *belief, *world, model.visible_count, options.first_run + run, limits, report);
+      const EpisodeRecord record = run_episode(planner, *belief, *world, model.visible_count,
+                                               options.first_run + run, limits, report, report_start);
       lines.write(record);
       if (record.status == Status::kInterrupted) break;  // half an episode has no return
       totals.add(record);

@@ -39,6 +39,7 @@ class State:
 @dataclass
 class _Builder:
     make: Maker
+    looks: random.Random  # decides alone which visible variables tell of hidden ones at the start
     states: list[State] = field(default_factory=list)
     items: dict[str, list[Node]] = field(default_factory=dict)
 
@@ -91,7 +92,8 @@ class _Builder:
         earlier = self.states[: self.states.index(state)]
         self.inside(owner)
         known = Reach(before=tuple(s.read for s in earlier))
-        with self.make.reading(visible_only(known) if read.visible else known):
+        tells = read.visible and read.sort.finite and self.looks.random() < 0.8
+        with self.make.reading(visible_only(known) if read.visible and not tells else known):
             init = self.assigned(read.sort, read.indices)
             if owner.member is not None and owner.member.kind == "int" and not read.indices:
                 init = self._after_lower(read, owner, init)
@@ -172,7 +174,7 @@ def model(seed: int, attempt: int = 0) -> Node:
     make = Maker(rng, types)
     joint = types.index.high - types.index.low < 2 and rng.random() < 0.25
     make.action_member = types.index if joint else None
-    build = _Builder(make)
+    build = _Builder(make, random.Random(f"first looks of {seed} {attempt}"))
     _declare_constants(build, joint)
 
     owners = [

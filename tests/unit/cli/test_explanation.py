@@ -130,6 +130,12 @@ def test_what_is_drawn_when_read_is_named() -> None:
     assert "; copies draw anew what they have not read of floor.wet\n" in text(model)
 
 
+def test_what_is_seen_at_the_start_is_named() -> None:
+    model = load(ROOT / "tests" / "golden" / "first_look.pomdp").model
+    assert explain(model)["belief"]["seen_first"] == ["bell.rings", "chest.glint"]
+    assert "; the first one is given what is seen of bell.rings, chest.glint\n" in text(model)
+
+
 def test_too_many_values_are_not_drawn_when_read(tmp_path: Path) -> None:
     text = (ROOT / "tests" / "differential" / "models" / "corridor.pomdp").read_text()
     large = tmp_path / "large.pomdp"

@@ -13,6 +13,14 @@
 
 namespace hypgen {
 
+// How an episode began: what was visible, and what the belief made of it.
+struct StartRecord {
+  std::uint64_t episode = 0;
+  std::vector<std::int32_t> visible;
+  Status belief_status = Status::kOk;
+  double effective_sample_size = 0.0;
+};
+
 // What happened in a step. `observation` is all zeroes if the step was terminal.
 struct StepRecord {
   std::uint64_t episode = 0;
@@ -43,10 +51,11 @@ struct EpisodeLimits {
   bool stop_on_depletion = false;  // end where no particle explains what was seen
 };
 
-// Runs episode `run` and reports each step as it happens. Episode numbers name the world's draws, so that
-// planners can be compared on the same worlds.
+// Runs episode `run` and reports its start and each step as they happen. Episode numbers name the world's
+// draws, so that planners can be compared on the same worlds.
 EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int visible_count,
                           std::uint64_t run, const EpisodeLimits& limits,
-                          const std::function<void(const StepRecord&)>& report);
+                          const std::function<void(const StepRecord&)>& report,
+                          const std::function<void(const StartRecord&)>& report_start = {});
 
 }  // namespace hypgen

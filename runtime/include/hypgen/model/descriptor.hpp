@@ -120,6 +120,8 @@ struct ModelDescriptor {
   std::vector<std::string> action_names;
   std::vector<std::string> variable_names;  // flattened, in the order of export_state; may be empty
   std::function<std::string(KeyWords)> observation_name;
+  // Of the values of all visible variables at the start, those that tell of hidden ones; empty without any.
+  std::function<std::string(const std::int32_t*)> first_observation_name;
   std::vector<ParamSpec> params;
   std::function<std::unique_ptr<ModelInstance>(const ParamValues&, std::string& error)> create;
   const DeviceSupport* device = nullptr;  // lives as long as the program; null in a solver without CUDA

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The run as JSON lines, version 1: a header, a line a step, a line an episode, a summary.
+// The run as JSON lines, version 1: a header, a line a step, a line an episode, a summary. A model with a first
+// observation has a line for the start of each episode too.
 #pragma once
 
 #include <cstddef>
@@ -29,6 +30,7 @@ class JsonLines {
   bool complete() const { return complete_; }
 
   void write_run(const SolverOptions& options, const std::string& device, std::size_t threads);
+  void write(const StartRecord& start);  // nothing unless the model has a first observation
   void write(const StepRecord& step);
   void write(const EpisodeRecord& episode);
   void write_summary(const RunTotals& totals, const std::vector<std::uint64_t>& leaf_sizes);

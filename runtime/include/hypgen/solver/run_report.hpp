@@ -41,9 +41,10 @@ struct RunTotals {
   double backup_seconds = 0.0;
   EvaluatorStats evaluator;
   std::map<Status, std::uint64_t> plan_statuses;
-  std::map<Status, std::uint64_t> belief_statuses;
+  std::map<Status, std::uint64_t> belief_statuses;  // of steps, and of starts that nothing explains
   std::map<Status, std::uint64_t> episode_statuses;
 
+  void add(const StartRecord& start);
   void add(const StepRecord& step);
   void add(const EpisodeRecord& episode);
   double a_second(std::uint64_t count) const {

@@ -165,6 +165,18 @@ COUPLED = {
         "'observe near' reads 'robot.cell' and 'target.cell' at once",
         "robot.cell",
     ),
+    "a first look couples robot and target": (
+        """
+      type Cell = 0 .. 3
+      element robot { hidden cell: Cell  init cell ~ uniform(Cell)  cell' = cell }
+      element target {
+        hidden cell: Cell  init cell ~ uniform(Cell)  cell' = cell
+        observe near: bool at start ~ noisy(cell == robot.cell, 0.9)
+      }""",
+        ["robot", "target"],
+        "the init of 'target.near' reads 'target.cell' and 'robot.cell' at once",
+        "robot.cell",
+    ),
     "an index is hidden": (
         """
       type Box = 0 .. 2

@@ -92,3 +92,41 @@ def test_two_families_that_read_each_other_are_refused() -> None:
     with pytest.raises(ModelError) as caught:
         load(f"init side = left init size = if i > 0 then rock[i - 1].y else 0 init last = 0{other}")
     assert [d.code for d in caught.value.diagnostics] == ["E0406"]
+
+
+def test_visible_variables_come_first_unless_they_tell_of_hidden_ones() -> None:
+    model = load(
+        "init side = left init size = shown init last = 0 visible fixed shown: 0 .. 9 init shown = 3"
+    )
+    assert [i.variable for i in model.inits][0] == "ghost.shown"
+    assert [[i.variable for i in g] for g in model.init_groups(visible=True)] == [["ghost.shown"]]
+    assert model.first_seen == ()
+    model = load(
+        "init side = left init size = 4 init last = 0 observe shown: 0 .. 9 at start ~ noisy(size, 0.5)"
+    )
+    order = [i.variable for i in model.inits]
+    assert order.index("ghost.shown") > order.index("ghost.size")
+    assert [g[0].variable for g in model.init_groups(visible=True)] == order
+    assert "ghost.shown" not in [g[0].variable for g in model.init_groups(visible=False)]
+    assert [i.variable for i in model.first_seen] == ["ghost.shown"]
+
+
+def test_members_are_placed_with_what_is_seen_of_them() -> None:
+    model = load(
+        "init side ~ if i > 0 and ghost[i - 1].seen then middle else left init size = 0 init last = 0 "
+        "observe seen: bool at start ~ noisy(side == left, 0.8)"
+    )
+    groups = [[i.variable for i in g] for g in model.init_groups(visible=True)]
+    assert ["ghost.side", "ghost.seen"] in groups or ["ghost.seen", "ghost.side"] in groups
+    assert ["ghost.side"] in [[i.variable for i in g] for g in model.init_groups(visible=False)]
+
+
+def test_an_observation_at_the_start_is_short_for_a_variable() -> None:
+    inits = "init side ~ uniform(Side) init size = 0 init last = 0 "
+    short = load(inits + "observe seen: Side at start ~ noisy(side, 0.8)")
+    long = load(inits + "visible fixed seen: Side init seen ~ noisy(side, 0.8)")
+    for model in (short, long):
+        seen = model.variable("ghost.seen")
+        assert seen.visible and seen.fixed and seen.informative and seen.determined
+    assert [i.dist for i in short.inits] == [i.dist for i in long.inits]
+    assert short.observations == () and short.key == long.key

@@ -111,3 +111,57 @@ def test_weighting_equals_rejection(trap: str, action: int) -> None:
             weighted = weight[drawn == code].sum() / weight.sum()
             spread = np.sqrt(max(rejected * (1 - rejected), 1e-4) * (1 / len(seen) + 1 / effective))
             assert abs(rejected - weighted) < 5 * spread, (key, code, rejected, weighted)
+
+
+# What is seen at the start, which a hidden init may read in turn.
+FIRST_LOOKS = {
+    "sensors": """
+      type Level = 1 .. 3
+      element tank {
+        hidden level: Level   hidden stuck: bool
+        init level ~ uniform(Level)
+        init stuck ~ bernoulli(if gauge > 1 then 0.7 else 0.2)
+        level' = level   stuck' = stuck
+        observe gauge: Level at start ~ noisy(level, 0.4 + 0.15 * level)
+        observe alarm: bool at start = stuck and level == 3
+      }""",
+    "members": """
+      type Bot = 0 .. 2
+      element bot[b in Bot] {
+        hidden at: 0 .. 3   visible seen: bool
+        init at ~ if b > 0 and bot[b - 1].seen then { bot[b - 1].at: 0.5, else 0 } else uniform(0, 3)
+        init seen ~ noisy(at > 1, 0.8)
+        at' = at            seen' = seen
+      }""",
+}
+
+
+@pytest.mark.parametrize("look", FIRST_LOOKS)
+def test_the_first_weights_equal_rejection(look: str) -> None:
+    model = model_of(FIRST_LOOKS[look])
+    interpreter = Interpreter(model, lanes=LANES)
+    lanes = np.arange(LANES)
+    world, belief = (PhiloxDraws(derive(1, Stream.TEST, n), lanes, 0) for n in (0, 1))
+    start = interpreter.init_hidden(interpreter.init_visible(world), world)
+    names = [v.name for v in model.variables if v.visible]
+
+    def hidden(state: dict) -> np.ndarray:
+        parts = [state[v.name].reshape(LANES, -1) for v in model.variables if not v.visible]
+        return np.concatenate(parts, axis=1).astype(np.int64) @ 8 ** np.arange(sum(p.shape[1] for p in parts))
+
+    def visible(state: dict) -> np.ndarray:
+        return np.concatenate([state[n].reshape(LANES, -1) for n in names], axis=1).astype(np.int64)
+
+    truth, looks = hidden(start), visible(start)
+    for look_seen in np.unique(looks, axis=0):
+        same = (looks == look_seen).all(axis=1)
+        one = int(np.argmax(same))
+        given = {n: np.repeat(v[one : one + 1], LANES, axis=0) if n in names else v for n, v in start.items()}
+        drawn = interpreter.init_hidden(given, belief)
+        weight = interpreter.init_likelihood(drawn)
+        effective = weight.sum() ** 2 / (weight**2).sum()
+        codes = hidden(drawn)
+        for code in np.unique(truth[same]):
+            rejected, weighted = np.mean(truth[same] == code), weight[codes == code].sum() / weight.sum()
+            spread = np.sqrt(max(rejected * (1 - rejected), 1e-4) * (1 / same.sum() + 1 / effective))
+            assert abs(rejected - weighted) < 5 * spread, (look_seen, code, rejected, weighted)
