@@ -144,6 +144,7 @@ def _header(
         ),
         base=f" : {', '.join(bases)}" if bases else "",
         posterior=factors.fields() if factors else None,
+        evidence=factors.evidence() if factors and factors.sampled and model.factored else (),
         tracks=tracks,
         relaxed=groups is not None,
         shares=relaxation.team is not None,

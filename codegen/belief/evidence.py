@@ -24,8 +24,8 @@ from hypgen.dsl.types import length_of, low_of
 class Watch:
     """A piece of evidence inside a function that weighs.
 
-    ``touched`` is the C++ local with the position of the member that an entry touches; empty where every
-    entry touches, or (``direct``) the member's own one does.
+    ``touched`` holds the position of the member that an entry touches; empty where every entry touches.
+    ``direct``: no entry touches another member than its own.
     """
 
     evidence: ir.Evidence
@@ -53,12 +53,9 @@ class Weighing(Hypotheses):
         """Append which members the evidence touches: that of a step, or ``pieces``."""
         found, printer = [], builder.printer
         for evidence in factor.evidence if pieces is None else pieces:
-            direct = _own_entry(evidence, factor)
-            always = (
-                isinstance(evidence.touch, ir.Const) and evidence.touch.value == 0 and factor.members == 1
-            )
+            direct = _own_entry(evidence.touch, evidence, factor)
             touched = ""
-            if not direct and not always:
+            if not direct and not _always(evidence, factor):
                 name = evidence.name.replace(".", "_") or "end"
                 touched = printer.scope.unique(f"{name}_touch")
                 length = length_of(tuple(b.type for b in evidence.binders))
@@ -68,16 +65,29 @@ class Weighing(Hypotheses):
 
     def _touch(self, builder: Builder, evidence: ir.Evidence, name: str, length: int) -> None:
         code, printer, touch = builder.code, builder.printer, evidence.touch
-        if not evidence.binders:
-            if branches(touch):
-                code.add(f"std::int32_t {name}{{}};")
-                printer.emit(touch, Sink(f"{name} = "))
-            else:
-                code.add(f"const std::int32_t {name} = {printer.text(touch)};")
+        if evidence.binders:
+            code.add(f"std::int32_t {name}[{length}];")
+        elif branches(touch):
+            code.add(f"std::int32_t {name}{{}};")
+        else:
+            code.add(f"const std::int32_t {name} = {printer.text(touch)};")
             return
-        code.add(f"std::int32_t {name}[{length}];")
+        self._set_touch(builder, evidence, name)
+
+    def _kept_watch(self, evidence: ir.Evidence, factor: ir.Factor, name: str) -> Watch:
+        """Return the watch of evidence whose touches are kept under a name."""
+        touch = evidence.touch
+        if _own_entry(touch, evidence, factor):
+            return Watch(evidence, "", True)
+        if _always(evidence, factor):
+            return Watch(evidence, "", False)
+        return Watch(evidence, name, _own_or_none(touch, evidence, factor))
+
+    def _set_touch(self, builder: Builder, evidence: ir.Evidence, name: str) -> None:
+        printer = builder.printer
         with printer.loops(evidence.binders):
-            printer.emit(touch, Sink(f"{name}[{_flat(builder, evidence.binders)}] = "))
+            place = f"[{_flat(builder, evidence.binders)}]" if evidence.binders else ""
+            printer.emit(evidence.touch, Sink(f"{name}{place} = "))
 
     def _moves(self, builder: Builder, factor: ir.Factor) -> str:
         """Return the condition without which no member's values change, and append what it takes."""
@@ -131,7 +141,10 @@ class Weighing(Hypotheses):
                 touched = watch.touched
                 if touched and evidence.binders:
                     touched = f"{touched}[{_flat(builder, evidence.binders)}]"
-                test = f"if ({touched} == {self._position(builder, factor)})" if touched else None
+                test = (
+                    f"{touched} >= 0" if watch.direct else f"{touched} == {self._position(builder, factor)}"
+                )
+                test = f"if ({test})" if touched else ""
                 with printer.block(test) if test else nullcontext():
                     self._likelihood(builder, evidence, digits, weight)
                 if test:
@@ -163,16 +176,32 @@ class Weighing(Hypotheses):
         return dist, parts.observation_densities[evidence.name]
 
 
-def _own_entry(evidence: ir.Evidence, factor: ir.Factor) -> bool:
+def _always(evidence: ir.Evidence, factor: ir.Factor) -> bool:
+    """Return whether the evidence tells of the one member whatever the agent does."""
+    return isinstance(evidence.touch, ir.Const) and evidence.touch.value == 0 and factor.members == 1
+
+
+def _own_entry(touch: ir.Expr, evidence: ir.Evidence, factor: ir.Factor) -> bool:
     """Return whether the evidence has one entry for each member, which touches that member and no other."""
     if factor.binder is None or len(evidence.binders) != 1 or evidence.binders[0].type != factor.binder.type:
         return False
-    binder, touch = evidence.binders[0], evidence.touch
+    binder = evidence.binders[0]
     if isinstance(touch, ir.Binary) and touch.op == "sub" and isinstance(touch.right, ir.Const):
         touch = touch.left if touch.right.value == low_of(binder.type) else touch
     elif low_of(binder.type):
         return False
     return isinstance(touch, ir.Local) and touch.name == binder.name
+
+
+def _own_or_none(touch: ir.Expr, evidence: ir.Evidence, factor: ir.Factor) -> bool:
+    """Return the same for evidence that touches nobody at times."""
+    if isinstance(touch, ir.If):
+        return all(_own_or_none(t, evidence, factor) for t in (touch.then, touch.otherwise))
+    return _nobody(touch) or _own_entry(touch, evidence, factor)
+
+
+def _nobody(touch: ir.Expr) -> bool:
+    return isinstance(touch, ir.Const) and touch.value == -1
 
 
 def _flat(builder: Builder, binders: Sequence[ir.Binder]) -> str:

@@ -1,27 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The functions of the factored filter: exact posteriors, and particles of single factors.
+"""The functions of the factored filter: exact posteriors, and which unit is what.
 
 docs/internals/beliefs.md fixes the operations; the interpreter repeats them bit for bit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import nullcontext
-
-from hypgen.codegen.belief.evidence import Watch, Weighing
-from hypgen.codegen.belief.hypotheses import MEMBER, keeps, locals_of, stored
+from hypgen.codegen.belief.evidence import Watch
+from hypgen.codegen.belief.hypotheses import keeps, locals_of, stored
+from hypgen.codegen.belief.unit_functions import UnitFunctions
 from hypgen.codegen.cpp import template_data
-from hypgen.codegen.cpp.function_builder import Builder, origin
+from hypgen.codegen.cpp.function_builder import Builder
 from hypgen.codegen.model.interface import PLACE, Digit
 from hypgen.codegen.model.model_functions import assigned
 from hypgen.dsl import ir
-from hypgen.dsl.types import Bool, Type, length_of, low_of
+from hypgen.dsl.types import length_of
 
 _SCRATCH = [("const Params&", "params"), ("Fixed", "fixed"), ("State", "state")]
 
 
-class FactorFunctions(Weighing):
+class FactorFunctions(UnitFunctions):
     """Builds the functions of one model's factors. Names are of elements: ``advance_rock``."""
 
     # Parts of the model's struct -----------------------------------------------------------------
@@ -40,6 +38,7 @@ class FactorFunctions(Weighing):
             f"static constexpr bool kFactored = {'true' if self.model.factored else 'false'};",
             f"static constexpr int kExactUnits = {sum(f.members for f in self.exact)};",
             f"static constexpr int kParticleUnits = {sum(f.members for f in self.sampled)};",
+            *(super().constants() if self.model.factored else []),
         ]
 
     def all(self) -> list[template_data.Function]:
@@ -54,9 +53,7 @@ class FactorFunctions(Weighing):
             if self.exact:
                 found += [self._unit_size(), self._probability(), self._put_unit()]
             if self.sampled:
-                found += [*map(self._copy, self.sampled), self._copy_unit(), self._filter_particles()]
-            if self.sampled and self.model.first_seen:
-                found += [self._init_weights()]
+                found += self.units()
         return found
 
     # Exact posteriors ----------------------------------------------------------------------------
@@ -228,61 +225,6 @@ class FactorFunctions(Weighing):
                     builder.code.add(f"next.{setter}({', '.join([*indices, value])});")
         return builder.done("void", "advance_visible")
 
-    def _filter_particles(self) -> template_data.Function:
-        """Return what moves a particle's part of each factor without an exact posterior, and weighs it."""
-        key = (self.interface.key.argument, "key")
-        given = [*PLACE, ("int", "action"), key, ("D&", "draws"), ("State&", "next"), ("double*", "weights")]
-        builder = self.interface.acting(given)
-        code, first = builder.code, 0
-        digits = self._seen(builder, self.sampled)
-        code.add(f"advance_visible(params, fixed, state, {self.interface.code}, key, next);")
-        for factor in self.sampled:
-            with builder.printer.block("") if self.sampled[1:] else nullcontext():
-                watches = self._watches(builder, factor)
-                with self._members(builder, factor):
-                    code.add(f"// {origin(self._element(factor).span)}: {factor.element}")
-                    for update in self._updates(factor):
-                        with self._own(builder, factor, update.binders):
-                            assigned(update, "next", builder)
-                    weight = builder.printer.scope.unique("likelihood")
-                    code.add(f"double {weight} = 1.0;")
-                    self._weigh(builder, factor, digits, watches, weight)
-                    code.add(f"weights[{_sum(first, self._position(builder, factor))}] = {weight};")
-            first += factor.members
-        return builder.done("void", "filter_particles")
-
-    def _init_weights(self) -> template_data.Function:
-        """Return what weighs a particle's part of each factor by what is seen at the start."""
-        builder = self.interface.given([*PLACE, ("double*", "weights")])
-        code, first = builder.code, 0
-        for factor in self.sampled:
-            with builder.printer.block("") if self.sampled[1:] else nullcontext():
-                watches = self._watches(builder, factor, factor.first)
-                with self._members(builder, factor):
-                    weight = builder.printer.scope.unique("likelihood")
-                    code.add(f"double {weight} = 1.0;")
-                    self._weigh(builder, factor, self._first_seen(builder, factor), watches, weight)
-                    code.add(f"weights[{_sum(first, self._position(builder, factor))}] = {weight};")
-            first += factor.members
-        return builder.done("void", "init_weights")
-
-    def _element(self, factor: ir.Factor) -> ir.Element:
-        return next(e for e in self.model.elements if e.name == factor.element)
-
-    def _units(self, builder: Builder, factors: Sequence[ir.Factor], first: int = 0) -> Iterator[ir.Factor]:
-        """Yield factors, each inside an ``if`` on ``unit`` that holds for its members; binds the member."""
-        for number, factor in enumerate(factors):
-            end = first + factor.members
-            last = number == len(factors) - 1
-            with nullcontext() if last else builder.printer.block(f"if (unit < {end})"):
-                if factor.binder is not None:
-                    position = f"unit - {first}" if first else "unit"
-                    builder.printer.bind(MEMBER, _value(position, factor.binder.type))
-                yield factor
-            if not last:
-                builder.code.join()
-            first = end
-
     def _unit_size(self) -> template_data.Function:
         builder = self.interface.given([("int", "unit")])
         for factor in self._units(builder, self.exact):
@@ -329,24 +271,6 @@ class FactorFunctions(Weighing):
             )
         return builder.done("void", "put_unit")
 
-    def _copy_unit(self) -> template_data.Function:
-        builder = self.interface.given(
-            [
-                *[("int", "unit"), ("const Fixed&", "fixed"), ("const State&", "state")],
-                *[("Fixed&", "to_fixed"), ("State&", "to_state")],
-            ]
-        )
-        for factor in self._units(builder, self.sampled):
-            given = ", ".join(["fixed, state, to_fixed, to_state", *self._member(builder, factor)])
-            builder.code.add(f"return {self.copy[factor.element]}({given});")
-        return builder.done("void", "copy_unit")
-
 
 def _sum(number: int, text: str) -> str:
     return f"{number} + {text}" if number and text != "0" else str(number) if text == "0" else text
-
-
-def _value(position: str, type_: Type) -> str:
-    if isinstance(type_, Bool):
-        return f"({position} != 0)"
-    return f"({position} + {low_of(type_)})" if low_of(type_) else position

@@ -71,3 +71,7 @@ class KeyLayout:
         code.add(f"{target} = {shifted(f'static_cast<std::int32_t>({digit})', low_of(field.type))};")
         if not self.wide:
             code.add(f"rest /= {field.size};")
+
+    def skip(self, code: Code, field: ir.KeyField) -> None:
+        """Append what passes over the next value of the field."""
+        code.add(f"rest.take({field.size});" if self.wide else f"rest /= {field.size};")

@@ -43,19 +43,20 @@ _CONCEPT = _words(
     Key KeyReader KeyWriter WideKey words_of
     ParamValues StepResult Params Fixed State Site Joint kActionCount kVisibleCount
     kVariableCount kHasLower kLooksUpPolicy kLeastReward init_visible init_hidden export_visible
-    import_visible init_likelihood init_weights
+    import_visible init_likelihood weigh_start
     export_state is_legal is_terminal is_success step observe filter default_policy choose first_legal lower
     upper tail load joint History NoHistory kHasHistory init_history advance_history roll_history
     declared_upper relaxation exact groups
     remember Posterior NotFactored kFactored kExactUnits kParticleUnits init_posterior advance_posterior
     Part kStages kMaxWarps step_stage step_rewards step_end
-    advance_visible filter_particles unit_size unit_of probability put_unit copy_unit posteriors
+    advance_visible unit_size unit_of probability put_unit posteriors
+    Evidence kUnitValues see draw_unit move_unit copy_unit export_unit
     """
 )
 
 PARAMETERS = _words(
     "params fixed state next draws action key value in out error values weight rest chosen result"
-    " history after now weights unit variable to_fixed to_state stage part sum run last"
+    " history after now weights unit variable seen to_fixed to_state stage part sum run last"
     " FixedWord Tracking redrawn_word is_word_read"
 )
 

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
+from contextlib import nullcontext
 
 from hypgen.codegen.cpp import template_data
 from hypgen.codegen.cpp.expressions import Context
@@ -300,13 +301,20 @@ class Interface:
                     self.key.take(builder.code, field, f"{name}[i]")
             else:
                 self.key.take(builder.code, field, f"{mark}const std::int32_t {name}")
-
-            def entry(binders: Sequence[ir.Binder], name: str = name, type_: Type = field.type) -> str:
-                text = f"{name}[{position(binders, builder.printer)}]" if binders else name
-                return from_int32(text, type_)
-
-            result[field.name] = entry
+            result[field.name] = digit(builder, name, field.type)
         return result
+
+    def keep_digits(self, builder: Builder, kept: Mapping[str, str]) -> None:
+        """Append what stores digits of the key: ``kept`` has where, by the name of their field."""
+        self.key.begin_reading(builder.code)
+        for field in self.key.reading():
+            target = kept.get(field.name)
+            entries = self.key.entries(builder.code, field) if field.indices else nullcontext()
+            with entries:
+                if target is None:
+                    self.key.skip(builder.code, field)
+                else:
+                    self.key.take(builder.code, field, f"{target}[i]" if field.indices else target)
 
     # What the agent does -------------------------------------------------------------------------
 
@@ -343,6 +351,16 @@ class Interface:
             code.add(f"action /= {size};")
         code.add("return result;")
         return builder.done("Joint", "joint")
+
+
+def digit(builder: Builder, name: str, type_: Type) -> Digit:
+    """Return the text of a digit's entry that ``name`` holds, given its binders."""
+
+    def entry(binders: Sequence[ir.Binder]) -> str:
+        text = f"{name}[{position(binders, builder.printer)}]" if binders else name
+        return from_int32(text, type_)
+
+    return entry
 
 
 def _locals(binders: Sequence[ir.Binder]) -> tuple[ir.Local, ...]:

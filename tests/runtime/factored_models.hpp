@@ -110,12 +110,28 @@ struct CoinAndLevel : NoHistory {
   static void advance_visible(const Params&, const Fixed&, const State& state, int, Key, State& next) {
     next = state;
   }
+  struct Evidence {
+    State next;
+    int reading;
+  };
+  static constexpr int kUnitValues = 1;
+  static void see(const Params&, const Fixed&, const State& state, int, Key key, Evidence& seen) {
+    seen = {state, static_cast<int>(key % 12) - 1};
+  }
   template <class D>
-  static void filter_particles(const Params&, const Fixed&, const State& state, int, Key key, D& draws,
-                               State& next, double* weights) {
-    next = state;
+  static void draw_unit(int, const Params&, D& draws, Fixed&, State& state) {
+    state.words[1] = static_cast<std::int32_t>((std::uint64_t{draws.word(2, 0)} * 10) >> 32);
+  }
+  template <class D>
+  static double move_unit(int, const Params&, const Fixed&, const State& state, int, const Evidence& seen,
+                          D& draws, State& next) {
+    next.words[1] = state.words[1];
     rise(draws, next);
-    weights[0] = level_density(next.words[1], static_cast<int>(key % 12) - 1);
+    return level_density(next.words[1], seen.reading);
+  }
+  static int export_unit(int, const Fixed&, const State& state, double* out) {
+    out[0] = state.words[1];
+    return 1;
   }
   static int unit_size(int) { return 2; }
   static int unit_of(int variable) { return variable == 0 ? 0 : 1; }
@@ -140,9 +156,8 @@ struct CoinSeenFirst : CoinAndLevel {
     out[0] = static_cast<std::int32_t>(fixed.words[0]);
   }
   static double init_likelihood(const Params& params, const Fixed& fixed, const State& state) {
-    double of_level = 0.0;
-    init_weights(params, fixed, state, &of_level);
-    return coin_density(state.words[0], static_cast<int>(fixed.words[0] / 12)) * of_level;
+    return coin_density(state.words[0], static_cast<int>(fixed.words[0] / 12)) *
+           weigh_start(0, params, fixed, state);
   }
   static bool init_posterior(const Params&, const Fixed& fixed, const State&, Posterior& after) {
     const int seen = static_cast<int>(fixed.words[0] / 12);
@@ -150,9 +165,9 @@ struct CoinSeenFirst : CoinAndLevel {
     const double sums[] = {coin_density(0, seen), coin_density(1, seen)};
     return seen < 2 && posteriors::normalise<2>(sums, after.coin);
   }
-  static void init_weights(const Params&, const Fixed& fixed, const State& state, double* weights) {
+  static double weigh_start(int, const Params&, const Fixed& fixed, const State& state) {
     const bool is_key = fixed.words[0] < 24;
-    weights[0] = is_key ? level_density(state.words[1], static_cast<int>(fixed.words[0] % 12) - 1) : 0.0;
+    return is_key ? level_density(state.words[1], static_cast<int>(fixed.words[0] % 12) - 1) : 0.0;
   }
 };
 

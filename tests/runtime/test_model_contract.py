@@ -18,7 +18,7 @@ LACKING = {
     "struct Wanting : Tiger { static int init_hidden; };": "init_hidden is missing",
     "struct Wanting : Tiger { static int export_state; };": "export_state is missing",
     "struct Wanting : Tiger { static int init_likelihood; };": "init_likelihood has another signature",
-    "struct Wanting : CoinSeenFirst { static int init_weights; };": "and particle units lacks init_weights",
+    "struct Wanting : CoinSeenFirst { static int weigh_start; };": "and particle units lacks weigh_start",
     "struct Wanting : CoinSeenFirst { static void init_posterior(const Params&, const Fixed&, const State&, "
     "Posterior&); };": "init_posterior of a model with init_likelihood does not return a bool",
     "struct Wanting : Tiger { static int is_legal; };": "is_legal is missing",
@@ -36,7 +36,9 @@ LACKING = {
     "struct Wanting : Tiger { using Tracking = Tiger; };": "a model with Tracking lacks kRedrawnWords",
     "struct Wanting : CoinAndLevel { static int unit_of; };": "a model with kFactored lacks kParticleUnits",
     "struct Wanting : CoinAndLevel { static int put_unit; };": "lacks unit_size, probability or put_unit",
-    "struct Wanting : CoinAndLevel { static int copy_unit; };": "lacks filter_particles or copy_unit",
+    "struct Wanting : CoinAndLevel { static int copy_unit; };": (
+        "lacks Evidence, kUnitValues, see, draw_unit, move_unit, copy_unit or export_unit"
+    ),
 }
 
 

@@ -73,7 +73,10 @@ Planner::Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor
   root_actions_.reserve(static_cast<std::size_t>(model.action_count) + 1);
 }
 
-void Planner::prepare(const Belief& belief) { belief.reserve(scenarios_, options_.scenarios); }
+void Planner::prepare(Belief& belief) {
+  belief.reserve(scenarios_, options_.scenarios);
+  belief.use(search_.threads() > 1 ? &search_ : nullptr);
+}
 
 Decision Planner::plan(const Belief& belief, std::uint64_t run, int step) {
   const Clock::time_point start = Clock::now();

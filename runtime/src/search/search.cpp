@@ -17,14 +17,36 @@ double seconds_since(Clock::time_point start) {
 }  // namespace
 
 Search::Search(const PlannerOptions& options, const TreeOptions& tree)
-    : shared_(options, tree),
-      workers_(tree.threads - 1, [this](std::size_t thread) { shared_.run_thread(thread); }) {
+    : shared_(options, tree), workers_(tree.threads - 1, [this](std::size_t thread) { work(thread); }) {
   const std::size_t threads = workers_.size() + 1;
   for (std::size_t i = 0; i < threads; ++i) {
     // Each thread needs at least one trial to do anything.
     const std::size_t share = options.in_flight / threads + (i < options.in_flight % threads ? 1 : 0);
     shared_.threads.push_back(std::make_unique<SearchThread>(shared_, i, std::max<std::size_t>(1, share)));
   }
+}
+
+void Search::work(std::size_t thread) {
+  if (job_ == nullptr) return shared_.run_thread(thread);
+  do_jobs();
+}
+
+void Search::do_jobs() {
+  for (std::size_t number = next_job_.fetch_add(1, std::memory_order_relaxed); number < job_count_;
+       number = next_job_.fetch_add(1, std::memory_order_relaxed)) {
+    (*job_)(number);
+  }
+}
+
+void Search::share(std::size_t count, const Job& job) {
+  if (workers_.size() == 0 || park(Clock::now()) > 0) return hypgen::share(nullptr, count, job);
+  job_ = &job;
+  job_count_ = count;
+  next_job_.store(0, std::memory_order_relaxed);
+  workers_.start();
+  do_jobs();
+  workers_.park(Clock::time_point::max());
+  job_ = nullptr;
 }
 
 void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchSetup& setup,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hypgen/core/status.hpp"
+#include "hypgen/core/workers.hpp"
 #include "hypgen/memory/scenario_buffer.hpp"
 #include "hypgen/model/key.hpp"
 #include "hypgen/random/philox.hpp"
@@ -26,6 +27,10 @@ constexpr std::uint32_t kSampleSite = site_id("belief:sample");
 class Belief {
  public:
   virtual ~Belief() = default;
+
+  // Lets these threads share the work of `init` and `update`; null: the caller's thread does it all. Results
+  // are the same.
+  virtual void use(Workers* /*workers*/) {}
 
   // Starts episode `run` with the values of all visible variables, and with what these tell of hidden ones.
   // If the status is not kOk, nothing explains them, and the belief is what the model says of hidden ones

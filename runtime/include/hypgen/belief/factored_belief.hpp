@@ -9,38 +9,95 @@
 #include <vector>
 
 #include "hypgen/belief/belief.hpp"
-#include "hypgen/belief/first_draws.hpp"
+#include "hypgen/belief/particle_filter.hpp"
 #include "hypgen/model/model.hpp"
 
 namespace hypgen {
 
-// M::unit_of numbers the units: exact ones first, then those with particles. The particles of all units share
-// an array in which each unit owns a column. A column has weights of its own and is resampled by itself.
+// What the particle filter calls of the units without an exact posterior.
+template <class M>
+struct ParticleUnits {
+  using Params = typename M::Params;
+  using Fixed = typename M::Fixed;
+  using State = typename M::State;
+  using Key = typename M::Key;
+  using Evidence = typename M::Evidence;
+  static constexpr int kUnits = M::kParticleUnits;
+  static constexpr int kValues = M::kUnitValues;
+
+  static void see(const Params& params, const Fixed& fixed, const State& state, int action, const Key& key,
+                  Evidence& seen) {
+    M::see(params, fixed, state, action, key, seen);
+  }
+  static constexpr bool kSeesFirst = SeesFirst<M>::value;
+  static double weigh_start(const Params& params, int unit, const Fixed& fixed, const State& state) {
+    if constexpr (kSeesFirst) return M::weigh_start(unit, params, fixed, state);
+    return 1.0;
+  }
+  static const State& visible(const Evidence& seen) { return seen.next; }
+  template <class D>
+  static void draw(const Params& params, D& draws, int unit, Fixed& fixed, State& state) {
+    M::draw_unit(unit, params, draws, fixed, state);
+  }
+  template <class D>
+  static double move(const Params& params, const Fixed& fixed, const State& state, int action,
+                     const Evidence& seen, D& draws, int unit, State& next) {
+    return M::move_unit(unit, params, fixed, state, action, seen, draws, next);
+  }
+  static void copy(int unit, const Fixed& fixed, const State& state, Fixed& to_fixed, State& to_state) {
+    M::copy_unit(unit, fixed, state, to_fixed, to_state);
+  }
+  static int values(int unit, const Fixed& fixed, const State& state, double* out) {
+    return M::export_unit(unit, fixed, state, out);
+  }
+};
+
+// Stands for the filter where all units have exact posteriors.
+struct NoParticles {
+  template <class... Parts>
+  NoParticles(const Parts&...) {}
+  template <class... Parts>
+  bool init(const Parts&...) {
+    return true;
+  }
+  template <class... Parts>
+  bool weigh(const Parts&...) {
+    return true;
+  }
+  void accept() {}
+  void use(Workers*) {}
+  bool has_resampled() const { return false; }
+};
+
+template <class M, bool kNone>
+struct FilterOf {
+  using Type = ParticleFilter<ParticleUnits<M>>;
+};
+template <class M>
+struct FilterOf<M, true> {
+  using Type = NoParticles;
+};
+
+// M::unit_of numbers the units: exact ones first, then those with particles.
 template <class M>
 class FactoredBelief final : public Belief {
  public:
   FactoredBelief(const typename M::Params& params, std::uint64_t seed, std::size_t particles)
-      : params_(params),
-        seed_(seed),
-        size_(particles),
-        now_(M::kParticleUnits > 0 ? particles : 0),
-        next_(now_.size()),
-        weights_(now_.size() * M::kParticleUnits),
-        next_weights_(weights_.size()) {}
+      : params_(params), seed_(seed), size_(particles), filter_(params, particles) {}
+
+  void use(Workers* workers) override { filter_.use(workers); }
 
   Status init(const std::int32_t* visible, std::uint64_t run) override {
     key_ = derive(seed_, StreamKind::kBelief, run);
     step_ = 0;
-    resampled_ = false;
     M::import_visible(visible, fixed_, state_);
     M::init_history(params_, fixed_, state_, history_);
     if constexpr (SeesFirst<M>::value) {
       const bool is_possible = M::init_posterior(params_, fixed_, state_, posterior_);
-      return draw_first() && is_possible ? Status::kOk : Status::kImpossibleObservation;
+      return filter_.init(key_, fixed_, state_) && is_possible ? Status::kOk : Status::kImpossibleObservation;
     } else {
       M::init_posterior(params_, fixed_, state_, posterior_);
-      for (std::uint32_t i = 0; i < now_.size(); ++i) draw_initial(i, now_[i]);
-      std::fill(weights_.begin(), weights_.end(), 1.0 / static_cast<double>(size_));
+      filter_.init(key_, fixed_, state_);
       return Status::kOk;
     }
   }
@@ -53,13 +110,9 @@ class FactoredBelief final : public Belief {
     if (!M::advance_posterior(params_, fixed_, state_, action, key, next, posterior_, after)) {
       return ends_surely(action) ? Status::kAllParticlesTerminal : Status::kImpossibleObservation;
     }
-    bool explained = filter(action, key, 0);
-    // Particles that contradict the observation may explain it with other draws.
-    for (std::uint32_t round = 1; round <= kRedraws && !explained; ++round)
-      explained = filter(action, key, round);
-    if (!explained) {
+    if (!filter_.weigh(state_, action, key, kRedraws)) {
       if (ends_surely(action)) return Status::kAllParticlesTerminal;
-      return resampled_ ? Status::kDepletedBelief : Status::kImpossibleObservation;
+      return filter_.has_resampled() ? Status::kDepletedBelief : Status::kImpossibleObservation;
     }
     move_on(action, key, next, after);
     return Status::kOk;
@@ -72,7 +125,7 @@ class FactoredBelief final : public Belief {
     typename M::Posterior after;
     M::advance_visible(params_, fixed_, state_, action, key, next);
     M::advance_posterior(params_, fixed_, state_, action, key, next, posterior_, after);
-    filter(action, key, 0);
+    filter_.weigh(state_, action, key, 0);
     move_on(action, key, next, after);
   }
 
@@ -93,7 +146,7 @@ class FactoredBelief final : public Belief {
       PhiloxDraws draws(key, first, static_cast<std::uint32_t>(unit));
       shuffle(draws, count);
       int* const picks = picks_.data() + static_cast<std::size_t>(unit) * count;
-      choose(unit, draws.word(kSampleSite, 0), count,
+      choose([&](int i) { return weight(unit, i); }, values_of(unit), draws.word(kSampleSite, 0), count,
              [&](std::size_t i, int pick) { picks[order_[i]] = pick; });
     }
     for (std::size_t i = 0; i < count; ++i) {
@@ -136,58 +189,19 @@ class FactoredBelief final : public Belief {
   // The least of all units with particles; `size()` where all posteriors are exact.
   double effective_sample_size() const override {
     double least = static_cast<double>(size_);
-    for (int unit = 0; unit < M::kParticleUnits; ++unit) least = std::min(least, effective_size(unit));
+    if constexpr (M::kParticleUnits > 0) {
+      for (int unit = 0; unit < M::kParticleUnits; ++unit)
+        least = std::min(least, filter_.effective_size(unit));
+    }
     return least;
   }
 
   std::size_t size() const override { return size_; }
 
  private:
-  static constexpr std::uint32_t kRedraws = 16;
+  static constexpr std::uint32_t kRedraws = 16;  // of particles that all contradict an observation
   static constexpr int kUnits = M::kExactUnits + M::kParticleUnits;
   static constexpr std::size_t kTrials = 256;  // joint states on which ends_surely tries an action
-
-  struct Particle {
-    typename M::Fixed fixed;
-    typename M::State state;
-  };
-
-  void draw_initial(std::uint32_t number, Particle& particle) const {
-    PhiloxDraws draws(key_, number, 0);
-    particle = {fixed_, state_};
-    M::init_hidden(params_, draws, particle.fixed, particle.state);
-  }
-
-  // Draws each unit's particles given what is seen at the start; false if none of some unit explain it.
-  bool draw_first() {
-    bool all_explained = true;
-    if constexpr (M::kParticleUnits > 0) {
-      FirstDraws first(size_, M::kParticleUnits);
-      Particle candidate{};
-      do {
-        for (std::size_t i = 0; i < size_; ++i) {
-          double likelihoods[M::kParticleUnits];
-          draw_initial(first.count(), candidate);
-          M::init_weights(params_, candidate.fixed, candidate.state, likelihoods);
-          first.add(likelihoods);
-        }
-      } while (first.wants_more());
-      std::fill(now_.begin(), now_.end(), Particle{fixed_, state_});
-      for (std::uint32_t unit = 0; unit < M::kParticleUnits; ++unit) {
-        PhiloxDraws draws(key_, unit, 0);
-        std::uint32_t drawn = first.count();  // the candidate at hand: none yet
-        const auto take = [&](std::uint32_t i, std::uint32_t number, double weight) {
-          if (number != drawn) draw_initial(drawn = number, candidate);
-          M::copy_unit(static_cast<int>(unit), candidate.fixed, candidate.state, now_[i].fixed,
-                       now_[i].state);
-          weights_[unit * size_ + i] = weight;
-        };
-        const bool is_explained = first.choose(unit, draws.word(kResampleSite, 0), take);
-        all_explained = all_explained && is_explained;
-      }
-    }
-    return all_explained;
-  }
 
   static bool holds(int variable, std::int32_t value, const typename M::Fixed& fixed,
                     const typename M::State& state) {
@@ -202,7 +216,8 @@ class FactoredBelief final : public Belief {
     if constexpr (M::kExactUnits > 0) {
       if (unit < M::kExactUnits) return M::unit_size(unit);
     }
-    return static_cast<int>(now_.size());
+    if constexpr (M::kParticleUnits > 0) return filter_.count(unit - M::kExactUnits);
+    return 0;
   }
 
   // The probability of joint value i of a unit, or the weight of its particle i.
@@ -210,23 +225,19 @@ class FactoredBelief final : public Belief {
     if constexpr (M::kExactUnits > 0) {
       if (unit < M::kExactUnits) return M::probability(posterior_, unit, i);
     }
-    return weights_[static_cast<std::size_t>(unit - M::kExactUnits) * now_.size() +
-                    static_cast<std::size_t>(i)];
+    if constexpr (M::kParticleUnits > 0) return filter_.weight(unit - M::kExactUnits, i);
+    return 0.0;
   }
 
   // Writes joint value i of a unit, or the unit's variables in particle i.
   void put(int unit, int i, typename M::Fixed& fixed, typename M::State& state) const {
     if constexpr (M::kExactUnits > 0) {
-      if (unit < M::kExactUnits) M::put_unit(unit, i, fixed, state);
+      if (unit < M::kExactUnits) return M::put_unit(unit, i, fixed, state);
     }
-    if constexpr (M::kParticleUnits > 0) {
-      if (unit < M::kExactUnits) return;
-      const Particle& from = now_[static_cast<std::size_t>(i)];
-      M::copy_unit(unit - M::kExactUnits, from.fixed, from.state, fixed, state);
-    }
+    if constexpr (M::kParticleUnits > 0) filter_.put(unit - M::kExactUnits, i, fixed, state);
   }
 
-  // Makes the visible state `next`, the posteriors `after` and the particles in next_ the belief.
+  // Makes the visible state `next`, the posteriors `after` and the particles that were weighed the belief.
   void move_on(int action, const typename M::Key& key, const typename M::State& next,
                const typename M::Posterior& after) {
     typename M::History remembered;
@@ -235,65 +246,7 @@ class FactoredBelief final : public Belief {
     ++step_;
     state_ = next;
     posterior_ = after;
-    now_.swap(next_);
-    weights_.swap(next_weights_);
-    if constexpr (M::kParticleUnits > 0) {
-      for (int unit = 0; unit < M::kParticleUnits; ++unit) {
-        if (effective_size(unit) < 0.5 * static_cast<double>(size_)) resample(unit);
-      }
-    }
-  }
-
-  // Moves all particles to next_ and weighs them. Gives false if all particles of some unit contradict the
-  // key; that unit keeps its weights.
-  bool filter(int action, const typename M::Key& key, std::uint32_t round) {
-    bool all_explained = true;
-    if constexpr (M::kParticleUnits > 0) {
-      double factors[M::kParticleUnits];
-      double totals[M::kParticleUnits] = {};
-      const std::size_t count = now_.size();
-      for (std::uint32_t i = 0; i < count; ++i) {
-        PhiloxDraws draws(key_, i + round * static_cast<std::uint32_t>(count), step_ + 1);
-        const Particle& from = now_[i];
-        next_[i].fixed = from.fixed;
-        M::filter_particles(params_, from.fixed, from.state, action, key, draws, next_[i].state, factors);
-        for (std::size_t unit = 0; unit < M::kParticleUnits; ++unit) {
-          next_weights_[unit * count + i] = weights_[unit * count + i] * factors[unit];
-          totals[unit] += next_weights_[unit * count + i];
-        }
-      }
-      for (std::size_t unit = 0; unit < M::kParticleUnits; ++unit) {
-        const bool explained = totals[unit] > 0.0;
-        all_explained = all_explained && explained;
-        for (std::size_t i = unit * count; i < (unit + 1) * count; ++i) {
-          next_weights_[i] = explained ? next_weights_[i] / totals[unit] : weights_[i];
-        }
-      }
-    }
-    return all_explained;
-  }
-
-  double effective_size(int particle_unit) const {
-    double sum = 0.0;
-    const double* const weights = weights_.data() + static_cast<std::size_t>(particle_unit) * now_.size();
-    for (std::size_t i = 0; i < now_.size(); ++i) sum += weights[i] * weights[i];
-    return 1.0 / sum;
-  }
-
-  // Calls `take(i, pick)` for each i < count: `pick` is a joint value or particle, by systematic sampling.
-  template <class Take>
-  void choose(int unit, std::uint32_t word, std::size_t count, const Take& take) const {
-    const double stride = 1.0 / static_cast<double>(count);
-    const double offset = static_cast<double>(word) * 0x1p-32;
-    int end = values_of(unit);
-    while (end > 1 && !(weight(unit, end - 1) > 0.0)) --end;  // the sum of weights may round to below 1
-    int pick = 0;
-    double reached = weight(unit, 0);
-    for (std::size_t i = 0; i < count; ++i) {
-      const double pointer = (static_cast<double>(i) + offset) * stride;
-      while (reached <= pointer && pick + 1 < end) reached += weight(unit, ++pick);
-      take(i, pick);
-    }
+    filter_.accept();
   }
 
   // Puts the first `count` numbers into order_ in a random order.
@@ -304,19 +257,6 @@ class FactoredBelief final : public Belief {
       order_[i] = order_[j];
       order_[j] = i;
     }
-  }
-
-  void resample(int particle_unit) {
-    PhiloxDraws draws(key_, static_cast<std::uint32_t>(particle_unit), step_);
-    const int unit = M::kExactUnits + particle_unit;
-    choose(unit, draws.word(kResampleSite, 0), now_.size(),
-           [&](std::size_t i, int pick) { put(unit, pick, next_[i].fixed, next_[i].state); });
-    for (std::size_t i = 0; i < now_.size(); ++i) {
-      M::copy_unit(particle_unit, next_[i].fixed, next_[i].state, now_[i].fixed, now_[i].state);
-    }
-    double* const weights = weights_.data() + static_cast<std::size_t>(particle_unit) * now_.size();
-    std::fill_n(weights, now_.size(), 1.0 / static_cast<double>(now_.size()));
-    resampled_ = true;
   }
 
   // Whether the action ends the episode in each of kTrials joint states.
@@ -340,15 +280,11 @@ class FactoredBelief final : public Belief {
   std::size_t size_;
   StreamKey key_{};
   std::uint32_t step_ = 0;
-  bool resampled_ = false;     // in this episode
   typename M::Fixed fixed_{};  // with `state_`: the visible variables; hidden ones are 0
   typename M::State state_{};
   typename M::History history_{};
   typename M::Posterior posterior_{};
-  std::vector<Particle> now_;
-  std::vector<Particle> next_;
-  std::vector<double> weights_;  // unit by unit
-  std::vector<double> next_weights_;
+  typename FilterOf<M, M::kParticleUnits == 0>::Type filter_;
   mutable std::vector<std::uint32_t> order_;  // with `picks_`: scratch of `sample`, sized by `reserve`
   mutable std::vector<int> picks_;
 };

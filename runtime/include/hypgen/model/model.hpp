@@ -88,10 +88,15 @@
 //   double probability(const Posterior&, int unit, std::int32_t value);
 //   void put_unit(int unit, std::int32_t value, Fixed&, State&);         // writes the unit's variables
 //   Required if kFactored and kParticleUnits > 0. `unit` counts from 0 among the units with particles.
-//   void filter_particles(P, F, S, int action, const Key&, D&, State& next, double* weights);
-//       // as `filter`, with the likelihood of each unit for itself: kParticleUnits weights
+//   struct Evidence;     // what all particles of a step share; its member `next` has the visible variables
+//   int kUnitValues;                                                   // numbers that export_unit writes at most
+//   void see(P, F, S, int action, const Key&, Evidence&);
+//   void draw_unit(int unit, P, D&, Fixed&, State&);                   // the unit's part of init_hidden
+//   double move_unit(int unit, P, F, S, int action, const Evidence&, D&, State& next);
+//       // the unit's part of `filter`: draws its variables, and gives the likelihood of what was seen of it
 //   void copy_unit(int unit, F from_fixed, S from_state, Fixed&, State&);
-//   void init_weights(P, F, S, double* weights);  // with init_likelihood: that of each unit for itself
+//   int export_unit(int unit, F, S, double* out);                      // the unit's variables, and how many
+//   double weigh_start(int unit, P, F, S);  // with init_likelihood: the unit's part of it
 //
 // Redraw of particles (belief/redraw.hpp). Optional, all or none: particles draw again what nothing has read.
 //   using Tracking;                                          // the same model, which notes reads of Fixed

@@ -116,7 +116,7 @@ template <class M>
 using InitExplains =
     Returns<bool, decltype(M::init_posterior(P<M>(), F<M>(), S<M>(), to<typename M::Posterior>()))>;
 template <class M>
-using InitWeights = decltype(M::init_weights(P<M>(), F<M>(), S<M>(), to<double*>()));
+using WeighStart = Returns<double, decltype(M::weigh_start(0, P<M>(), F<M>(), S<M>()))>;
 template <class M>
 using Units =
     std::void_t<Number<M::kParticleUnits>, Returns<int, decltype(M::unit_of(0))>,
@@ -127,10 +127,14 @@ using ExactUnits =
                 Returns<double, decltype(M::probability(to<const typename M::Posterior>(), 0, 0))>,
                 decltype(M::put_unit(0, 0, to<typename M::Fixed>(), to<typename M::State>()))>;
 template <class M>
-using ParticleUnits =
-    std::void_t<decltype(M::filter_particles(P<M>(), F<M>(), S<M>(), 0, key<M>(), draws(),
-                                             to<typename M::State>(), to<double*>())),
-                decltype(M::copy_unit(0, F<M>(), S<M>(), to<typename M::Fixed>(), to<typename M::State>()))>;
+using ParticleUnits = std::void_t<
+    typename M::Evidence, Number<M::kUnitValues>,
+    decltype(M::see(P<M>(), F<M>(), S<M>(), 0, key<M>(), to<typename M::Evidence>())),
+    decltype(M::draw_unit(0, P<M>(), draws(), to<typename M::Fixed>(), to<typename M::State>())),
+    Returns<double, decltype(M::move_unit(0, P<M>(), F<M>(), S<M>(), 0, to<const typename M::Evidence>(),
+                                          draws(), to<typename M::State>()))>,
+    decltype(M::copy_unit(0, F<M>(), S<M>(), to<typename M::Fixed>(), to<typename M::State>())),
+    Returns<int, decltype(M::export_unit(0, F<M>(), S<M>(), to<double*>()))>>;
 
 template <class M>
 using HasTracking = typename M::Tracking;
@@ -158,11 +162,12 @@ struct IfFactored<M, true> {
   static_assert(M::kExactUnits == 0 || kHas<ExactUnits, M>,
                 "model contract: a model with exact units lacks unit_size, probability or put_unit");
   static_assert(M::kParticleUnits == 0 || kHas<ParticleUnits, M>,
-                "model contract: a model with particle units lacks filter_particles or copy_unit");
+                "model contract: a model with particle units lacks Evidence, kUnitValues, see, draw_unit, "
+                "move_unit, copy_unit or export_unit");
   static_assert(!SeesFirst<M>::value || kHas<InitExplains, M>,
                 "model contract: init_posterior of a model with init_likelihood does not return a bool");
-  static_assert(!SeesFirst<M>::value || M::kParticleUnits == 0 || kHas<InitWeights, M>,
-                "model contract: a model with init_likelihood and particle units lacks init_weights");
+  static_assert(!SeesFirst<M>::value || M::kParticleUnits == 0 || kHas<WeighStart, M>,
+                "model contract: a model with init_likelihood and particle units lacks weigh_start");
 };
 
 // What every model has besides its types.

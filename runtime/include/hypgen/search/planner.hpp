@@ -31,8 +31,10 @@ class Planner {
   // The default policy acts while there is no evaluator.
   void set_fallback(Fallback fallback) { fallback_ = std::move(fallback); }
 
-  // Lays out the scenarios' memory for beliefs of this kind. The caller does so before the first plan.
-  void prepare(const Belief& belief);
+  // Lays out the scenarios' memory for beliefs of this kind, and lets the search's threads share the updates of
+  // this one, which come between plans. The caller does so before the first plan. The planner has to outlive
+  // the belief's last update.
+  void prepare(Belief& belief);
 
   // Decides at time `step` of episode `run`. Gives a legal action unless the status is kNoLegalAction.
   Decision plan(const Belief& belief, std::uint64_t run, int step);

@@ -2,19 +2,21 @@
 // Tree search by one thread or several.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
 
+#include "hypgen/core/workers.hpp"
 #include "hypgen/search/search_thread.hpp"
 #include "hypgen/search/worker_threads.hpp"
 
 namespace hypgen {
 
-// A search by the caller's thread and by worker threads, which sleep between searches. Only the constructor
-// allocates.
-class Search {
+// A search by the caller's thread and by worker threads, which sleep between searches and share other jobs
+// then. Only the constructor allocates.
+class Search final : public Workers {
  public:
   // `tree.threads` threads search, the caller included; fewer if the system refuses some.
   Search(const PlannerOptions& options, const TreeOptions& tree);
@@ -22,6 +24,9 @@ class Search {
   // Waits until the deadline for threads that the last search left behind; gives how many have not ended. The
   // caller calls this before it changes anything that those threads may use.
   std::size_t park(Clock::time_point deadline) { return workers_.park(deadline); }
+
+  // The caller does all jobs alone while threads of the last search have not ended. Between searches.
+  void share(std::size_t count, const Job& job) override;
 
   // Searches until a limit or a failure, and fills all of `decision` but its action. The tree uses the
   // evaluator's rows until the next search. `actions`, ascending, are those of the root; empty: all.
@@ -46,10 +51,16 @@ class Search {
   void add_leaf_sizes(std::vector<std::uint64_t>& leaf_sizes);
 
  private:
+  void work(std::size_t thread);
+  void do_jobs();
   void add_counts(Decision& decision) const;
 
   SharedSearch shared_;
-  WorkerThreads workers_;  // last: they use `shared_`
+  const Job* job_ =
+      nullptr;  // with `job_count_`: what the threads share; null: a search. Set while they sleep
+  std::size_t job_count_ = 0;
+  std::atomic<std::size_t> next_job_{0};  // each number is taken once; relaxed, as the lock orders all else
+  WorkerThreads workers_;                 // last: they use `shared_`
 };
 
 }  // namespace hypgen

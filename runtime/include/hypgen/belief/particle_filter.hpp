@@ -1,0 +1,444 @@
+// SPDX-License-Identifier: Apache-2.0
+// A particle filter of independent units that share an array of particles.
+//
+// Each unit owns a column of the array: its variables in every particle, and weights and a number of particles
+// of its own. Particles are resampled where weights degenerate. Copies part again by moves of the Metropolis
+// kind over their first words, which run the model again over all that was seen (replay.hpp). Such a move
+// leaves the posterior as it is. docs/decisions/0035-a-particles-past-is-replayed.md has the reasons.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "hypgen/belief/belief.hpp"
+#include "hypgen/belief/first_draws.hpp"
+#include "hypgen/belief/replay.hpp"
+#include "hypgen/belief/unit_column.hpp"
+#include "hypgen/belief/value_counts.hpp"
+#include "hypgen/core/workers.hpp"
+
+namespace hypgen {
+
+// U says what a unit is:
+//   types Params, Fixed, State, Key, Evidence
+//   int kUnits;                                  // how many there are
+//   int kValues;                                 // numbers that `values` writes, at most
+//   bool kSeesFirst;                             // what is visible at the start tells of units
+//   double weigh_start(P, int unit, F, S);       // how likely a unit's initial values make that
+//   void see(P, F, S, int action, Key, Evidence&);             // what all particles of a step share
+//   const State& visible(const Evidence&);                     // the visible variables after the step
+//   void draw(P, D&, int unit, Fixed&, State&);                // a unit's initial values
+//   double move(P, F, S, int action, const Evidence&, D&, int unit, State& next);  // and how likely it makes
+//                                                                                  // what was seen
+//   void copy(int unit, F, S, Fixed&, State&);
+//   int values(int unit, F, S, double* out);                   // a unit's values, and how many
+//
+// Jobs write to particles or to columns of their own, and sums are taken in the order of slots. So results are
+// the same for every number of threads.
+template <class U>
+class ParticleFilter {
+ public:
+  using Params = typename U::Params;
+  using Fixed = typename U::Fixed;
+  using State = typename U::State;
+
+  // `most`: the particles of a unit at the start, and where what it may be is as wide as then.
+  ParticleFilter(const Params& params, std::size_t most)
+      : params_(params),
+        most_(static_cast<std::uint32_t>(most)),
+        now_(most),
+        next_(most),
+        columns_(U::kUnits) {
+    for (Column& column : columns_) column.allocate(most, chunks(most_));
+  }
+
+  void use(Workers* workers) { workers_ = workers; }
+
+  // Draws all particles at visible variables. False if no start of some unit explains these.
+  bool init(StreamKey key, const Fixed& fixed, const State& state) {
+    key_ = key;
+    fixed_ = fixed;
+    start_ = state;
+    step_ = 0;
+    resampled_ = false;
+    past_.clear();
+    for_units([&](int unit) { begin(unit); });
+    for_slots(most_, [&](std::uint32_t i) {
+      now_[i] = {fixed, state};
+      for (int unit = 0; unit < U::kUnits; ++unit) {
+        Column& column = columns_[unit];
+        column.names.draw(PhiloxDraws(key_, column.origin(i), 0), column.words_of(i));
+        draw(unit, column.origin(i), column.words_of(i), now_[i]);
+      }
+    });
+    bool explained = true;
+    for_units([&](int unit) { measure(unit); });
+    for (const Column& column : columns_) explained = explained && column.explained;
+    return explained;
+  }
+
+  // Moves all particles and weighs them by what was seen, up to `rounds` times with other draws where none of
+  // a unit explains that. Gives whether some particle of each unit does. The belief stays as it is.
+  bool weigh(const State& visible, int action, const typename U::Key& key, std::uint32_t rounds) {
+    latest_.action = action;
+    U::see(params_, fixed_, visible, action, key, latest_.seen);
+    std::uint32_t largest = 0;
+    for (Column& column : columns_) {
+      column.explained = false;
+      largest = std::max(largest, column.count);
+    }
+    bool explained = false;
+    for (std::uint32_t round = 0; round <= rounds && !explained; ++round) {
+      share(workers_, chunks(largest), [&](std::size_t chunk) { weigh_chunk(chunk, largest, round); });
+      explained = true;
+      for (Column& column : columns_) {
+        if (column.explained) continue;
+        column.total = column.sum(chunks(column.count));
+        column.round = round;
+        column.explained = column.total > 0.0;
+        explained = explained && column.explained;
+      }
+    }
+    return explained;
+  }
+
+  // Makes the moved particles the belief. A unit of which none explains what was seen keeps its weights.
+  void accept() {
+    if (past_.size() == step_ && step_ < kLongestPast) past_.push_back(latest_);
+    const std::uint32_t before = largest();
+    ++step_;
+    for_units([&](int unit) { take_weights(unit); });
+    now_.swap(next_);
+    gather(before);
+    for_units([&](int unit) { plan_moves(unit); });
+    for_slots(largest(), [&](std::uint32_t i) {
+      for (int unit = 0; unit < U::kUnits; ++unit) rejuvenate(unit, i);
+    });
+    for_units([&](int unit) {
+      if (columns_[unit].moves > 0) count_values(unit);
+    });
+  }
+
+  // Whether some unit has been resampled in this episode.
+  bool has_resampled() const { return resampled_; }
+
+  int count(int unit) const { return static_cast<int>(columns_[unit].count); }
+  double weight(int unit, int i) const { return columns_[unit].weights[static_cast<std::size_t>(i)]; }
+  std::size_t distinct(int unit) const { return columns_[unit].distinct; }
+
+  // Writes the unit's variables in one of its particles.
+  void put(int unit, int i, Fixed& fixed, State& state) const {
+    const Particle& from = now_[static_cast<std::size_t>(i)];
+    U::copy(unit, from.fixed, from.state, fixed, state);
+  }
+
+  double effective_size(int unit) const { return columns_[unit].effective_size(); }
+
+ private:
+  static constexpr std::uint32_t kMoveSite = site_id("belief:move");
+  static constexpr std::uint32_t kChunk = 32;         // particles of a job
+  static constexpr std::uint32_t kLongestPast = 256;  // steps that a move can run again
+  static constexpr std::uint32_t kReplays = 8;        // steps run again for each particle and step
+  static constexpr std::uint32_t kNotedStarts = 16;   // that say which words a start draws
+  static constexpr double kManyValues = 512.0;        // as spread as that, a unit takes all its particles
+
+  struct Particle {
+    Fixed fixed;
+    State state;
+  };
+
+  struct Step {
+    int action;
+    typename U::Evidence seen;
+  };
+
+  using Column = UnitColumn<U::kValues>;
+
+  static std::size_t chunks(std::uint32_t slots) { return (slots + kChunk - 1) / kChunk; }
+
+  template <class Do>
+  void for_units(const Do& each) {
+    share(workers_, U::kUnits, [&](std::size_t unit) { each(static_cast<int>(unit)); });
+  }
+
+  template <class Do>
+  void for_slots(std::uint32_t slots, const Do& each) {
+    share(workers_, chunks(slots), [&](std::size_t chunk) {
+      const auto first = static_cast<std::uint32_t>(chunk) * kChunk;
+      for (std::uint32_t i = first; i < std::min(first + kChunk, slots); ++i) each(i);
+    });
+  }
+
+  std::uint32_t largest() const {
+    std::uint32_t most = 0;
+    for (const Column& column : columns_) most = std::max(most, column.count);
+    return most;
+  }
+
+  // How few particles a unit may have. Where there are many units, each has fewer.
+  std::uint32_t least() const { return std::max<std::uint32_t>(1, most_ / std::min(U::kUnits, 8)); }
+
+  // The start -----------------------------------------------------------------------------------------------
+
+  void begin(int unit) {
+    Column& column = columns_[unit];
+    column.count = most_;
+    column.names.clear();
+    for (std::uint32_t i = 0; i < kNotedStarts; ++i) {
+      NotedDraws noted(PhiloxDraws(key_, i, 0), column.names);
+      Particle particle{fixed_, start_};
+      U::draw(params_, noted, unit, particle.fixed, particle.state);
+    }
+    column.words.resize(static_cast<std::size_t>(most_) * static_cast<std::size_t>(column.names.size()));
+    column.past.clear();
+    column.moves = 0;
+    column.explained = true;
+    if constexpr (U::kSeesFirst) {
+      column.origins.resize(most_);
+      choose_starts(unit);
+    } else {
+      std::fill(column.weights.begin(), column.weights.end(), 1.0 / static_cast<double>(most_));
+    }
+  }
+
+  // Draws a unit's starts given what is visible then.
+  void choose_starts(int unit) {
+    Column& column = columns_[unit];
+    FirstDraws first(most_, 1);
+    do {
+      for (std::uint32_t i = 0; i < most_; ++i) {
+        PhiloxDraws draws(key_, first.count(), 0);
+        Particle candidate{fixed_, start_};
+        U::draw(params_, draws, unit, candidate.fixed, candidate.state);
+        const double likelihood = U::weigh_start(params_, unit, candidate.fixed, candidate.state);
+        first.add(&likelihood);
+      }
+    } while (first.wants_more());
+    const std::uint32_t word = PhiloxDraws(key_, static_cast<std::uint32_t>(unit), 0).word(kResampleSite, 0);
+    column.explained = first.choose(0, word, [&](std::uint32_t i, std::uint32_t candidate, double weight) {
+      column.origins[i] = candidate;
+      column.weights[i] = weight;
+    });
+    column.start_weighed = column.explained;
+  }
+
+  // Draws a unit's initial values with these words and, for other names, with those of particle `origin`.
+  void draw(int unit, std::uint32_t origin, const std::uint32_t* words, Particle& particle) const {
+    MovedDraws draws(PhiloxDraws(key_, origin, 0), columns_[unit].names, words);
+    U::draw(params_, draws, unit, particle.fixed, particle.state);
+  }
+
+  // Takes the likelihoods of a unit's starts, and how they are spread.
+  void measure(int unit) {
+    Column& column = columns_[unit];
+    std::fill(column.likelihoods.begin(), column.likelihoods.end(), PathLikelihood{});
+    column.scale.clear();
+    double values[U::kValues + 1];
+    for (std::uint32_t i = 0; i < most_; ++i) {
+      const Particle& start = now_[i];
+      if (column.start_weighed)
+        column.likelihoods[i].multiply(U::weigh_start(params_, unit, start.fixed, start.state));
+      column.scale.include(values, U::values(unit, start.fixed, start.state, values));
+    }
+    count_values(unit);
+  }
+
+  // A step --------------------------------------------------------------------------------------------------
+
+  std::uint32_t scenario(std::uint32_t slot, std::uint32_t round) const { return slot + round * most_; }
+
+  void weigh_chunk(std::size_t chunk, std::uint32_t slots, std::uint32_t round) {
+    for (Column& column : columns_) {
+      if (!column.explained) column.sums[chunk] = 0.0;
+    }
+    const auto first = static_cast<std::uint32_t>(chunk) * kChunk;
+    for (std::uint32_t i = first; i < std::min(first + kChunk, slots); ++i) {
+      if (round == 0) next_[i] = {now_[i].fixed, U::visible(latest_.seen)};
+      PhiloxDraws draws(key_, scenario(i, round), step_ + 1);
+      for (int unit = 0; unit < U::kUnits; ++unit) {
+        Column& column = columns_[unit];
+        if (column.explained || i >= column.count) continue;
+        const double factor = advance(unit, i, round, draws);
+        column.next_likelihoods[i] = column.likelihoods[i];
+        column.next_likelihoods[i].multiply(factor);
+        column.next_weights[i] = column.weights[i] * factor;
+        column.sums[chunk] += column.next_weights[i];
+      }
+    }
+  }
+
+  // Moves a unit of one particle. Where all particles contradict what was seen first, others start elsewhere.
+  double advance(int unit, std::uint32_t i, std::uint32_t round, PhiloxDraws& draws) {
+    Particle& to = next_[i];
+    if (round == 0 || step_ > 0 || U::kSeesFirst) {
+      return U::move(params_, now_[i].fixed, now_[i].state, latest_.action, latest_.seen, draws, unit,
+                     to.state);
+    }
+    Particle from{fixed_, start_};
+    PhiloxDraws start(key_, scenario(i, round), 0);
+    U::draw(params_, start, unit, from.fixed, from.state);
+    U::copy(unit, from.fixed, from.state, to.fixed, to.state);
+    return U::move(params_, from.fixed, from.state, latest_.action, latest_.seen, draws, unit, to.state);
+  }
+
+  // Takes the new weights of a unit, and chooses the particles to copy if it has to be resampled.
+  void take_weights(int unit) {
+    Column& column = columns_[unit];
+    if (column.explained) column.take_weights();
+    if (column.round > 0 && step_ == 1 && !U::kSeesFirst) {
+      for (std::uint32_t i = 0; i < column.count; ++i)
+        column.names.draw(PhiloxDraws(key_, scenario(i, column.round), 0), column.words_of(i));
+    }
+    if (column.past.size() < past_.size()) column.past.push_back({{}, column.round, column.explained});
+    column.resampled = column.effective_size() < 0.5 * static_cast<double>(column.count);
+    if (column.resampled) resample(unit);
+  }
+
+  void resample(int unit) {
+    Column& column = columns_[unit];
+    const std::uint32_t word =
+        PhiloxDraws(key_, static_cast<std::uint32_t>(unit), step_).word(kResampleSite, 0);
+    column.pick(word, column.count);
+    if (least() < most_) column.pick(word, wanted_count(unit));
+    column.copy_picks();
+    if (column.past.size() == step_) column.past.back().parents = column.picks;
+  }
+
+  // The number of particles for as many values, coarsely, as those chosen have: the size that KLD sampling asks
+  // for is nearly proportional to that.
+  std::uint32_t wanted_count(int unit) const {
+    const Column& column = columns_[unit];
+    ValueSet cells(column.count);
+    double values[U::kValues + 1];
+    for (std::size_t i = 0; i < column.picks.size(); ++i) {
+      if (i > 0 && column.picks[i] == column.picks[i - 1]) continue;
+      const Particle& particle = next_[column.picks[i]];
+      const int count = U::values(unit, particle.fixed, particle.state, values);
+      cells.add(column.scale.cell(values, count));
+    }
+    const double share = static_cast<double>(cells.size()) / kManyValues;
+    const auto wanted = static_cast<std::uint32_t>(std::min(1.0, share) * static_cast<double>(most_));
+    return std::max(wanted, least());
+  }
+
+  // Copies the particles that resampling has chosen. `before`: slots in use before.
+  void gather(std::uint32_t before) {
+    bool any = false;
+    for (const Column& column : columns_) any = any || column.resampled;
+    if (!any) return;
+    resampled_ = true;
+    for_slots(std::max(before, largest()), [&](std::uint32_t i) {
+      next_[i] = i < before ? now_[i] : Particle{fixed_, U::visible(latest_.seen)};
+      for (int unit = 0; unit < U::kUnits; ++unit) {
+        const Column& column = columns_[unit];
+        if (!column.resampled || i >= column.count) continue;
+        const Particle& from = now_[column.picks[i]];
+        U::copy(unit, from.fixed, from.state, next_[i].fixed, next_[i].state);
+      }
+    });
+    now_.swap(next_);
+  }
+
+  void count_values(int unit) {
+    Column& column = columns_[unit];
+    ValueSet found(column.count);
+    double values[U::kValues + 1];
+    for (std::uint32_t i = 0; i < column.count; ++i) {
+      if (!(column.weights[i] > 0.0)) continue;
+      const int count = U::values(unit, now_[i].fixed, now_[i].state, values);
+      found.add(ValueSet::hash(values, count));
+    }
+    column.distinct = found.size();
+  }
+
+  // Moves of particles ------------------------------------------------------------------------------------
+
+  // How many moves a unit makes. None where particles are all different, as then the model's own noise tells
+  // them apart. A longer past allows fewer, so that all steps take about as long.
+  void plan_moves(int unit) {
+    Column& column = columns_[unit];
+    count_values(unit);
+    const bool pays = column.names.size() > 0 && column.past.size() == step_ &&
+                      static_cast<double>(column.distinct) < 0.95 * static_cast<double>(column.count);
+    column.moves = pays ? std::max(1U, kReplays * column.count / step_) : 0;
+  }
+
+  // How many of a unit's moves are for a slot. Over the steps all slots have their turn.
+  std::uint32_t moves_of(const Column& column, std::uint32_t i) const {
+    const std::uint64_t count = column.count, rest = column.moves % count;
+    return static_cast<std::uint32_t>(column.moves / count + ((i + step_) * rest % count < rest ? 1 : 0));
+  }
+
+  void rejuvenate(int unit, std::uint32_t i) {
+    Column& column = columns_[unit];
+    if (column.moves == 0 || i >= column.count || !(column.weights[i] > 0.0)) return;
+    const std::uint32_t moves = moves_of(column, i);
+    if (moves == 0) return;
+    std::uint32_t names[kLongestPast];
+    const std::uint32_t origin = trace_back(column, i, names);
+    PhiloxDraws draws(key_, i, step_);
+    std::uint32_t words[MovedNames::kMost];
+    for (std::uint32_t move = 0; move < moves; ++move) {
+      const std::uint32_t number = static_cast<std::uint32_t>(unit) * kReplays + move;
+      WordMove proposal(draws, kMoveSite, number * WordMove::kWords);
+      proposal.propose(column.names.size(), column.words_of(i), words);
+      Particle other{fixed_, start_};
+      PathLikelihood likelihood;
+      if (!replay(unit, origin, names, words, proposal.threshold(), column.likelihoods[i], other, likelihood))
+        continue;
+      U::copy(unit, other.fixed, other.state, now_[i].fixed, now_[i].state);
+      column.likelihoods[i] = likelihood;
+      std::copy_n(words, column.names.size(), column.words_of(i));
+    }
+  }
+
+  // Finds the scenarios whose names a particle has drawn with: those of its start, and by step.
+  std::uint32_t trace_back(const Column& column, std::uint32_t i, std::uint32_t* names) const {
+    for (std::size_t s = column.past.size(); s-- > 0;) {
+      const Descent& descent = column.past[s];
+      if (!descent.parents.empty()) i = descent.parents[i];
+      names[s] = scenario(i, descent.round);
+    }
+    return U::kSeesFirst ? column.origin(i) : names[0];  // another round of the first step starts elsewhere
+  }
+
+  // Runs a unit's past again from other first words. Gives false as soon as the path cannot be likelier than
+  // `share` of `least` any more: no factor is above 1.
+  bool replay(int unit, std::uint32_t origin, const std::uint32_t* names, const std::uint32_t* words,
+              double share, const PathLikelihood& least, Particle& particle,
+              PathLikelihood& likelihood) const {
+    const Column& column = columns_[unit];
+    draw(unit, origin, words, particle);
+    if (column.start_weighed)
+      likelihood.multiply(U::weigh_start(params_, unit, particle.fixed, particle.state));
+    for (std::size_t s = 0; s < column.past.size(); ++s) {
+      const Step& step = past_[s];
+      PhiloxDraws draws(key_, names[s], static_cast<std::uint32_t>(s) + 1);
+      State next = U::visible(step.seen);
+      const double factor =
+          U::move(params_, particle.fixed, particle.state, step.action, step.seen, draws, unit, next);
+      particle.state = next;
+      if (!column.past[s].weighed) continue;
+      likelihood.multiply(factor);
+      if (!likelihood.exceeds(share, least)) return false;
+    }
+    return true;
+  }
+
+  const Params& params_;
+  std::uint32_t most_;
+  Workers* workers_ = nullptr;
+  StreamKey key_{};
+  std::uint32_t step_ = 0;
+  bool resampled_ = false;
+  Fixed fixed_{};  // with `start_`: the visible variables at the start; hidden ones are 0
+  State start_{};
+  Step latest_{};
+  std::vector<Step> past_;
+  std::vector<Particle> now_, next_;
+  std::vector<Column> columns_;
+};
+
+}  // namespace hypgen

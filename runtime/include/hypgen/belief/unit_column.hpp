@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a particle filter keeps of one unit besides its values in the particles.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "hypgen/belief/replay.hpp"
+#include "hypgen/belief/systematic.hpp"
+#include "hypgen/belief/value_counts.hpp"
+
+namespace hypgen {
+
+// Arrays have an entry for each particle, of which `count` are in use.
+template <int kValues>
+struct UnitColumn {
+  void allocate(std::size_t most, std::size_t chunks) {
+    weights.resize(most);
+    next_weights.resize(most);
+    likelihoods.resize(most);
+    next_likelihoods.resize(most);
+    sums.resize(chunks);
+  }
+
+  // The number of the start that a particle of the first belief has.
+  std::uint32_t origin(std::uint32_t i) const { return origins.empty() ? i : origins[i]; }
+
+  std::uint32_t* words_of(std::uint32_t i) {
+    return words.data() + i * static_cast<std::size_t>(names.size());
+  }
+
+  double sum(std::size_t chunks) const {
+    double all = 0.0;
+    for (std::size_t i = 0; i < chunks; ++i) all += sums[i];
+    return all;
+  }
+
+  double effective_size() const {
+    double squares = 0.0;
+    for (std::uint32_t i = 0; i < count; ++i) squares += weights[i] * weights[i];
+    return 1.0 / squares;
+  }
+
+  // Makes the weights and likelihoods after a step those of the unit.
+  void take_weights() {
+    for (std::uint32_t i = 0; i < count; ++i) weights[i] = next_weights[i] / total;
+    likelihoods.swap(next_likelihoods);
+  }
+
+  // Chooses particles to copy by systematic sampling.
+  void pick(std::uint32_t word, std::uint32_t wanted) {
+    picks.resize(wanted);
+    choose([this](int i) { return weights[static_cast<std::size_t>(i)]; }, static_cast<int>(count), word,
+           wanted, [this](std::size_t i, int from) { picks[i] = static_cast<std::uint32_t>(from); });
+  }
+
+  // Copies all but values from the particles chosen.
+  void copy_picks() {
+    count = static_cast<std::uint32_t>(picks.size());
+    const auto each = static_cast<std::size_t>(names.size());
+    std::vector<std::uint32_t> copied(count * each);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      next_likelihoods[i] = likelihoods[picks[i]];
+      std::copy_n(words_of(picks[i]), each, copied.data() + i * each);
+    }
+    likelihoods.swap(next_likelihoods);
+    std::copy(copied.begin(), copied.end(), words.begin());
+    std::fill_n(weights.begin(), count, 1.0 / static_cast<double>(count));
+  }
+
+  std::uint32_t count = 0;             // particles
+  std::vector<std::uint32_t> origins;  // of the first belief's particles; empty: their slots
+  bool start_weighed = false;          // what is visible at the start has weighed
+  MovedNames names;
+  std::vector<std::uint32_t> words;  // names.size() for each particle
+  std::vector<double> weights, next_weights;
+  std::vector<PathLikelihood> likelihoods, next_likelihoods;
+  std::vector<Descent> past;         // by step
+  std::vector<std::uint32_t> picks;  // of the latest resampling
+  std::vector<double> sums;          // of the latest weights, by chunk
+  double total = 0.0;                // of these
+  std::uint32_t round = 0;           // whose draws they come from
+  bool explained = true;
+  bool resampled = false;  // in the latest step
+  ValueScale<kValues> scale;
+  std::size_t distinct = 0;  // values of the particles
+  std::uint32_t moves = 0;   // of all particles in the latest step
+};
+
+}  // namespace hypgen
