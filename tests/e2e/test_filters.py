@@ -42,12 +42,31 @@ observe seen: Spot ~ noisy(bot[look].at', 0.5)
 reward none = look - 1
 """
 
+# No product: a hidden place on a map. Copies of particles draw anew the cells that nothing seen has read.
+FIRST_LOOK_AT_MAP = """
+model Marsh
+type Cell = 0 .. 4
+discount 0.9
+action go: bool
+element floor {
+  hidden fixed wet: bool[Cell]
+  init wet ~ [c in Cell: bernoulli(0.3)]
+  observe smell: bool at start ~ noisy(wet[0] or wet[1], 0.8)
+}
+element robot {
+  hidden at: Cell
+  init at ~ uniform(Cell)
+  at' ~ if go then { clamp(at + 1): 0.8, else at } else at
+  observe damp: bool at start ~ noisy(floor.wet[at], 0.9)
+}
+observe feels: bool ~ noisy(floor.wet[robot.at'], 0.9)
+reward none = if go then 1 else 0
+"""
 
-@pytest.fixture(scope="module")
-def compare_start(tmp_path_factory: pytest.TempPathFactory) -> Compare:
+
+def at_start(path: Path, text: str) -> Compare:
     """Return how to compare beliefs of a model with a first observation with the exact one."""
-    path = tmp_path_factory.mktemp("model") / "glance.pomdp"
-    path.write_text(FIRST_LOOK)
+    path.write_text(text)
     program = filter_program.build(path)
 
     def run(kind: str, particles: int, episodes: int, steps: int = 0) -> dict[str, Any]:
@@ -56,6 +75,16 @@ def compare_start(tmp_path_factory: pytest.TempPathFactory) -> Compare:
         return result
 
     return run
+
+
+@pytest.fixture(scope="module")
+def compare_start(tmp_path_factory: pytest.TempPathFactory) -> Compare:
+    return at_start(tmp_path_factory.mktemp("model") / "glance.pomdp", FIRST_LOOK)
+
+
+@pytest.fixture(scope="module")
+def compare_map(tmp_path_factory: pytest.TempPathFactory) -> Compare:
+    return at_start(tmp_path_factory.mktemp("model") / "marsh.pomdp", FIRST_LOOK_AT_MAP)
 
 
 @pytest.fixture(scope="module")
@@ -109,3 +138,11 @@ def test_first_particles_near_the_exact_belief_by_the_root_of_their_number(compa
 @pytest.mark.parametrize("steps", [0, 5])
 def test_the_truth_has_every_rank_after_a_first_look(compare_start: Compare, kind: str, steps: int) -> None:
     assert filter_program.chi_square(compare_start(kind, 1000, 1000, steps)["ranks"]) < CHI_SQUARE_9
+
+
+def test_cells_that_the_first_look_has_not_read_are_drawn_anew(compare_map: Compare) -> None:
+    for steps in (0, 4):
+        assert compare_map("limit", 1, 50, steps)["largest"] < 1e-8
+        assert filter_program.chi_square(compare_map("particle", 300, 1000, steps)["ranks"]) < CHI_SQUARE_9
+    means = [(n, compare_map("particle", n, 100)["mean"]) for n in (100, 1000, 10000)]
+    assert filter_program.slope(means) == pytest.approx(-0.5, abs=0.05)
