@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from support import ir_samples, traces
+from support.random_models import batches
 
 from hypgen.codegen.generate import generate
 from hypgen.dsl import ir
@@ -26,7 +27,7 @@ FOLDER = Path(__file__).parent
 EXAMPLES = sorted((FOLDER.parent.parent / "examples").rglob("*.pomdp"))
 MODELS = sorted((FOLDER / "models").glob("*.pomdp"))
 SEED, SCENARIOS, STEPS = 20261122, 6000, 20
-FEW, MANY = 1_000_000, 8_000_000  # numbers of a trace, at most
+FEW, MANY = 300_000, 8_000_000  # numbers of a trace, at most
 
 
 @pytest.fixture(scope="module")
@@ -37,9 +38,7 @@ def _compiler(request: pytest.FixtureRequest) -> None:
     except ToolchainError as error:
         pytest.skip(f"needs a C++ compiler: {error}")
     mine = [item for item in request.session.items if item.fspath == request.path]
-    values = [
-        value for item in mine if isinstance(item, pytest.Function) for value in item.callspec.params.values()
-    ]
+    values = [value for item in mine if hasattr(item, "callspec") for value in item.callspec.params.values()]
     models = [load(path).model for path in dict.fromkeys(v for v in values if isinstance(v, Path))]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for model in models:
@@ -56,12 +55,20 @@ def with_params(model: ir.Model, **values: tuple[float, ...]) -> ir.Model:
     return dataclasses.replace(model, params=tuple(params))
 
 
+HAND_BUILT = (ir_samples.tiger(), ir_samples.rocks(), with_params(ir_samples.wanderer(), slip=(0.1, 0.3)))
+
+
+def traced_scenarios(model: ir.Model, numbers: int = FEW) -> int:
+    """Return how many walks make a trace of so many numbers, or fewer where the interpreter is slow."""
+    # It goes through all pairs of a factor's values.
+    scenarios = SCENARIOS // 20 if any(f.size > 8 for f in model.factors) else SCENARIOS
+    return min(scenarios, numbers // (STEPS * len(columns(model))))
+
+
 def assert_same_trace(model: ir.Model, folder: Path, numbers: int = FEW) -> None:
     solver = build(model)
     path = folder / "trace"
-    # The interpreter goes through all pairs of a factor's values.
-    scenarios = SCENARIOS // 20 if any(f.size > 8 for f in model.factors) else SCENARIOS
-    scenarios = min(scenarios, numbers // (STEPS * len(columns(model))))
+    scenarios = traced_scenarios(model, numbers)
     size = ["--trace-scenarios", str(scenarios), "--trace-steps", str(STEPS), "--seed", str(SEED)]
     subprocess.run([solver, "--trace", path, *size], check=True)
     actual = traces.read(path, model)
@@ -86,12 +93,31 @@ def test_long_trace(path: Path, tmp_path: Path) -> None:
     assert_same_trace(load(path).model, tmp_path, MANY)
 
 
+@pytest.mark.property
+@pytest.mark.usefixtures("_compiler")
+@pytest.mark.parametrize("model", HAND_BUILT, ids=lambda model: model.name)
+def test_long_trace_of_a_hand_built_model(model: ir.Model, tmp_path: Path) -> None:
+    assert_same_trace(model, tmp_path, MANY)
+
+
+@pytest.mark.usefixtures("_compiler")
+def test_models(tmp_path: Path) -> None:
+    """Those of ``models``, and some built by hand: all in one program, whose compiler optimises less."""
+    models = [*(load(path).model for path in MODELS), *HAND_BUILT]
+    numbered = {i: batches.numbered(model, i) for i, model in enumerate(models)}
+    found = batches.compare_models(
+        numbered, tmp_path, lambda model: batches.Size(traced_scenarios(model), STEPS)
+    )
+    assert {m.name: found[i] for i, m in enumerate(models)} == {m.name: None for m in models}
+
+
 @pytest.mark.usefixtures("_compiler")
 @pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
 @pytest.mark.parametrize(
     "options",
     [
-        ("--mode", "default", "--runs", "20"),
+        ("--mode", "default", "--runs", "2"),
+        pytest.param(("--mode", "default", "--runs", "20"), marks=pytest.mark.property),
         ("--mode", "despot", "--runs", "1", "--steps", "5", "--trials", "3", "--scenarios", "20"),
     ],
 )
@@ -102,19 +128,3 @@ def test_episodes_of_an_example_end_well(example: Path, options: tuple[str, ...]
     summary = json.loads(lines.read_text().splitlines()[-1])
     assert set(summary["endings"]) <= {"terminal", "step_limit"}
     assert set(summary["searches"]) <= {"ok", "converged", "trial_limit"}
-
-
-@pytest.mark.usefixtures("_compiler")
-@pytest.mark.parametrize("path", MODELS, ids=[path.stem for path in MODELS])
-def test_model(path: Path, tmp_path: Path) -> None:
-    assert_same_trace(load(path).model, tmp_path)
-
-
-@pytest.mark.usefixtures("_compiler")
-@pytest.mark.parametrize(
-    "model",
-    [ir_samples.tiger(), ir_samples.rocks(), with_params(ir_samples.wanderer(), slip=(0.1, 0.3))],
-    ids=lambda model: model.name,
-)
-def test_hand_built_model(model: ir.Model, tmp_path: Path) -> None:
-    assert_same_trace(model, tmp_path)

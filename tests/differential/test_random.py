@@ -14,7 +14,7 @@ from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.tools import find_compiler
 
 FOUND = sorted((Path(__file__).parent / "found").glob("*.pomdp"))
-FEW, MODELS, MANY = 40, 200, 10_000
+FEW, MODELS, MANY = 20, 200, 10_000
 
 
 @pytest.fixture(scope="module")

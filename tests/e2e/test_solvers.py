@@ -154,9 +154,16 @@ def test_a_project_builds_with_plain_cmake_and_nothing_of_hypgen(project: Path) 
     bare = {"PATH": f"{Path(cmake).parent}:/usr/bin:/bin", "HOME": str(project)}
     if compiler := os.environ.get("CXX"):
         bare["CXX"] = compiler
-    for arguments in (["-B", "build"], ["--build", "build", "--parallel", "2"]):
+    kinds = []
+    for arguments in (
+        ["-B", "build"],
+        ["-B", "build", "-DCMAKE_BUILD_TYPE=Debug"],  # compiles sooner, and must plan the same
+        ["--build", "build", "--parallel", "2"],
+    ):
         done = subprocess.run([cmake, *arguments], cwd=project, capture_output=True, text=True, env=bare)
         assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-5000:]
+        kinds += re.findall("CMAKE_BUILD_TYPE:STRING=(.*)", (project / "build/CMakeCache.txt").read_text())
+    assert kinds == ["Release", "Debug", "Debug"]
     built = next(p for p in (project / "build").rglob("tiger") if p.is_file())
     own = hypgen("run", TIGER, *QUICK, "--seed", "3", "--signature", "--quiet").stdout
     assert (

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "hypgen/leaves/cpu_evaluator.hpp"
 #include "hypgen/leaves/device.hpp"
 #include "hypgen/solver/solver_main.hpp"
 #include "mock_evaluator.hpp"

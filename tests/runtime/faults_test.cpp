@@ -5,6 +5,7 @@
 
 #include <set>
 
+#include "hypgen/solver/model_instance.hpp"
 #include "mock_evaluator.hpp"
 #include "test_solvers.hpp"
 

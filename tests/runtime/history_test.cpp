@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "hypgen/leaves/cpu_evaluator.hpp"
+#include "hypgen/solver/model_instance.hpp"
 #include "test_solvers.hpp"
 
 namespace hypgen::testing {

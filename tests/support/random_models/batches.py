@@ -6,8 +6,8 @@ from __future__ import annotations
 import re
 import subprocess
 import traceback
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hypgen.codegen.generate import generate
@@ -100,31 +100,42 @@ def compare(texts: Sequence[str], folder: Path, size: Size) -> list[str | None]:
 
     A text that the checker refuses is reported as ``refused: CODE`` with the message.
     """
-    found: list[str | None] = [None] * len(texts)
-    models: dict[int, ir.Model] = {}
+    results = {i: lowered(text, i) for i, text in enumerate(texts)}
+    models = {i: result for i, result in results.items() if not isinstance(result, str)}
+    found = compare_models(models, folder, lambda model: size)
+    return [found[i] if i in found else str(result) for i, result in results.items()]
+
+
+def compare_models(
+    models: Mapping[int, ir.Model], folder: Path, size_of: Callable[[ir.Model], Size]
+) -> dict[int, str | None]:
+    """Return for each model what is wrong with it, None where C++ and the interpreter agree.
+
+    Each must be called ``Batch<number>``, as ``numbered`` makes it.
+    """
+    found: dict[int, str | None] = {}
     headers: dict[int, str] = {}
-    for i, text in enumerate(texts):
-        result = lowered(text, i)
-        if isinstance(result, str):
-            found[i] = result
-            continue
+    for i, model in models.items():
         try:
-            headers[i] = generate(result)[f"src/batch{i}.hpp"]
-            models[i] = result
+            headers[i] = generate(model)[f"src/batch{i}.hpp"]
         except Exception:
             found[i] = f"code generation failed:\n{traceback.format_exc(limit=-3)}"
+    models = {i: models[i] for i in headers}
     if not models:
         return found
     program = folder / "batch"
     problem = _build(program, models, headers)
-    if problem is not None and len(models) == 1:
-        return [problem if i in models else text for i, text in enumerate(found)]
     for i, model in models.items():
-        if problem is not None:  # some model does not compile: which?
-            found[i] = compare([texts[i]], folder, size)[0]
-        else:
-            found[i] = _difference(program, i, model, size)
+        if problem is None:
+            found[i] = _difference(program, i, model, size_of(model))
+        else:  # some model does not compile: which?
+            found[i] = problem if len(models) == 1 else compare_models({i: model}, folder, size_of)[i]
     return found
+
+
+def numbered(model: ir.Model, number: int) -> ir.Model:
+    """Return the model as ``Batch<number>``."""
+    return replace(model, name=f"Batch{number}")
 
 
 def lowered(text: str, number: int) -> ir.Model | str:
@@ -138,7 +149,7 @@ def lowered(text: str, number: int) -> ir.Model | str:
         return f"the checker failed:\n{traceback.format_exc(limit=-3)}"
 
 
-def _build(program: Path, models: dict[int, ir.Model], headers: dict[int, str]) -> str | None:
+def _build(program: Path, models: Mapping[int, ir.Model], headers: Mapping[int, str]) -> str | None:
     for i in models:
         (program.parent / f"batch{i}.hpp").write_text(headers[i])
     cases = [
