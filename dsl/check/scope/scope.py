@@ -23,7 +23,9 @@ from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Type
 
-_MAX_STEPS = 3 << 13  # of expressions checked while evaluating: a third of a second on a slow core
+# Of expressions checked one by one while evaluating: a third of a second on a slow core. Entries of tables
+# and quantifiers over constants run as closures, and have a limit of their own.
+_MAX_STEPS = 3 << 13
 
 
 class Budget:

@@ -229,6 +229,12 @@ def test_product_actions_are_read_and_chosen_by_component() -> None:
     assert any(isinstance(x, ir.ActionRead) and len(x.indices) == 1 for x in walk(m.rewards[0].value))
 
 
+def test_a_table_of_many_entries_is_computed() -> None:
+    large = "type Large = 0 .. 9999\nfn f(i: int): float = exp(-i / 100.0) + i % 7\n"
+    m = model(large + "const t: float[Large] = [i in Large: f(i)]\nreward r = sum(i in Large: t[i])")
+    assert len(m.tables[-1].values) == 10_000
+
+
 def test_params_and_tables_hold_their_entries_row_major() -> None:
     m = model("const t: int[Cell, Dir] = [i in Cell: [i, sum(j in Cell where j < i: j)]]")
     assert m.tables[-1].values == (0, 0, 1, 0, 2, 1, 3, 3)
