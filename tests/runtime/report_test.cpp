@@ -4,6 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "factored_models.hpp"
 #include "hypgen/solver/json_lines.hpp"
 #include "hypgen/solver/run_report.hpp"
 #include "hypgen/solver/solver_main.hpp"
@@ -70,8 +71,8 @@ TEST(JsonLines, TellTheWholeRun) {
 TEST(JsonLines, TellWhatIsSeenAtTheStart) {
   const std::string file = ::testing::TempDir() + "start.jsonl";
   ModelDescriptor model = testing::rock_sample_descriptor<4, 3>();
-  const std::vector<std::string> words = {"--mode", "default", "--runs", "2", "--particles",
-                                          "10",     "--quiet", "--json", file};
+  const std::vector<std::string> words = {"--mode",      "default", "--belief", "particle", "--runs", "2",
+                                          "--particles", "10",      "--quiet",  "--json",   file};
   const auto starts = [&] {
     std::vector<nlohmann::json> found;
     for (const nlohmann::json& line : json_lines(file)) {
@@ -89,6 +90,37 @@ TEST(JsonLines, TellWhatIsSeenAtTheStart) {
   EXPECT_EQ(second["observation"], "2");  // of x and y
   EXPECT_EQ(second["belief"], "ok");
   EXPECT_NEAR(second["effective_sample_size"].get<double>(), 10.0, 1e-9);
+}
+
+TEST(JsonLines, TellOfUnitsWithParticles) {
+  const std::string file = ::testing::TempDir() + "units.jsonl";
+  ModelDescriptor model = make_descriptor<testing::CoinAndLevel>();
+  model.action_names = {"look", "end"};
+  model.observation_name = [](KeyWords key) { return std::to_string(key[0]); };
+  ASSERT_EQ(solve(model, {"--mode", "despot", "--trials", "5", "--runs", "1", "--steps", "3", "--particles",
+                          "400", "--quiet", "--json", file}),
+            0);
+  const nlohmann::json step = json_lines(file)[1];
+  EXPECT_EQ(step["particles"], nlohmann::json::array({400}));
+  EXPECT_GE(step["effective"][0].get<double>(), 200.0);
+  EXPECT_LE(step["distinct"][0].get<int>(), 10);
+  EXPECT_EQ(step["surprise"], nlohmann::json::array({0.0}));  // there was no step before
+  EXPECT_GE(step["update_seconds"].get<double>(), 0.0);
+}
+
+TEST(JsonLines, SayThatNoBeliefIsKeptWhereNothingReadsIt) {
+  const std::string file = ::testing::TempDir() + "default.jsonl";
+  std::vector<std::string> words = {"--mode", "default", "--runs", "3", "--quiet", "--json", file};
+  const ModelDescriptor model = testing::rock_sample_descriptor<4, 3>();
+  ASSERT_EQ(solve(model, words), 0);
+  const std::vector<nlohmann::json> lines = json_lines(file);
+  EXPECT_EQ(lines[1]["belief"], "not_kept");
+  EXPECT_TRUE(lines[1]["effective_sample_size"].is_null());
+  words.insert(words.end(), {"--belief", "particle"});
+  ASSERT_EQ(solve(model, words), 0);
+  const std::vector<nlohmann::json> kept = json_lines(file);
+  EXPECT_EQ(kept[1]["belief"], "ok");
+  EXPECT_EQ(kept.back()["discounted_return"], lines.back()["discounted_return"]);
 }
 
 TEST(JsonLines, TellHowManyThreadsSearched) {

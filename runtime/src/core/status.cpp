@@ -25,6 +25,8 @@ const char* status_name(Status status) {
       return "impossible_observation";
     case Status::kAllParticlesTerminal:
       return "all_particles_terminal";
+    case Status::kNotKept:
+      return "not_kept";
     case Status::kNoLegalAction:
       return "no_legal_action";
     case Status::kModelNan:

@@ -16,7 +16,9 @@ EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int vi
   world.export_visible(visible.data());
   const Status begun = belief.init(visible.data(), run);
   visible.pop_back();
-  if (report_start) report_start({run, visible, begun, belief.effective_sample_size()});
+  const bool is_kept = belief.knows_hidden();
+  if (report_start)
+    report_start({run, visible, is_kept ? begun : Status::kNotKept, belief.effective_sample_size()});
   if (begun != Status::kOk && limits.stop_on_depletion) {
     episode.status = begun;
     return episode;
@@ -38,17 +40,20 @@ EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int vi
     episode.undiscounted_return += reward;
     episode.steps = t + 1;
     episode.success = episode.success || step.result.success;
+    const Clock::time_point start = Clock::now();
     const Status believed = step.result.terminal ? Status::kOk : belief.update(decision.action, step.key);
     const bool stops = believed != Status::kOk && limits.stop_on_depletion;
     if (believed != Status::kOk && !stops) belief.propagate(decision.action, step.key);
     StepRecord record;
+    record.update_seconds = std::chrono::duration<double>(Clock::now() - start).count();
     record.episode = run;
     record.step = t;
     record.decision = decision;
     record.reward = reward;
     record.terminal = step.result.terminal;
     record.observation.assign(step.key.begin(), step.key.end());
-    record.belief_status = believed;
+    record.belief_status = is_kept ? believed : Status::kNotKept;
+    record.units = belief.health();
     record.effective_sample_size = belief.effective_sample_size();
     report(record);
     if (step.result.terminal) {

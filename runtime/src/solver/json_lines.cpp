@@ -86,11 +86,12 @@ void JsonLines::write_run(const SolverOptions& options, const std::string& devic
 
 void JsonLines::write(const StartRecord& start) {
   if (out_ == nullptr || !model_.first_observation_name) return;
-  const Json json = {{"type", "start"},
-                     {"episode", start.episode},
-                     {"observation", model_.first_observation_name(start.visible.data())},
-                     {"belief", status_name(start.belief_status)},
-                     {"effective_sample_size", start.effective_sample_size}};
+  Json json = {{"type", "start"},
+               {"episode", start.episode},
+               {"observation", model_.first_observation_name(start.visible.data())},
+               {"belief", status_name(start.belief_status)},
+               {"effective_sample_size", nullptr}};
+  if (start.belief_status != Status::kNotKept) json["effective_sample_size"] = start.effective_sample_size;
   write_line(json.dump());
 }
 
@@ -127,8 +128,20 @@ void JsonLines::write(const StepRecord& step) {
                {"backup_seconds", decision.backup_seconds},
                {"late_threads", decision.late_threads},
                {"belief", status_name(step.belief_status)},
-               {"effective_sample_size", step.effective_sample_size},
+               {"effective_sample_size", nullptr},
+               {"update_seconds", step.update_seconds},
+               {"particles", Json::array()},
+               {"effective", Json::array()},
+               {"distinct", Json::array()},
+               {"surprise", Json::array()},
                {"signature", nullptr}};
+  if (step.belief_status != Status::kNotKept) json["effective_sample_size"] = step.effective_sample_size;
+  for (const UnitHealth& unit : step.units) {
+    json["particles"].push_back(unit.particles);
+    json["effective"].push_back(unit.effective);
+    json["distinct"].push_back(unit.distinct);
+    json["surprise"].push_back(unit.surprise);
+  }
   if (decision.signature != 0) json["signature"] = hexadecimal(decision.signature);
   if (!step.terminal) {
     json["observation"] = model_.observation_name(step.observation);
@@ -183,6 +196,11 @@ void JsonLines::write_summary(const RunTotals& totals, const std::vector<std::ui
                {"seconds_tree", totals.tree_seconds},
                {"seconds_descent", totals.descent_seconds},
                {"seconds_backup", totals.backup_seconds},
+               {"update_seconds_mean", totals.updates.mean()},
+               {"update_seconds_p99", totals.updates.quantile(0.99)},
+               {"update_seconds_worst", totals.updates.largest()},
+               {"depleted_steps", totals.depleted},
+               {"surprised_steps", totals.surprised},
                {"searches", counts(totals.plan_statuses)},
                {"beliefs", counts(totals.belief_statuses)},
                {"endings", counts(totals.episode_statuses)},

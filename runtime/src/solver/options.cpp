@@ -246,6 +246,8 @@ const char* belief_name(BeliefKind kind) {
       return "particle";
     case BeliefKind::kFactored:
       return "factored";
+    case BeliefKind::kVisible:
+      return "visible";
   }
   return "unknown";
 }

@@ -82,10 +82,22 @@ std::string decided_rows(const RunTotals& totals) {
   return text;
 }
 
+// One warning where the belief should not be trusted.
+std::string doubt_rows(const RunTotals& totals) {
+  if (totals.depleted + totals.surprised + totals.unexplained == 0) return "";
+  const auto count = [](std::uint64_t number) { return static_cast<unsigned long long>(number); };
+  return row("doubtful beliefs",
+             format("unexplained %llu, surprised %llu, few values left %llu, of %zu steps",
+                    count(totals.unexplained), count(totals.surprised), count(totals.depleted),
+                    totals.seconds.size())) +
+         row("", "do not trust the belief there: raise --particles, or mend the model's noise");
+}
+
 }  // namespace
 
 void RunTotals::add(const StartRecord& start) {
-  if (start.belief_status != Status::kOk) ++belief_statuses[start.belief_status];
+  const bool is_kept = start.belief_status != Status::kNotKept;
+  if (is_kept && start.belief_status != Status::kOk) ++belief_statuses[start.belief_status];
 }
 
 void RunTotals::add(const StepRecord& step) {
@@ -109,6 +121,15 @@ void RunTotals::add(const StepRecord& step) {
   compared += decision.looked == Looked::kOneStep;
   ++plan_statuses[decision.status];
   ++belief_statuses[step.belief_status];
+  updates.add(step.update_seconds);
+  bool is_depleted = false, is_surprised = false;
+  for (const UnitHealth& unit : step.units) {
+    is_depleted = is_depleted || unit.is_depleted;
+    is_surprised = is_surprised || unit.surprise > Belief::kDoubtfulSurprise;
+  }
+  depleted += is_depleted;
+  surprised += is_surprised;
+  unexplained += step.belief_status != Status::kOk && step.belief_status != Status::kNotKept;
   if (decision.signature != 0) {
     Signature hash(signature);
     hash.add(decision.signature);
@@ -137,8 +158,13 @@ std::string table(const RunTotals& totals, bool has_success, const std::vector<s
   text += row("steps an episode", format("%.1f", totals.episode_steps.mean()));
   text += row("time a step [s]", format("mean %.4f, p99 %.4f, worst %.4f", totals.seconds.mean(),
                                         totals.seconds.quantile(0.99), totals.seconds.largest()));
+  if (totals.updates.largest() >= 5e-5) {
+    text += row("time an update [s]", format("mean %.4f, p99 %.4f, worst %.4f", totals.updates.mean(),
+                                             totals.updates.quantile(0.99), totals.updates.largest()));
+  }
   text += row("mode", totals.mode);
   if (totals.belief_statuses.size() > 1) text += row("beliefs", counted(totals.belief_statuses));
+  text += doubt_rows(totals);
   if (totals.mode != "default") text += decided_rows(totals);
   if (totals.expansions > 0) {
     text += row("searches", counted(totals.plan_statuses));

@@ -59,6 +59,13 @@ std::unique_ptr<LeafEvaluator> cpu_fallback(const ModelDescriptor& model, const 
   }
 }
 
+// How the belief is kept. The default policy reads what is visible and remembered alone, so that nothing else has
+// to be kept where it acts all the time, unless the user asks for a belief or for an end where it fails.
+BeliefKind belief_kind(const SolverOptions& options) {
+  const bool is_read = options.planner.mode != Mode::kDefault || options.stop_on_depletion;
+  return is_read || options.belief != BeliefKind::kAuto ? options.belief : BeliefKind::kVisible;
+}
+
 // Runs the episodes and prints what they add up to.
 int run(const ModelDescriptor& model, const ModelInstance& instance, const SolverOptions& options) {
   JsonLines lines(model);
@@ -66,7 +73,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
     return complain(model, options.json_file + ": cannot be written", kFailed);
   }
   const PlannerOptions& planning = options.planner;
-  const auto belief = instance.make_belief(planning.seed, options.particles, options.belief);
+  const auto belief = instance.make_belief(planning.seed, options.particles, belief_kind(options));
   const auto world = instance.make_world(planning.seed);
   ChosenEvaluator chosen = choose_evaluator(model, instance, options);
   if (!chosen.problem.empty()) {

@@ -24,9 +24,24 @@ constexpr std::uint32_t site_id(const char* path) {
 constexpr std::uint32_t kResampleSite = site_id("belief:resample");
 constexpr std::uint32_t kSampleSite = site_id("belief:sample");
 
+// How far the particles of a unit can be trusted after an update.
+struct UnitHealth {
+  std::size_t particles;
+  double effective;      // sample size
+  std::size_t distinct;  // values of its particles
+  double surprise;   // bits by which what was seen was less probable than what was seen before, on average
+  bool is_depleted;  // few values are left, of a unit that had many
+};
+
 class Belief {
  public:
+  // As improbable as that, what was seen casts doubt on the belief.
+  static constexpr double kDoubtfulSurprise = 20.0;
+
   virtual ~Belief() = default;
+
+  // Whether anything is known of hidden variables.
+  virtual bool knows_hidden() const { return true; }
 
   // Lets these threads share the work of `init` and `update`; null: the caller's thread does it all. Results
   // are the same.
@@ -61,6 +76,9 @@ class Belief {
   // `size()` particles; false if it cannot take these.
   virtual void export_particles(ScenarioBuffer& particles, std::vector<double>& weights) const = 0;
   virtual bool import_particles(const ScenarioBuffer& particles, const std::vector<double>& weights) = 0;
+
+  // The health of each unit with particles.
+  virtual std::vector<UnitHealth> health() const { return {}; }
 
   virtual double effective_sample_size() const = 0;
   virtual std::size_t size() const = 0;

@@ -66,6 +66,7 @@ struct NoParticles {
   }
   void accept() {}
   void use(Workers*) {}
+  std::vector<UnitHealth> health() const { return {}; }
   bool has_resampled() const { return false; }
 };
 
@@ -185,6 +186,8 @@ class FactoredBelief final : public Belief {
   }
 
   bool import_particles(const ScenarioBuffer&, const std::vector<double>&) override { return false; }
+
+  std::vector<UnitHealth> health() const override { return filter_.health(); }
 
   // The least of all units with particles; `size()` where all posteriors are exact.
   double effective_sample_size() const override {

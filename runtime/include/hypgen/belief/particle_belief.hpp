@@ -245,9 +245,12 @@ class ParticleBelief final : public Belief {
   // of State stay the same.
   void propose(Particle& particle, const PhiloxDraws& fresh, std::uint32_t purpose, int first) const {
     if constexpr (kTracks) {
+      int unread = first;  // the first such word: where all are read, the initial law need not run again
+      while (unread < M::kRedrawnWords && T::is_word_read(particle.fixed, unread)) ++unread;
+      if (unread == M::kRedrawnWords) return;
       Particle other = particle;
       PhiloxDraws words = fresh;
-      for (int w = first; w < M::kRedrawnWords; ++w) {
+      for (int w = unread; w < M::kRedrawnWords; ++w) {
         if (!T::is_word_read(particle.fixed, w))
           other.words[w] = words.word(purpose, static_cast<std::uint32_t>(w));
       }

@@ -112,12 +112,11 @@ class ParticleFilter {
     for_units([&](int unit) { take_weights(unit); });
     now_.swap(next_);
     gather(before);
-    for_units([&](int unit) { plan_moves(unit); });
     for_slots(largest(), [&](std::uint32_t i) {
       for (int unit = 0; unit < U::kUnits; ++unit) rejuvenate(unit, i);
     });
     for_units([&](int unit) {
-      if (columns_[unit].moves > 0) count_values(unit);
+      if (columns_[unit].moves > 0 || columns_[unit].resampled) count_values(unit, now_);
     });
   }
 
@@ -126,7 +125,16 @@ class ParticleFilter {
 
   int count(int unit) const { return static_cast<int>(columns_[unit].count); }
   double weight(int unit, int i) const { return columns_[unit].weights[static_cast<std::size_t>(i)]; }
-  std::size_t distinct(int unit) const { return columns_[unit].distinct; }
+
+  std::vector<UnitHealth> health() const {
+    std::vector<UnitHealth> found;
+    for (const Column& column : columns_) {
+      const bool had_many = 2 * column.first_distinct > most_;
+      found.push_back({column.count, column.effective_size(), column.distinct, column.surprise,
+                       had_many && column.distinct < kFewValues && column.distinct < column.count});
+    }
+    return found;
+  }
 
   // Writes the unit's variables in one of its particles.
   void put(int unit, int i, Fixed& fixed, State& state) const {
@@ -142,6 +150,7 @@ class ParticleFilter {
   static constexpr std::uint32_t kLongestPast = 256;  // steps that a move can run again
   static constexpr std::uint32_t kReplays = 8;        // steps run again for each particle and step
   static constexpr std::uint32_t kNotedStarts = 16;   // that say which words a start draws
+  static constexpr std::size_t kFewValues = 20;       // of a unit that had many, they are doubtful
   static constexpr double kManyValues = 512.0;        // as spread as that, a unit takes all its particles
 
   struct Particle {
@@ -194,6 +203,8 @@ class ParticleFilter {
     column.words.resize(static_cast<std::size_t>(most_) * static_cast<std::size_t>(column.names.size()));
     column.past.clear();
     column.moves = 0;
+    column.noted = 0;
+    column.surprise = 0.0;
     column.explained = true;
     if constexpr (U::kSeesFirst) {
       column.origins.resize(most_);
@@ -242,7 +253,8 @@ class ParticleFilter {
         column.likelihoods[i].multiply(U::weigh_start(params_, unit, start.fixed, start.state));
       column.scale.include(values, U::values(unit, start.fixed, start.state, values));
     }
-    count_values(unit);
+    count_values(unit, now_);
+    column.first_distinct = column.distinct;
   }
 
   // A step --------------------------------------------------------------------------------------------------
@@ -286,14 +298,20 @@ class ParticleFilter {
   // Takes the new weights of a unit, and chooses the particles to copy if it has to be resampled.
   void take_weights(int unit) {
     Column& column = columns_[unit];
-    if (column.explained) column.take_weights();
+    if (column.explained) {
+      column.note_surprise();
+      column.take_weights();
+    }
     if (column.round > 0 && step_ == 1 && !U::kSeesFirst) {
       for (std::uint32_t i = 0; i < column.count; ++i)
         column.names.draw(PhiloxDraws(key_, scenario(i, column.round), 0), column.words_of(i));
     }
     if (column.past.size() < past_.size()) column.past.push_back({{}, column.round, column.explained});
+    count_values(unit, next_);
+    const bool repeats = static_cast<double>(column.distinct) < 0.95 * static_cast<double>(column.count);
     column.resampled = column.effective_size() < 0.5 * static_cast<double>(column.count);
     if (column.resampled) resample(unit);
+    plan_moves(column, repeats || step_ == 1);
   }
 
   void resample(int unit) {
@@ -341,13 +359,13 @@ class ParticleFilter {
     now_.swap(next_);
   }
 
-  void count_values(int unit) {
+  void count_values(int unit, const std::vector<Particle>& particles) {
     Column& column = columns_[unit];
     ValueSet found(column.count);
     double values[U::kValues + 1];
     for (std::uint32_t i = 0; i < column.count; ++i) {
       if (!(column.weights[i] > 0.0)) continue;
-      const int count = U::values(unit, now_[i].fixed, now_[i].state, values);
+      const int count = U::values(unit, particles[i].fixed, particles[i].state, values);
       found.add(ValueSet::hash(values, count));
     }
     column.distinct = found.size();
@@ -355,13 +373,10 @@ class ParticleFilter {
 
   // Moves of particles ------------------------------------------------------------------------------------
 
-  // How many moves a unit makes. None where particles are all different, as then the model's own noise tells
-  // them apart. A longer past allows fewer, so that all steps take about as long.
-  void plan_moves(int unit) {
-    Column& column = columns_[unit];
-    count_values(unit);
-    const bool pays = column.names.size() > 0 && column.past.size() == step_ &&
-                      static_cast<double>(column.distinct) < 0.95 * static_cast<double>(column.count);
+  // How many moves a unit makes. None where the model's own noise has told all copies apart by the next step. A
+  // longer past allows fewer, so that all steps take about as long.
+  void plan_moves(Column& column, bool pays) {
+    pays = pays && column.names.size() > 0 && column.past.size() == step_;
     column.moves = pays ? std::max(1U, kReplays * column.count / step_) : 0;
   }
 

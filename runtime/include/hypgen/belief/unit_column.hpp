@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -41,6 +42,14 @@ struct UnitColumn {
     double squares = 0.0;
     for (std::uint32_t i = 0; i < count; ++i) squares += weights[i] * weights[i];
     return 1.0 / squares;
+  }
+
+  // Notes how probable what was seen was. The mean forgets: what is known narrows from step to step.
+  void note_surprise() {
+    const double bits = -std::log2(std::max(total, 1e-300));
+    surprise = noted > 1 ? bits - expected : 0.0;
+    expected = noted > 1 ? 0.8 * expected + 0.2 * bits : bits;
+    ++noted;
   }
 
   // Makes the weights and likelihoods after a step those of the unit.
@@ -85,8 +94,12 @@ struct UnitColumn {
   bool explained = true;
   bool resampled = false;  // in the latest step
   ValueScale<kValues> scale;
-  std::size_t distinct = 0;  // values of the particles
-  std::uint32_t moves = 0;   // of all particles in the latest step
+  std::size_t distinct = 0;        // values of the particles
+  std::size_t first_distinct = 0;  // of the first ones
+  double surprise = 0.0;           // bits by which the latest total is below what was expected
+  double expected = 0.0;           // bits: a mean over the steps before
+  int noted = 0;                   // steps since the start
+  std::uint32_t moves = 0;         // of all particles in the latest step
 };
 
 }  // namespace hypgen

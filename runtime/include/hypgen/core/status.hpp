@@ -15,6 +15,7 @@ enum class Status {
   kDepletedBelief,         // no particle explains the observation, and hypotheses have been lost on the way
   kImpossibleObservation,  // no particle explains the observation, though none has been lost
   kAllParticlesTerminal,   // the belief holds that the episode has ended, the world has not
+  kNotKept,                // the belief knows nothing of hidden variables, as nothing reads that
   kNoLegalAction,
   kModelNan,       // a bound or return of the model is NaN
   kCrossedBounds,  // the model's upper bound at the root is below what the default policy earns

@@ -31,6 +31,8 @@ struct StepRecord {
   std::vector<std::uint64_t> observation;  // the words of its key
   Status belief_status = Status::kOk;
   double effective_sample_size = 0.0;
+  double update_seconds = 0.0;    // of the belief's update
+  std::vector<UnitHealth> units;  // of the belief
 };
 
 // How an episode went.

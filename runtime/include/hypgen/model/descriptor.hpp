@@ -31,6 +31,7 @@ enum class BeliefKind {
   kAuto,      // kFactored where the model allows it, otherwise kParticle
   kParticle,  // as particles, each a whole state
   kFactored,  // as a posterior of each independent factor
+  kVisible,   // of what is visible alone
 };
 
 enum class ParamKind { kBool, kInt, kFloat, kProb, kEnum };

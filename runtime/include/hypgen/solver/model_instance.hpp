@@ -7,6 +7,7 @@
 
 #include "hypgen/belief/factored_belief.hpp"
 #include "hypgen/belief/particle_belief.hpp"
+#include "hypgen/belief/visible_belief.hpp"
 #include "hypgen/episode/world.hpp"
 #include "hypgen/leaves/cpu_evaluator.hpp"
 #include "hypgen/model/descriptor.hpp"
@@ -30,6 +31,7 @@ class TypedInstance final : public ModelInstance {
 
   std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles,
                                       BeliefKind kind) const override {
+    if (kind == BeliefKind::kVisible) return std::make_unique<VisibleBelief<M>>(*params_, seed);
     if constexpr (M::kFactored) {
       if (kind != BeliefKind::kParticle)
         return std::make_unique<FactoredBelief<M>>(*params_, seed, particles);

@@ -17,7 +17,11 @@ namespace hypgen {
 struct RunTotals {
   Samples returns;
   Samples episode_steps;
-  Samples seconds;  // of planning, a step
+  Samples seconds;                // of planning, a step
+  Samples updates;                // seconds of the belief's updates, a step
+  std::uint64_t depleted = 0;     // steps after which some unit's particles had few values left
+  std::uint64_t surprised = 0;    // steps that saw what the belief had all but excluded
+  std::uint64_t unexplained = 0;  // steps that saw what no particle explained
   std::uint64_t successes = 0;
   std::uint64_t trials = 0;
   std::uint64_t expansions = 0;
