@@ -268,12 +268,13 @@ class Comparison {
   hypgen::StreamKey choices_;
 };
 
-std::unique_ptr<hypgen::Belief> make_belief(const std::string& kind, const Model::Params& params,
+template <class M>  // as not every model has a factored belief
+std::unique_ptr<hypgen::Belief> make_belief(const std::string& kind, const typename M::Params& params,
                                             std::uint64_t seed, std::size_t particles) {
-  if constexpr (Model::kFactored) {
-    if (kind == "factored") return std::make_unique<hypgen::FactoredBelief<Model>>(params, seed, particles);
+  if constexpr (M::kFactored) {
+    if (kind == "factored") return std::make_unique<hypgen::FactoredBelief<M>>(params, seed, particles);
   }
-  if (kind == "particle") return std::make_unique<hypgen::ParticleBelief<Model>>(params, seed, particles);
+  if (kind == "particle") return std::make_unique<hypgen::ParticleBelief<M>>(params, seed, particles);
   return nullptr;
 }
 
@@ -296,7 +297,7 @@ int main(int argc, char** argv) {
                                [](const hypgen::exact::EnumerationCounts&) { return true; });
   if (!enumeration.problem.empty()) return 2;
   const Comparison comparison(params, enumeration.model, seed);
-  const auto belief = make_belief(kind, params, seed, particles);
+  const auto belief = make_belief<Model>(kind, params, seed, particles);
   LimitBelief limit(params, comparison.index());
   hypgen::ScenarioBuffer buffer;
   if (belief) belief->reserve(buffer, particles);
