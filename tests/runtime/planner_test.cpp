@@ -106,6 +106,48 @@ TEST(Planner, KeepsTheDeadline) {
   }
 }
 
+// Hands all calls on, and counts the roots of which some action would have a floor for its lower bound.
+class RootWatcher final : public LeafEvaluator {
+ public:
+  RootWatcher(std::unique_ptr<LeafEvaluator> inner, int& roots, int& with_floors)
+      : inner_(std::move(inner)), roots_(roots), with_floors_(with_floors) {}
+
+  RootResult begin_search(const ScenarioBuffer& root, const SearchSetup& setup) override {
+    return inner_->begin_search(root, setup);
+  }
+  std::size_t submit(std::size_t thread, Span<const LeafRequest> requests) override {
+    for (const LeafRequest& request : requests) {
+      if (request.parent != kNoHandle) continue;
+      ++roots_;
+      if (request.rolled < request.actions.size()) ++with_floors_;
+    }
+    return inner_->submit(thread, requests);
+  }
+  bool poll(std::size_t thread, LeafResult& result) override { return inner_->poll(thread, result); }
+  void release() override { inner_->release(); }
+
+ private:
+  std::unique_ptr<LeafEvaluator> inner_;
+  int& roots_;
+  int& with_floors_;
+};
+
+// A tree's gain counts from the root's expansion. From a floor it would count all that the policy earns.
+TEST(Planner, ATreeStartsFromRolloutsOfAllSurvivors) {
+  PlannerOptions options = trials(UINT64_MAX);
+  options.time_limit = 0.1;
+  options.rolled = 1;
+  options.rolled_at_root = 2;
+  const Solver solver(rock_sample_descriptor<4, 3>(), options);
+  int roots = 0, with_floors = 0;
+  auto inner = solver.instance->make_evaluator(evaluator_options(options, solver.model));
+  Planner planner(std::make_unique<RootWatcher>(std::move(inner), roots, with_floors), solver.model, options);
+  planner.prepare(*solver.belief);
+  EXPECT_EQ(planner.plan(*solver.belief, 0, 0).looked, Looked::kTree);
+  EXPECT_GT(roots, 1);
+  EXPECT_EQ(with_floors, 0);
+}
+
 TEST(Planner, ATinyDeadlineGivesTheDefaultAction) {
   PlannerOptions options;
   options.time_limit = 1e-9;

@@ -11,8 +11,9 @@ namespace hypgen {
 
 namespace {
 
-constexpr std::size_t kSurvivors = 16;       // actions that the tree starts with
-constexpr int kComparedShare = 4;            // of the time goes to comparing, as one part of so many
+constexpr std::size_t kSurvivors = 16;  // actions that the tree starts with
+constexpr int kComparedShare = 4;       // of the time goes to comparing, as one part of so many, at the most
+constexpr std::uint64_t kComparedSamples = 4;  // an action, in scenarios of the largest tree, at the most
 constexpr double kRootShare = 1.0 / 6.0;     // of the time that is left goes to the tree's root, at the most
 constexpr std::size_t kLeastScenarios = 16;  // of a tree
 
@@ -22,7 +23,8 @@ constexpr std::size_t kLeastScenarios = 16;  // of a tree
 // than one step.
 void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root) {
   const Clock::time_point start = Clock::now();
-  compare_actions(belief, key, start + (setup_.deadline - start) / kComparedShare, kSurvivors, decision);
+  compare_actions(belief, key, start + (setup_.deadline - start) / kComparedShare,
+                  {kSurvivors, kComparedSamples * options_.scenarios}, decision);
   std::size_t count = affordable_scenarios(std::min(kSurvivors, candidates_.size()));
   while (decision.status == Status::kOk && count < kLeastScenarios && Clock::now() < setup_.deadline) {
     sample_gains(belief, key, setup_.deadline, decision);  // too dear for a tree

@@ -17,7 +17,7 @@ double Planner::Candidate::standard_error() const {
 }
 
 void Planner::plan_rollout(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root) {
-  compare_actions(belief, key, setup_.deadline, 1, decision);
+  compare_actions(belief, key, setup_.deadline, {1, UINT64_MAX}, decision);
   if (decision.status == Status::kOk) {
     decision.status = decision.trials >= options_.trial_limit ? Status::kTrialLimit : Status::kDeadline;
   }
@@ -25,27 +25,29 @@ void Planner::plan_rollout(const Belief& belief, StreamKey key, Decision& decisi
   if (decision.status != Status::kModelNan) decision.action = compared_action(root.default_action);
 }
 
-// Samples the actions' gains until `end`, on common random numbers. Each round keeps the better half, as long
-// as more than `survivors` are left; the rounds share the time, or the trials, equally.
+// Samples the actions' gains until `end` or the goal, on common random numbers. Each round keeps the better half,
+// as long as more than the survivors are left; the rounds share the time, the samples or the trials equally.
 void Planner::compare_actions(const Belief& belief, StreamKey key, Clock::time_point end,
-                              std::size_t survivors, Decision& decision) {
+                              const ComparisonGoal& goal, Decision& decision) {
   candidates_.clear();
   actions_.clear();
   const Clock::time_point start = Clock::now();
   const bool timed = end != Clock::time_point::max();
   const Clock::duration whole = end - start;
   bool going = sample_gains(belief, key, timed ? start + whole / 8 : end, decision);
-  const double most = static_cast<double>(candidates_.size() + 1) / static_cast<double>(survivors);
+  const double most = static_cast<double>(candidates_.size() + 1) / static_cast<double>(goal.survivors);
   const int rounds = std::max(1, static_cast<int>(std::ceil(std::log2(most))));
   for (int round = 1; round <= rounds && going; ++round) {
     const double share = static_cast<double>(round) / rounds;
     const auto time = std::chrono::duration_cast<Clock::duration>(whole * share);
     const Clock::time_point round_end = timed ? start + time : end;
     const auto trials = static_cast<double>(options_.trial_limit) * share;
-    while (going && static_cast<double>(decision.trials) < trials && Clock::now() < round_end) {
+    const double samples = static_cast<double>(goal.samples) * share;
+    while (going && static_cast<double>(decision.trials) < trials && Clock::now() < round_end &&
+           static_cast<double>(candidates_[0].samples) < samples) {
       going = sample_gains(belief, key, round_end, decision);
     }
-    if (going && round < rounds && candidates_.size() > survivors) halve();
+    if (going && round < rounds && candidates_.size() > goal.survivors) halve();
   }
 }
 

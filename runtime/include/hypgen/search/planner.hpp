@@ -65,6 +65,12 @@ class Planner {
     double standard_error() const;
   };
 
+  // What a comparison of actions is done with.
+  struct ComparisonGoal {
+    std::size_t survivors;  // at the most, if there is time for all rounds
+    std::uint64_t samples;  // of each of them
+  };
+
   // Deletes an evaluator. One that would wait for its device for ever stays in memory.
   struct DeleteUnlessStuck {
     void operator()(LeafEvaluator* evaluator) const {
@@ -79,7 +85,7 @@ class Planner {
   void plan_anytime(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root);
   std::size_t affordable_scenarios(std::size_t actions) const;
   void keep_survivors(int default_action);
-  void compare_actions(const Belief& belief, StreamKey key, Clock::time_point end, std::size_t survivors,
+  void compare_actions(const Belief& belief, StreamKey key, Clock::time_point end, const ComparisonGoal& goal,
                        Decision& decision);
   int compared_action(int default_action) const;
   int improved_action(int default_action) const;
