@@ -120,6 +120,10 @@ template <class M>
 class WalkingInstance final : public ModelInstance {
  public:
   std::unique_ptr<LeafEvaluator> make_evaluator(const EvaluatorOptions&) const override { return nullptr; }
+  std::unique_ptr<LeafEvaluator> add_host(std::unique_ptr<LeafEvaluator>,
+                                          const EvaluatorOptions&) const override {
+    return nullptr;
+  }
   std::unique_ptr<Belief> make_belief(std::uint64_t, std::size_t, BeliefKind) const override {
     return nullptr;
   }

@@ -85,14 +85,18 @@ void SearchThread::reset() {
   counts_ = {};
   rest_ = 0;
   pauses_ = 0;
+  has_expanded_here_ = false;
+  crowded_ = 0;
   activity_.store(0, std::memory_order_relaxed);
 }
 
 void SearchThread::expand_root() {
   tree_.enter(tree_.root());
   push({&tree_.root(), true});
-  Node* node;
-  const Status status = expand_oldest(node);
+  LeafResult leaf{};
+  Status status = wait(leaf);
+  pop();
+  if (status == Status::kOk) status = take(tree_.root(), leaf);
   tree_.backup(tree_.root());
   if (status != Status::kOk) shared_.stop(status);
 }
@@ -113,7 +117,17 @@ Status SearchThread::advance() {
   if (tree_.root().child->gap() <= shared_.options.gap) return Status::kConverged;
   const bool has_started_all = shared_.trials.load(std::memory_order_relaxed) >= shared_.options.trial_limit;
   if (has_started_all && size_ == 0) return Status::kTrialLimit;
-  return has_started_all || size_ == queue_.size() ? apply_oldest() : start_trial();
+  if (has_started_all || size_ == queue_.size()) return apply_oldest();
+  LeafResult leaf;
+  return has_expanded_here_ && is_ready(leaf) ? apply(leaf) : start_trial();
+}
+
+// Whether the oldest trial's leaf is there. A thread that expands most leaves itself never fills its queue, so
+// that it asks after each trial.
+bool SearchThread::is_ready(LeafResult& leaf) {
+  if (size_ == 0 || !in_queue(0).waits) return false;
+  send();
+  return shared_.evaluator->poll(number_, leaf);
 }
 
 Status SearchThread::start_trial() {
@@ -130,7 +144,7 @@ Status SearchThread::start_trial() {
   Node* node = &tree_.root();
   tree_.enter(*node);
   const Progress progress = timed_walk(node, false);
-  if (progress == Progress::kFull) return Status::kMemoryFull;
+  if (progress == Progress::kFailed) return failure_;
   if (progress == Progress::kRequested) {
     pauses_ = 0;
     return Status::kOk;
@@ -142,7 +156,8 @@ Status SearchThread::start_trial() {
   if (is_alone && found_nothing && !has_converged) return undo_trial(node, before);
   if (progress == Progress::kWithoutEffect) tree_.backup(*node);
   if (has_converged) return Status::kConverged;
-  push({nullptr, false});
+  // It keeps the place in which a leaf would wait, so that the order of trials does not depend on time.
+  if (!has_expanded_here_) push({nullptr, false});
   return Status::kOk;
 }
 
@@ -162,27 +177,50 @@ Status SearchThread::apply_oldest() {
     pop();
     return Status::kOk;
   }
-  Node* node;
-  const Status status = expand_oldest(node);
+  LeafResult leaf{};
+  const Status status = wait(leaf);
+  if (status == Status::kOk) return apply(leaf);
+  tree_.backup(*pop().node);
+  return status;
+}
+
+// Expands the oldest trial's node, and lets the trial go on.
+Status SearchThread::apply(const LeafResult& leaf) {
+  Node* node = pop().node;
+  const Status status = take(*node, leaf);
   if (status != Status::kOk) {
     tree_.backup(*node);
     return status;
   }
-  return timed_walk(node, true) == Progress::kFull ? Status::kMemoryFull : Status::kOk;
+  return timed_walk(node, true) == Progress::kFailed ? failure_ : Status::kOk;
 }
 
-// Waits for the oldest trial's leaf, takes the trial from the queue and expands its node.
-Status SearchThread::expand_oldest(Node*& node) {
-  LeafResult leaf{};
-  const Status status = wait(leaf);
-  node = pop().node;
-  if (status != Status::kOk) return status;
+// Expands a node.
+Status SearchThread::take(Node& node, const LeafResult& leaf) {
   if (leaf.status != Status::kOk) return leaf.status;
-  if (leaf.ticket != node->number) return Status::kEvaluatorFailed;
-  if (!tree_.expand(number_, *node, leaf)) return Status::kMemoryFull;
-  counts_.add_expansion(leaf, node->depth);
+  if (leaf.ticket != node.number) return Status::kEvaluatorFailed;
+  if (!tree_.expand(number_, node, leaf)) return Status::kMemoryFull;
+  counts_.add_expansion(leaf, node.depth);
   ++leaf_sizes_[leaf.count];
   return Status::kOk;
+}
+
+// Whether this thread has expanded a node that it has claimed, or has failed to: then `failure` says why.
+bool SearchThread::expands_here(Node& node, Status& failure) {
+  const Clock::time_point start = Clock::now();
+  LeafResult leaf{};
+  failure = start >= shared_.setup.deadline ? Status::kDeadline : shared_.status.load();
+  if (failure != Status::kOk) return true;
+  // In a narrow tree no thread finds more leaves to send.
+  const std::size_t at_once = crowded_ > 0 ? waiting_ + 1 : queue_.size();
+  if (crowded_ > 0) --crowded_;
+  if (!shared_.evaluator->expand_here(number_, request(node), at_once, leaf)) return false;
+  has_expanded_here_ = true;
+  failure = take(node, leaf);
+  const Clock::duration time = Clock::now() - start;
+  expansion_time_ += time;
+  counts_.waiting.add(time);
+  return true;
 }
 
 Status SearchThread::wait(LeafResult& leaf) {
@@ -220,16 +258,16 @@ void SearchThread::send() {
   }
 }
 
-// A walk. Of one in kTimedWalks it counts the time, apart from the backup at the end.
+// A walk. Of one in kTimedWalks it counts the time, apart from expansions and the backup at the end.
 SearchThread::Progress SearchThread::timed_walk(Node*& node, bool has_expanded) {
   if (--walks_to_timed_ > 0) return walk(node, has_expanded);
   walks_to_timed_ = kTimedWalks;
   is_timed_ = true;
-  backup_time_ = {};
+  backup_time_ = expansion_time_ = {};
   const Clock::time_point start = Clock::now();
   const Progress progress = walk(node, has_expanded);
   is_timed_ = false;
-  counts_.descent.add(kTimedWalks * (Clock::now() - start - backup_time_));
+  counts_.descent.add(kTimedWalks * (Clock::now() - start - backup_time_ - expansion_time_));
   counts_.backup.add(kTimedWalks * backup_time_);
   return progress;
 }
@@ -256,13 +294,13 @@ SearchThread::Progress SearchThread::walk(Node*& node, bool has_expanded) {
 // trial has been backed up or has left all nodes.
 SearchThread::Progress SearchThread::walk_by_bounds(Node*& node, bool has_expanded) {
   const PlannerOptions& options = shared_.options;
-  const Node* const expanded = has_expanded ? node : nullptr;
+  const Node* expanded = has_expanded ? node : nullptr;
   const BranchRule rule =
       tree_.branch_rule({options.target_ratio, options.observation_loss, options.exploration});
   while (true) {
     const Branch branch = choose(*node, rule);
     if (branch.kind == Branch::kClosed) {
-      counts_.collisions.add(1);
+      collide();
       if (node == expanded) {
         backup(*node);
         return Progress::kEnded;
@@ -273,7 +311,7 @@ SearchThread::Progress SearchThread::walk_by_bounds(Node*& node, bool has_expand
       continue;
     }
     if (branch.kind == Branch::kStop) {
-      if (!has_expanded) return Progress::kWithoutEffect;
+      if (expanded == nullptr) return Progress::kWithoutEffect;
       backup(*node);
       return Progress::kEnded;
     }
@@ -281,8 +319,9 @@ SearchThread::Progress SearchThread::walk_by_bounds(Node*& node, bool has_expand
                            ? nullptr
                            : tree_.visit(number_, *node, branch.action, *branch.table, *branch.child);
     if (next == nullptr) {
+      failure_ = Status::kMemoryFull;
       backup(*node);
-      return Progress::kFull;
+      return Progress::kFailed;
     }
     tree_.enter(*next);
     const bool is_deepest = next->depth >= shared_.setup.depth_limit;
@@ -294,13 +333,27 @@ SearchThread::Progress SearchThread::walk_by_bounds(Node*& node, bool has_expand
     if (next->expanded() != nullptr) {
       node = next;
     } else if (claim(*next)) {
-      push({next, true});
-      return Progress::kRequested;
+      if (!expands_here(*next, failure_)) {
+        push({next, true});
+        return Progress::kRequested;
+      }
+      if (failure_ != Status::kOk) {
+        backup(*next);
+        return Progress::kFailed;
+      }
+      node = next;
+      expanded = next;
     } else {
-      counts_.collisions.add(1);
+      collide();
       tree_.leave(*next);  // another thread has it
     }
   }
+}
+
+// Counts that this thread met what is in expansion.
+void SearchThread::collide() {
+  counts_.collisions.add(1);
+  crowded_ = kCrowded;
 }
 
 // Gives this thread the expansion of a leaf; false if another thread has it or had it.
@@ -362,9 +415,10 @@ LeafRequest SearchThread::request(const Node& node) const {
     return request;
   }
   request.actions = shared_.root_actions;
-  if (request.rolled != kRollsAll) {
-    request.rolled = std::max(request.rolled, options.rolled_at_root);
-  }
+  if (request.rolled == kRollsAll) return request;
+  // What a tree adds to an action's lower bound counts from its rollouts, and not from a floor.
+  const auto given = static_cast<std::uint32_t>(request.actions.size());
+  request.rolled = std::max({request.rolled, options.rolled_at_root, given});
   return request;
 }
 

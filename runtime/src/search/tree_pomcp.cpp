@@ -101,7 +101,8 @@ SearchThread::Progress SearchThread::walk_by_values(Node* node) {
   }
   tree_.add_return(*node);
   backup(*node);
-  return is_full ? Progress::kFull : Progress::kEnded;
+  failure_ = Status::kMemoryFull;
+  return is_full ? Progress::kFailed : Progress::kEnded;
 }
 
 }  // namespace hypgen

@@ -2,6 +2,7 @@
 #include "hypgen/solver/device_choice.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "hypgen/leaves/device.hpp"
 
@@ -30,8 +31,15 @@ std::unique_ptr<LeafEvaluator> make_on_device(const ModelDescriptor& model, cons
     problem = "no GPU with number " + std::to_string(index) + " that this solver has code for";
     return nullptr;
   }
-  return model.device->make_evaluator(instance.params(), evaluator_options(options.planner, model), index,
-                                      problem);
+  const EvaluatorOptions whole = evaluator_options(options.planner, model);
+  // In closed form a leaf costs a device so little that a full batch is sooner done than its share on the host.
+  if (options.planner.mode != Mode::kHyp || options.planner.threads == 1 || !model.rolls_out) {
+    return model.device->make_evaluator(instance.params(), whole, index, problem);
+  }
+  EvaluatorOptions half = whole;
+  half.memory_bytes /= 2;
+  auto device = model.device->make_evaluator(instance.params(), half, index, problem);
+  return device ? instance.add_host(std::move(device), whole) : nullptr;
 }
 
 }  // namespace

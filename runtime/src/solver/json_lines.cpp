@@ -189,6 +189,7 @@ void JsonLines::write_summary(const RunTotals& totals, const std::vector<std::ui
                {"scenarios_a_leaf_median", histogram_median(leaf_sizes)},
                {"batches", totals.evaluator.batches},
                {"leaves_a_batch", totals.a_batch()},
+               {"host_leaves", totals.evaluator.host_leaves},
                {"evaluator_steps_a_second", totals.a_second(totals.evaluator.steps)},
                {"bytes_read", totals.evaluator.bytes_read},
                {"seconds_kernels", totals.evaluator.busy_seconds},

@@ -116,14 +116,16 @@ struct LeafResult {
 struct EvaluatorStats {
   std::uint64_t batches = 0;
   std::uint64_t leaves = 0;
-  std::uint64_t steps = 0;       // simulated steps, rollouts included
-  std::uint64_t bytes_read = 0;  // from a device
-  double kernel_seconds = 0.0;   // summed over kernels
-  double busy_seconds = 0.0;     // while at least one kernel ran
+  std::uint64_t host_leaves = 0;  // besides those of a device
+  std::uint64_t steps = 0;        // simulated steps, rollouts included
+  std::uint64_t bytes_read = 0;   // from a device
+  double kernel_seconds = 0.0;    // summed over kernels
+  double busy_seconds = 0.0;      // while at least one kernel ran
 
   void add(const EvaluatorStats& other) {
     batches += other.batches;
     leaves += other.leaves;
+    host_leaves += other.host_leaves;
     steps += other.steps;
     bytes_read += other.bytes_read;
     kernel_seconds += other.kernel_seconds;
@@ -138,8 +140,8 @@ struct RootResult {
   int default_action;
 };
 
-// Expands leaves for the threads of a search, which are numbered from 0. A thread calls `attach`, `submit`
-// and `poll` with its own number, at any time. It has leaves of its own in flight, below parents that any
+// Expands leaves for the threads of a search, which are numbered from 0. A thread calls `attach`, `submit`,
+// `poll` and `expand_here` with its own number, at any time. It has leaves of its own in flight, below parents that any
 // thread has expanded. All other calls come from one thread while no thread is in a call. Only the
 // constructor allocates.
 class LeafEvaluator {
@@ -164,6 +166,10 @@ class LeafEvaluator {
 
   // Gives the thread's next leaf in the order of submission; false if it is not finished.
   virtual bool poll(std::size_t thread, LeafResult& result) = 0;
+
+  // Expands a leaf below the root at once, if that takes the calling thread less time than its share of a device's
+  // answer: the thread has so many leaves on the device at once. False: submit it.
+  virtual bool expand_here(std::size_t, const LeafRequest&, std::size_t, LeafResult&) { return false; }
 
   // Drops all leaves of the search, leaves in flight included.
   virtual void release() = 0;

@@ -90,6 +90,9 @@ class ModelInstance {
  public:
   virtual ~ModelInstance() = default;
   virtual std::unique_ptr<LeafEvaluator> make_evaluator(const EvaluatorOptions& options) const = 0;
+  // Lets the host expand small leaves beside a device. `device` was made with half of the options' memory.
+  virtual std::unique_ptr<LeafEvaluator> add_host(std::unique_ptr<LeafEvaluator> device,
+                                                  const EvaluatorOptions& options) const = 0;
   virtual std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles,
                                               BeliefKind kind) const = 0;
   virtual std::unique_ptr<World> make_world(std::uint64_t seed) const = 0;
@@ -113,7 +116,8 @@ struct ModelDescriptor {
   double discount = 0.95;
   int horizon = 0;  // 0: none
   bool has_success = false;
-  bool factored = false;  // a belief may be kept factor by factor
+  bool factored = false;   // a belief may be kept factor by factor
+  bool rolls_out = false;  // leaves are bounded from below by rollouts, and not in closed form
   int action_count = 0;
   int visible_count = 0;
   int variable_count = 0;

@@ -14,6 +14,7 @@ ModelDescriptor describe() {
   descriptor.visible_count = M::kVisibleCount;
   descriptor.variable_count = M::kVariableCount;
   descriptor.factored = M::kFactored;
+  descriptor.rolls_out = !M::kHasLower;
   return descriptor;
 }
 

@@ -82,6 +82,9 @@ class alignas(kCacheLine) SearchThread {
   // number is prime, because walks come in patterns.
   static constexpr unsigned kTimedWalks = 67;
 
+  // So many leaves after a collision a thread takes the tree for a narrow one.
+  static constexpr unsigned kCrowded = 32;
+
   // A trial in flight.
   struct Trial {
     Node* node;  // its deepest node
@@ -93,7 +96,7 @@ class alignas(kCacheLine) SearchThread {
     kEnded,          // the trial has been backed up
     kWithoutEffect,  // the trial found nothing to do, and has not been backed up
     kBackedOut,      // all that the trial could take is in expansion: it has left all nodes
-    kFull,           // the tree has no room
+    kFailed,         // `failure_` says why
   };
   // The branch by which a trial goes on from a node.
   struct Branch {
@@ -106,7 +109,10 @@ class alignas(kCacheLine) SearchThread {
   Status advance();
   Status start_trial();
   Status apply_oldest();
-  Status expand_oldest(Node*& node);
+  bool is_ready(LeafResult& leaf);
+  Status apply(const LeafResult& leaf);
+  Status take(Node& node, const LeafResult& leaf);
+  bool expands_here(Node& node, Status& failure);
   Status wait(LeafResult& leaf);
   void send();
   Progress timed_walk(Node*& node, bool has_expanded);
@@ -114,6 +120,7 @@ class alignas(kCacheLine) SearchThread {
   Progress walk_by_bounds(Node*& node, bool has_expanded);
   Progress walk_by_values(Node* node);
   void backup(Node& node);
+  void collide();
   bool claim(Node& leaf);
   Branch choose(Node& node, const BranchRule& rule);
   Branch look(const Node& node, const BranchRule& rule);
@@ -142,9 +149,13 @@ class alignas(kCacheLine) SearchThread {
   std::vector<std::uint64_t> leaf_sizes_;
   std::uint64_t rest_ = 0;  // sum of the others' activity when this thread last found all of them idle
   unsigned walks_to_timed_ = kTimedWalks;
-  bool is_timed_ = false;          // the thread times the present walk
-  Clock::duration backup_time_{};  // of a timed walk
-  unsigned pauses_ = 0;            // length of the last pause; 0: the thread has found something to do since
+  bool is_timed_ = false;             // the thread times the present walk
+  Clock::duration backup_time_{};     // of a timed walk
+  Clock::duration expansion_time_{};  // the same
+  bool has_expanded_here_ = false;    // this thread, in this search, a leaf that no device had
+  unsigned crowded_ = 0;              // leaves until this thread forgets that it met what is in expansion
+  Status failure_ = Status::kOk;      // of the last walk that failed
+  unsigned pauses_ = 0;  // length of the last pause; 0: the thread has found something to do since
   // Lower 16 bits: trials that the thread has at hand. Upper bits: how often it has stored that number. Only
   // this thread writes it, during a search: release, after its changes to the tree. Others read it when they
   // find nothing to do: acquire.

@@ -4,12 +4,14 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "hypgen/belief/factored_belief.hpp"
 #include "hypgen/belief/particle_belief.hpp"
 #include "hypgen/belief/visible_belief.hpp"
 #include "hypgen/episode/world.hpp"
 #include "hypgen/leaves/cpu_evaluator.hpp"
+#include "hypgen/leaves/hybrid_evaluator.hpp"
 #include "hypgen/model/descriptor.hpp"
 #include "hypgen/model/model_contract.hpp"
 #include "hypgen/model/type_facts.hpp"
@@ -27,6 +29,11 @@ class TypedInstance final : public ModelInstance {
 
   std::unique_ptr<LeafEvaluator> make_evaluator(const EvaluatorOptions& options) const override {
     return std::make_unique<CpuEvaluator<M>>(*params_, options);
+  }
+
+  std::unique_ptr<LeafEvaluator> add_host(std::unique_ptr<LeafEvaluator> device,
+                                          const EvaluatorOptions& options) const override {
+    return std::make_unique<HybridEvaluator<M>>(*params_, options, std::move(device));
   }
 
   std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles,
