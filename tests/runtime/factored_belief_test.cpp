@@ -94,8 +94,9 @@ TEST(FactoredBelief, GoesOnFromWhatItCannotExplain) {
   ASSERT_EQ(fixture.see(0, key_of(1, 9)), Status::kDepletedBelief);
   fixture.belief.propagate(0, words_of(key_of(1, 9)));
   EXPECT_NEAR(fixture.belief.marginal(0, 1), 16.0 / 17.0, 1e-6);  // the coin explains its part
-  EXPECT_NEAR(fixture.belief.effective_sample_size(), 500.0, 1e-6);
-  EXPECT_EQ(fixture.see(0, key_of(1, 4)), Status::kOk);
+  EXPECT_GT(fixture.belief.marginal(1, 8) + fixture.belief.marginal(1, 9), 0.999);  // the level starts again
+  EXPECT_GE(fixture.belief.effective_sample_size(), 250.0);
+  EXPECT_EQ(fixture.see(0, key_of(1, 9)), Status::kOk);
 }
 
 TEST(FactoredBelief, IsExportedAsASample) {

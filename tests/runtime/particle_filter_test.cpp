@@ -184,6 +184,37 @@ TEST(ParticleFilter, GoesOnWithoutWhatNoParticleExplains) {
   EXPECT_GT(filter.effective_size(0), 199.0);
 }
 
+TEST(ParticleFilter, StartsAgainWhereWhatWasSeenExplainsNothing) {
+  using U = Standing<2>;
+  const U::Params params;
+  ParticleFilter<U> filter(params, 400);
+  filter.init(derive(6, StreamKind::kBelief, 0), {}, {});
+  for (int step = 0; step < 5; ++step) {
+    ASSERT_TRUE(filter.weigh({}, 0, {500, 300}, 16));
+    filter.accept();
+  }
+  EXPECT_FALSE(filter.weigh({}, 0, {100, 310}, 16));
+  EXPECT_FALSE(filter.weigh({}, 0, {100, 310}, 0));
+  EXPECT_EQ(filter.restart({}), 1);
+  filter.accept();
+  for (int step = 0; step < 20; ++step) {
+    ASSERT_TRUE(filter.weigh({}, 0, {100, 310}, 16));
+    filter.accept();
+  }
+  double means[2] = {};
+  for (int unit = 0; unit < 2; ++unit) {
+    for (int i = 0; i < filter.count(unit); ++i) {
+      U::Fixed fixed{};
+      U::State state{};
+      filter.put(unit, i, fixed, state);
+      means[unit] += filter.weight(unit, i) * state.spots[unit];
+    }
+  }
+  EXPECT_NEAR(means[0], 100.0, 3.0);
+  EXPECT_NEAR(means[1], 308.0, 4.0);
+  EXPECT_GT(filter.health()[0].distinct, 10U);  // it moves as before
+}
+
 TEST(PathLikelihood, ComparesProductsBeyondTheRangeOfDoubles) {
   PathLikelihood low, high;
   for (int i = 0; i < 1000; ++i) {

@@ -64,6 +64,10 @@ struct NoParticles {
   bool weigh(const Parts&...) {
     return true;
   }
+  template <class Part>
+  int restart(const Part&) {
+    return 0;
+  }
   void accept() {}
   void use(Workers*) {}
   std::vector<UnitHealth> health() const { return {}; }
@@ -119,14 +123,15 @@ class FactoredBelief final : public Belief {
     return Status::kOk;
   }
 
-  // A unit keeps its posterior, or its particles' weights, if all its values contradict the observation.
+  // A unit keeps its posterior if all its values contradict the observation. If all its particles do, it starts again
+  // from the initial law given the observation, or keeps their weights where that contradicts it, too.
   void propagate(int action, KeyWords words) override {
     const auto key = key_from<typename M::Key>(words);
     typename M::State next;
     typename M::Posterior after;
     M::advance_visible(params_, fixed_, state_, action, key, next);
     M::advance_posterior(params_, fixed_, state_, action, key, next, posterior_, after);
-    filter_.weigh(state_, action, key, 0);
+    if (!filter_.weigh(state_, action, key, 0)) filter_.restart(state_);
     move_on(action, key, next, after);
   }
 

@@ -50,6 +50,7 @@ class ParticleFilter {
         most_(static_cast<std::uint32_t>(most)),
         now_(most),
         next_(most),
+        starts_(U::kUnits),
         columns_(U::kUnits) {
     for (Column& column : columns_) column.allocate(most, chunks(most_));
   }
@@ -84,24 +85,27 @@ class ParticleFilter {
   bool weigh(const State& visible, int action, const typename U::Key& key, std::uint32_t rounds) {
     latest_.action = action;
     U::see(params_, fixed_, visible, action, key, latest_.seen);
-    std::uint32_t largest = 0;
     for (Column& column : columns_) {
       column.explained = false;
-      largest = std::max(largest, column.count);
+      column.starts_again = false;
     }
-    bool explained = false;
-    for (std::uint32_t round = 0; round <= rounds && !explained; ++round) {
-      share(workers_, chunks(largest), [&](std::size_t chunk) { weigh_chunk(chunk, largest, round); });
-      explained = true;
-      for (Column& column : columns_) {
-        if (column.explained) continue;
-        column.total = column.sum(chunks(column.count));
-        column.round = round;
-        column.explained = column.total > 0.0;
-        explained = explained && column.explained;
-      }
+    return weigh_rounds(0, rounds);
+  }
+
+  // Starts each unit again of which `weigh` has found no particle that explains what was seen: with particles
+  // from the initial law, weighed by this step alone, if any of them explains it. Gives how many units do so.
+  int restart(const State& visible) {
+    for (std::size_t unit = 0; unit < U::kUnits; ++unit) {
+      columns_[unit].starts_again = !columns_[unit].explained;
+      if (columns_[unit].starts_again) starts_[unit] = visible;
     }
-    return explained;
+    weigh_rounds(kRestart, 2 * kRestart);
+    int restarted = 0;
+    for (Column& column : columns_) {
+      column.starts_again = column.starts_again && column.explained;
+      restarted += column.starts_again;
+    }
+    return restarted;
   }
 
   // Makes the moved particles the belief. A unit of which none explains what was seen keeps its weights.
@@ -148,6 +152,7 @@ class ParticleFilter {
   static constexpr std::uint32_t kMoveSite = site_id("belief:move");
   static constexpr std::uint32_t kChunk = 32;         // particles of a job
   static constexpr std::uint32_t kLongestPast = 256;  // steps that a move can run again
+  static constexpr std::uint32_t kRestart = 32;       // the first round of draws of a unit that starts again
   static constexpr std::uint32_t kReplays = 8;        // steps run again for each particle and step
   static constexpr std::uint32_t kNotedStarts = 16;   // that say which words a start draws
   static constexpr std::size_t kFewValues = 20;       // of a unit that had many, they are doubtful
@@ -206,6 +211,10 @@ class ParticleFilter {
     column.noted = 0;
     column.surprise = 0.0;
     column.explained = true;
+    column.born = 0;
+    column.starts_again = false;
+    column.start_weighed = false;
+    starts_[unit] = start_;
     if constexpr (U::kSeesFirst) {
       column.origins.resize(most_);
       choose_starts(unit);
@@ -237,7 +246,8 @@ class ParticleFilter {
 
   // Draws a unit's initial values with these words and, for other names, with those of particle `origin`.
   void draw(int unit, std::uint32_t origin, const std::uint32_t* words, Particle& particle) const {
-    MovedDraws draws(PhiloxDraws(key_, origin, 0), columns_[unit].names, words);
+    const Column& column = columns_[unit];
+    MovedDraws draws(PhiloxDraws(key_, origin, column.born), column.names, words);
     U::draw(params_, draws, unit, particle.fixed, particle.state);
   }
 
@@ -261,6 +271,24 @@ class ParticleFilter {
 
   std::uint32_t scenario(std::uint32_t slot, std::uint32_t round) const { return slot + round * most_; }
 
+  // Weighs the units that are not explained, with the draws of each round until all are. Gives whether they are.
+  bool weigh_rounds(std::uint32_t round, std::uint32_t last) {
+    const std::uint32_t slots = largest();
+    bool explained = false;
+    for (; round <= last && !explained; ++round) {
+      share(workers_, chunks(slots), [&](std::size_t chunk) { weigh_chunk(chunk, slots, round); });
+      explained = true;
+      for (Column& column : columns_) {
+        if (column.explained) continue;
+        column.total = column.sum(chunks(column.count));
+        column.round = round;
+        column.explained = column.total > 0.0;
+        explained = explained && column.explained;
+      }
+    }
+    return explained;
+  }
+
   void weigh_chunk(std::size_t chunk, std::uint32_t slots, std::uint32_t round) {
     for (Column& column : columns_) {
       if (!column.explained) column.sums[chunk] = 0.0;
@@ -273,9 +301,9 @@ class ParticleFilter {
         Column& column = columns_[unit];
         if (column.explained || i >= column.count) continue;
         const double factor = advance(unit, i, round, draws);
-        column.next_likelihoods[i] = column.likelihoods[i];
+        column.next_likelihoods[i] = column.starts_again ? PathLikelihood{} : column.likelihoods[i];
         column.next_likelihoods[i].multiply(factor);
-        column.next_weights[i] = column.weights[i] * factor;
+        column.next_weights[i] = (column.starts_again ? 1.0 : column.weights[i]) * factor;
         column.sums[chunk] += column.next_weights[i];
       }
     }
@@ -284,12 +312,12 @@ class ParticleFilter {
   // Moves a unit of one particle. Where all particles contradict what was seen first, others start elsewhere.
   double advance(int unit, std::uint32_t i, std::uint32_t round, PhiloxDraws& draws) {
     Particle& to = next_[i];
-    if (round == 0 || step_ > 0 || U::kSeesFirst) {
+    if (!columns_[unit].starts_again && (round == 0 || step_ > 0 || U::kSeesFirst)) {
       return U::move(params_, now_[i].fixed, now_[i].state, latest_.action, latest_.seen, draws, unit,
                      to.state);
     }
-    Particle from{fixed_, start_};
-    PhiloxDraws start(key_, scenario(i, round), 0);
+    Particle from{fixed_, starts_[unit]};
+    PhiloxDraws start(key_, scenario(i, round), step_);
     U::draw(params_, start, unit, from.fixed, from.state);
     U::copy(unit, from.fixed, from.state, to.fixed, to.state);
     return U::move(params_, from.fixed, from.state, latest_.action, latest_.seen, draws, unit, to.state);
@@ -302,16 +330,22 @@ class ParticleFilter {
       column.note_surprise();
       column.take_weights();
     }
-    if (column.round > 0 && step_ == 1 && !U::kSeesFirst) {
-      for (std::uint32_t i = 0; i < column.count; ++i)
-        column.names.draw(PhiloxDraws(key_, scenario(i, column.round), 0), column.words_of(i));
+    if (column.starts_again) {
+      column.born = step_ - 1;
+      column.start_weighed = false;
+      column.past.clear();
     }
-    if (column.past.size() < past_.size()) column.past.push_back({{}, column.round, column.explained});
+    if (column.starts_again || (column.round > 0 && step_ == 1 && !U::kSeesFirst)) {
+      for (std::uint32_t i = 0; i < column.count; ++i)
+        column.names.draw(PhiloxDraws(key_, scenario(i, column.round), column.born), column.words_of(i));
+    }
+    if (column.born + column.past.size() < past_.size())
+      column.past.push_back({{}, column.round, column.explained});
     count_values(unit, next_);
     const bool repeats = static_cast<double>(column.distinct) < 0.95 * static_cast<double>(column.count);
     column.resampled = column.effective_size() < 0.5 * static_cast<double>(column.count);
     if (column.resampled) resample(unit);
-    plan_moves(column, repeats || step_ == 1);
+    plan_moves(column, repeats || step_ == column.born + 1);
   }
 
   void resample(int unit) {
@@ -321,7 +355,7 @@ class ParticleFilter {
     column.pick(word, column.count);
     if (least() < most_) column.pick(word, wanted_count(unit));
     column.copy_picks();
-    if (column.past.size() == step_) column.past.back().parents = column.picks;
+    if (column.born + column.past.size() == step_) column.past.back().parents = column.picks;
   }
 
   // The number of particles for as many values, coarsely, as those chosen have: the size that KLD sampling asks
@@ -376,8 +410,8 @@ class ParticleFilter {
   // How many moves a unit makes. None where the model's own noise has told all copies apart by the next step. A
   // longer past allows fewer, so that all steps take about as long.
   void plan_moves(Column& column, bool pays) {
-    pays = pays && column.names.size() > 0 && column.past.size() == step_;
-    column.moves = pays ? std::max(1U, kReplays * column.count / step_) : 0;
+    pays = pays && column.names.size() > 0 && column.born + column.past.size() == step_;
+    column.moves = pays ? std::max(1U, kReplays * column.count / (step_ - column.born)) : 0;
   }
 
   // How many of a unit's moves are for a slot. Over the steps all slots have their turn.
@@ -399,7 +433,7 @@ class ParticleFilter {
       const std::uint32_t number = static_cast<std::uint32_t>(unit) * kReplays + move;
       WordMove proposal(draws, kMoveSite, number * WordMove::kWords);
       proposal.propose(column.names.size(), column.words_of(i), words);
-      Particle other{fixed_, start_};
+      Particle other{fixed_, starts_[unit]};
       PathLikelihood likelihood;
       if (!replay(unit, origin, names, words, proposal.threshold(), column.likelihoods[i], other, likelihood))
         continue;
@@ -416,7 +450,8 @@ class ParticleFilter {
       if (!descent.parents.empty()) i = descent.parents[i];
       names[s] = scenario(i, descent.round);
     }
-    return U::kSeesFirst ? column.origin(i) : names[0];  // another round of the first step starts elsewhere
+    return U::kSeesFirst && column.born == 0 ? column.origin(i)
+                                             : names[0];  // another round of the first step starts elsewhere
   }
 
   // Runs a unit's past again from other first words. Gives false as soon as the path cannot be likelier than
@@ -429,8 +464,8 @@ class ParticleFilter {
     if (column.start_weighed)
       likelihood.multiply(U::weigh_start(params_, unit, particle.fixed, particle.state));
     for (std::size_t s = 0; s < column.past.size(); ++s) {
-      const Step& step = past_[s];
-      PhiloxDraws draws(key_, names[s], static_cast<std::uint32_t>(s) + 1);
+      const Step& step = past_[column.born + s];
+      PhiloxDraws draws(key_, names[s], column.born + static_cast<std::uint32_t>(s) + 1);
       State next = U::visible(step.seen);
       const double factor =
           U::move(params_, particle.fixed, particle.state, step.action, step.seen, draws, unit, next);
@@ -453,6 +488,7 @@ class ParticleFilter {
   Step latest_{};
   std::vector<Step> past_;
   std::vector<Particle> now_, next_;
+  std::vector<State> starts_;  // the visible variables when each unit has started
   std::vector<Column> columns_;
 };
 

@@ -82,6 +82,8 @@ struct UnitColumn {
   std::uint32_t count = 0;             // particles
   std::vector<std::uint32_t> origins;  // of the first belief's particles; empty: their slots
   bool start_weighed = false;          // what is visible at the start has weighed
+  std::uint32_t born = 0;              // the step at which the unit has started, or started again
+  bool starts_again = false;           // in the latest step
   MovedNames names;
   std::vector<std::uint32_t> words;  // names.size() for each particle
   std::vector<double> weights, next_weights;
