@@ -199,6 +199,23 @@ TEST(Planner, RolloutModeLeavesThePolicyForASureGain) {
   EXPECT_EQ(decision.trials, 20U);
 }
 
+TEST(Planner, ThreadsThatShareAComparisonFindTheSame) {
+  PlannerOptions options = trials(4);
+  options.mode = Mode::kRollout;
+  for (options.seed = 0; options.seed < 5; ++options.seed) {
+    options.threads = 1;
+    const Decision alone = Solver(rock_sample_descriptor<4, 3>(), options).plan();
+    for (const std::size_t threads : {2, 3, 16}) {
+      options.threads = threads;
+      const Decision shared = Solver(rock_sample_descriptor<4, 3>(), options).plan();
+      EXPECT_EQ(shared.action, alone.action);
+      EXPECT_EQ(shared.expansions, alone.expansions);
+      EXPECT_EQ(shared.simulations, alone.simulations);
+      EXPECT_EQ(shared.children, alone.children);
+    }
+  }
+}
+
 TEST(Planner, TimedRolloutsComeInBatchesThatFit) {
   PlannerOptions options;
   options.mode = Mode::kRollout;

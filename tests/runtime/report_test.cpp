@@ -6,6 +6,7 @@
 
 #include "factored_models.hpp"
 #include "hypgen/solver/json_lines.hpp"
+#include "hypgen/solver/model_instance.hpp"
 #include "hypgen/solver/run_report.hpp"
 #include "hypgen/solver/solver_main.hpp"
 #include "test_solvers.hpp"

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "hypgen/model/model.hpp"
 
@@ -70,6 +71,9 @@ Planner::Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor
       leaf_sizes_(options.scenarios + 1) {
   candidates_.reserve(static_cast<std::size_t>(model.action_count));
   actions_.reserve(static_cast<std::size_t>(model.action_count));
+  all_actions_.resize(static_cast<std::size_t>(model.action_count));
+  std::iota(all_actions_.begin(), all_actions_.end(), 0);
+  slices_.reserve(search_.threads());
   root_actions_.reserve(static_cast<std::size_t>(model.action_count) + 1);
 }
 
@@ -173,16 +177,15 @@ void Planner::note_rollouts(Clock::duration time, std::size_t count) {
   rollout_seconds_ = std::chrono::duration<double>(time).count() / filled;
 }
 
-Status Planner::evaluate(const LeafRequest& request, LeafResult& result) {
+Status Planner::evaluate(std::size_t thread, const LeafRequest& request, LeafResult& result) {
   const Clock::time_point start = Clock::now();
   bool is_taken = false;
   while (true) {
-    is_taken = is_taken || evaluator_->submit(0, {&request, 1}) == 1;
-    if (is_taken && evaluator_->poll(0, result)) return result.status;
+    is_taken = is_taken || evaluator_->submit(thread, {&request, 1}) == 1;
+    if (is_taken && evaluator_->poll(thread, result)) return result.status;
     const Clock::time_point now = Clock::now();
     const bool is_late = now >= setup_.deadline;
     if (!is_late && std::chrono::duration<double>(now - start).count() <= options_.patience) continue;
-    evaluator_->release();
     return is_late ? Status::kDeadline : Status::kEvaluatorFailed;
   }
 }

@@ -6,7 +6,6 @@
 
 #include "hypgen/model/model.hpp"
 #include "hypgen/search/planner.hpp"
-#include "hypgen/search/search_counts.hpp"
 
 namespace hypgen {
 
@@ -64,8 +63,14 @@ std::size_t Planner::batch_until(Clock::time_point end) const {
   if (setup_.deadline == Clock::time_point::max()) return options_.scenarios;
   const double seconds = std::chrono::duration<double>(end - Clock::now()).count();
   const std::size_t actions = candidates_.empty() ? candidates_.capacity() : candidates_.size();
-  const double fits = 0.5 * seconds / (rollout_seconds_ * static_cast<double>(actions));
+  const auto threads = static_cast<double>(comparing_threads(actions));
+  const double fits = 0.5 * seconds * threads / (rollout_seconds_ * static_cast<double>(actions));
   return static_cast<std::size_t>(std::clamp(fits, 1.0, static_cast<double>(options_.scenarios)));
+}
+
+// The threads that compare so many actions, each its slice of them. A device runs them all at once.
+std::size_t Planner::comparing_threads(std::size_t actions) const {
+  return evaluator_->lanes() > 1 ? 1 : std::min(threads(), actions);
 }
 
 // Expands the root once over new scenarios, and adds up the gains. Without a time limit the first expansion
@@ -81,34 +86,54 @@ bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_poin
   }
   LeafRequest root;
   root.count = static_cast<std::uint32_t>(batch);
-  root.actions = actions_;
-  LeafResult leaf;
-  decision.status = evaluate(root, leaf);
-  if (decision.status != Status::kOk) return false;
-  SearchCounts counts;
-  counts.trials.add(1);
-  counts.add_expansion(leaf, 0);
-  counts.add_to(decision);
-  ++leaf_sizes_[leaf.count];
-  take_gains(leaf, decision);
-  note_rollouts(Clock::now() - start, batch * (leaf.actions.size() + 1));
+  root.actions = candidates_.empty() ? all_actions_ : actions_;
+  slices_.resize(comparing_threads(root.actions.size()));
+  share(&search_, slices_.size(), [this, &root](std::size_t slice) { compare_slice(root, slice); });
+  for (const LeafResult& slice : slices_) {
+    if (decision.status == Status::kOk) decision.status = slice.status;
+  }
+  if (decision.status != Status::kOk) {
+    evaluator_->release();
+    return false;
+  }
+  const std::size_t actions = take_gains(decision);
+  ++decision.trials;
+  ++decision.expansions;
+  decision.leaf_scenarios += batch;
+  decision.simulations += batch * actions;
+  ++leaf_sizes_[batch];
+  note_rollouts(slices_.size() * (Clock::now() - start), batch * (actions + slices_.size()));
   return true;
 }
 
-void Planner::take_gains(const LeafResult& leaf, Decision& decision) {
+// One thread's part of an expansion of the root. All threads have the same scenarios.
+void Planner::compare_slice(const LeafRequest& root, std::size_t slice) {
+  const std::size_t actions = root.actions.size(), slices = slices_.size();
+  const std::size_t first = actions * slice / slices, end = actions * (slice + 1) / slices;
+  LeafRequest request = root;
+  request.actions = {root.actions.begin() + first, end - first};
+  evaluator_->attach(slice);
+  slices_[slice].status = evaluate(slice, request, slices_[slice]);
+}
+
+// Adds what all slices have found; gives the number of legal actions.
+std::size_t Planner::take_gains(Decision& decision) {
   decision.looked = Looked::kOneStep;
-  if (candidates_.empty()) {
-    for (const ActionRow& row : leaf.actions) {
-      candidates_.emplace_back().action = row.action;
-      actions_.push_back(row.action);
+  const bool is_first = candidates_.empty();
+  std::size_t next = 0;  // all scenarios have the same legal actions
+  for (const LeafResult& slice : slices_) {
+    decision.children += slice.children.size();
+    for (std::size_t i = 0; i < slice.actions.size(); ++i, ++next) {
+      if (is_first) {
+        candidates_.emplace_back().action = slice.actions[i].action;
+        actions_.push_back(slice.actions[i].action);
+      }
+      candidates_[next].samples += slice.count;
+      candidates_[next].gain += from_fixed_sum(slice.gains[i].sum);
+      candidates_[next].gain_square += slice.gains[i].square_sum;
     }
   }
-  for (std::size_t i = 0; i < leaf.actions.size(); ++i) {
-    const Gain& gain = leaf.gains[i];  // of candidate i: all scenarios have the same legal actions
-    candidates_[i].samples += leaf.count;
-    candidates_[i].gain += from_fixed_sum(gain.sum);
-    candidates_[i].gain_square += gain.square_sum;
-  }
+  return next;
 }
 
 // Keeps the better half of the candidates; ties go to the lower action.

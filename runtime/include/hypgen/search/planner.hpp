@@ -89,11 +89,13 @@ class Planner {
                        Decision& decision);
   int compared_action(int default_action) const;
   int improved_action(int default_action) const;
-  Status evaluate(const LeafRequest& request, LeafResult& result);
+  Status evaluate(std::size_t thread, const LeafRequest& request, LeafResult& result);
   bool sample_gains(const Belief& belief, StreamKey key, Clock::time_point end, Decision& decision);
   std::size_t batch_until(Clock::time_point end) const;
   void note_rollouts(Clock::duration time, std::size_t count);
-  void take_gains(const LeafResult& leaf, Decision& decision);
+  std::size_t comparing_threads(std::size_t actions) const;
+  void compare_slice(const LeafRequest& root, std::size_t slice);
+  std::size_t take_gains(Decision& decision);
   void halve();
   const Candidate& best_candidate() const;
 
@@ -109,6 +111,8 @@ class Planner {
   std::vector<std::uint64_t> leaf_sizes_;  // of rollout mode
   std::vector<Candidate> candidates_;      // by ascending action
   std::vector<int> actions_;               // of the candidates
+  std::vector<int> all_actions_;           // of the model
+  std::vector<LeafResult> slices_;         // of an expansion of the root, by thread
   std::vector<int> root_actions_;          // that the tree starts with; empty: all
   std::uint64_t sampled_ = 0;              // scenarios that comparing actions has used
   double rollout_seconds_ = 0.0;           // time of one rollout in the last batch, on a full evaluator
