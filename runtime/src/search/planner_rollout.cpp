@@ -84,11 +84,15 @@ bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_poin
     if (decision.status != Status::kOk) return false;
     sampled_ += batch;
   }
-  LeafRequest root;
-  root.count = static_cast<std::uint32_t>(batch);
-  root.actions = candidates_.empty() ? all_actions_ : actions_;
-  slices_.resize(comparing_threads(root.actions.size()));
-  share(&search_, slices_.size(), [this, &root](std::size_t slice) { compare_slice(root, slice); });
+  compared_ = {};
+  compared_.count = static_cast<std::uint32_t>(batch);
+  compared_.actions = candidates_.empty() ? all_actions_ : actions_;
+  slices_.resize(comparing_threads(compared_.actions.size()));
+  decision.late_threads = search_.share_until(slices_.size(), compare_slice_, setup_.deadline);
+  if (decision.late_threads > 0) {
+    decision.status = Status::kDeadline;
+    return false;
+  }
   for (const LeafResult& slice : slices_) {
     if (decision.status == Status::kOk) decision.status = slice.status;
   }
@@ -107,11 +111,11 @@ bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_poin
 }
 
 // One thread's part of an expansion of the root. All threads have the same scenarios.
-void Planner::compare_slice(const LeafRequest& root, std::size_t slice) {
-  const std::size_t actions = root.actions.size(), slices = slices_.size();
+void Planner::compare_slice(std::size_t slice) {
+  const std::size_t actions = compared_.actions.size(), slices = slices_.size();
   const std::size_t first = actions * slice / slices, end = actions * (slice + 1) / slices;
-  LeafRequest request = root;
-  request.actions = {root.actions.begin() + first, end - first};
+  LeafRequest request = compared_;
+  request.actions = {compared_.actions.begin() + first, end - first};
   evaluator_->attach(slice);
   slices_[slice].status = evaluate(slice, request, slices_[slice]);
 }

@@ -38,15 +38,17 @@ void Search::do_jobs() {
   }
 }
 
-void Search::share(std::size_t count, const Job& job) {
-  if (workers_.size() == 0 || park(Clock::now()) > 0) return hypgen::share(nullptr, count, job);
+std::size_t Search::share_until(std::size_t count, const Job& job, Clock::time_point deadline) {
+  if (count <= 1 || workers_.size() == 0 || park(Clock::now()) > 0) {
+    hypgen::share(nullptr, count, job);
+    return 0;
+  }
   job_ = &job;
   job_count_ = count;
   next_job_.store(0, std::memory_order_relaxed);
   workers_.start();
   do_jobs();
-  workers_.park(Clock::time_point::max());
-  job_ = nullptr;
+  return workers_.park(deadline);
 }
 
 void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchSetup& setup,
@@ -54,6 +56,7 @@ void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchS
   const Clock::time_point start_time = Clock::now();
   shared_.begin(evaluator, root, setup, actions);
   const bool is_alone = workers_.size() == 0 || shared_.is_stopped();
+  job_ = nullptr;
   if (!is_alone) workers_.start();
   shared_.run_thread(0);
   const bool is_limited = setup.deadline != Clock::time_point::max();

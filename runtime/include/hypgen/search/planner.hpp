@@ -94,7 +94,7 @@ class Planner {
   std::size_t batch_until(Clock::time_point end) const;
   void note_rollouts(Clock::duration time, std::size_t count);
   std::size_t comparing_threads(std::size_t actions) const;
-  void compare_slice(const LeafRequest& root, std::size_t slice);
+  void compare_slice(std::size_t slice);
   std::size_t take_gains(Decision& decision);
   void halve();
   const Candidate& best_candidate() const;
@@ -112,10 +112,12 @@ class Planner {
   std::vector<Candidate> candidates_;      // by ascending action
   std::vector<int> actions_;               // of the candidates
   std::vector<int> all_actions_;           // of the model
-  std::vector<LeafResult> slices_;         // of an expansion of the root, by thread
-  std::vector<int> root_actions_;          // that the tree starts with; empty: all
-  std::uint64_t sampled_ = 0;              // scenarios that comparing actions has used
-  double rollout_seconds_ = 0.0;           // time of one rollout in the last batch, on a full evaluator
+  LeafRequest compared_;                   // the root's expansion of which threads have slices
+  std::vector<LeafResult> slices_;         // by thread
+  const Workers::Job compare_slice_ = [this](std::size_t slice) { compare_slice(slice); };
+  std::vector<int> root_actions_;  // that the tree starts with; empty: all
+  std::uint64_t sampled_ = 0;      // scenarios that comparing actions has used
+  double rollout_seconds_ = 0.0;   // time of one rollout in the last batch, on a full evaluator
 };
 
 // The options of a planner's evaluator.

@@ -26,7 +26,12 @@ class Search final : public Workers {
   std::size_t park(Clock::time_point deadline) { return workers_.park(deadline); }
 
   // The caller does all jobs alone while threads of the last search have not ended. Between searches.
-  void share(std::size_t count, const Job& job) override;
+  void share(std::size_t count, const Job& job) override {
+    share_until(count, job, Clock::time_point::max());
+  }
+
+  // The same, but gives at the deadline how many threads have not ended. They use `job` until they are parked.
+  std::size_t share_until(std::size_t count, const Job& job, Clock::time_point deadline);
 
   // Searches until a limit or a failure, and fills all of `decision` but its action. The tree uses the
   // evaluator's rows until the next search. `actions`, ascending, are those of the root; empty: all.
