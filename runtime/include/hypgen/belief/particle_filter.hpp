@@ -461,8 +461,10 @@ class ParticleFilter {
               PathLikelihood& likelihood) const {
     const Column& column = columns_[unit];
     draw(unit, origin, words, particle);
-    if (column.start_weighed)
+    if (column.start_weighed) {
       likelihood.multiply(U::weigh_start(params_, unit, particle.fixed, particle.state));
+      if (!likelihood.exceeds(share, least)) return false;
+    }
     for (std::size_t s = 0; s < column.past.size(); ++s) {
       const Step& step = past_[column.born + s];
       PhiloxDraws draws(key_, names[s], column.born + static_cast<std::uint32_t>(s) + 1);
