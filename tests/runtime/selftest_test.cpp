@@ -98,7 +98,9 @@ Found check(Fault fault) {
   options.steps = 10;
   options.threads = 2;
   options.quiet = true;
-  options.json_file = ::testing::TempDir() + "selftest.jsonl";
+  // Tests run at the same time, each in a process of its own.
+  const std::string name = ::testing::UnitTest::GetInstance()->current_test_info()->name();
+  options.json_file = ::testing::TempDir() + "selftest_" + name + ".jsonl";
   Found found{selftest(solver.model, *solver.instance, options), {}};
   std::ifstream lines(options.json_file);
   for (std::string line; std::getline(lines, line);) found.lines.push_back(Json::parse(line));
