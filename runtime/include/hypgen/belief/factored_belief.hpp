@@ -123,8 +123,8 @@ class FactoredBelief final : public Belief {
     return Status::kOk;
   }
 
-  // A unit keeps its posterior if all its values contradict the observation. If all its particles do, it starts again
-  // from the initial law given the observation, or keeps their weights where that contradicts it, too.
+  // A unit keeps its posterior if all its values contradict the observation. If all its particles do, it starts
+  // again from the initial law given the observation. Where that contradicts it too, they keep their weights.
   void propagate(int action, KeyWords words) override {
     const auto key = key_from<typename M::Key>(words);
     typename M::State next;

@@ -17,9 +17,11 @@
 
 namespace hypgen {
 
-// A device takes about as long for one rollout as for thousands, so that it pays for large leaves and for many
-// leaves at once, and a core for a few small ones. Both give the same rows, bit for bit. A leaf below one that the host expanded is the host's
-// too: it is no larger. Where the device expanded the leaf above, the host simulates that leaf's members anew.
+// A device takes about as long for one rollout as for thousands. So it pays for large leaves and for many leaves
+// at once, and a core for a few small ones. Both give the same rows, bit for bit.
+//
+// A leaf below one that the host expanded is the host's too: it is no larger. Where the device expanded the leaf
+// above, the host simulates that leaf's members anew.
 template <class M>
 class HybridEvaluator final : public LeafEvaluator {
  public:

@@ -141,8 +141,8 @@ struct RootResult {
 };
 
 // Expands leaves for the threads of a search, which are numbered from 0. A thread calls `attach`, `submit`,
-// `poll` and `expand_here` with its own number, at any time. It has leaves of its own in flight, below parents that any
-// thread has expanded. All other calls come from one thread while no thread is in a call. Only the
+// `poll` and `expand_here` with its own number, at any time. It has leaves of its own in flight, below parents
+// that any thread has expanded. All other calls come from one thread while no thread is in a call. Only the
 // constructor allocates.
 class LeafEvaluator {
  public:
@@ -167,9 +167,10 @@ class LeafEvaluator {
   // Gives the thread's next leaf in the order of submission; false if it is not finished.
   virtual bool poll(std::size_t thread, LeafResult& result) = 0;
 
-  // Expands a leaf below the root at once, if that takes the calling thread less time than its share of a device's
-  // answer: the thread has so many leaves on the device at once. False: submit it.
-  virtual bool expand_here(std::size_t, const LeafRequest&, std::size_t, LeafResult&) { return false; }
+  // Expands a leaf below the root at once; false: submit it. The thread does so if that takes it less time than
+  // its share of a device's answer. It has `at_once` leaves on the device at the same time.
+  virtual bool expand_here(std::size_t thread, const LeafRequest& request, std::size_t at_once,
+                           LeafResult& result);
 
   // Drops all leaves of the search, leaves in flight included.
   virtual void release() = 0;
@@ -185,5 +186,9 @@ class LeafEvaluator {
 };
 
 inline void LeafEvaluator::attach(std::size_t) { std::fesetenv(FE_DFL_ENV); }
+
+inline bool LeafEvaluator::expand_here(std::size_t, const LeafRequest&, std::size_t, LeafResult&) {
+  return false;
+}
 
 }  // namespace hypgen

@@ -61,8 +61,8 @@ class Search final : public Workers {
   void add_counts(Decision& decision) const;
 
   SharedSearch shared_;
-  const Job* job_ =
-      nullptr;  // with `job_count_`: what the threads share; null: a search. Set while they sleep
+  // What the threads share; null: a search. The caller sets it, and how many jobs there are, while they sleep.
+  const Job* job_ = nullptr;
   std::size_t job_count_ = 0;
   std::atomic<std::size_t> next_job_{0};  // each number is taken once; relaxed, as the lock orders all else
   WorkerThreads workers_;                 // last: they use `shared_`
