@@ -31,6 +31,33 @@ if TYPE_CHECKING:
 @click.option(
     "--seed", type=click.IntRange(min=0), default=0, help="Of the random episodes.", show_default=True
 )
+@click.option(
+    "--beliefs",
+    metavar="N",
+    type=click.IntRange(50, 1_000_000),
+    help="Compile the model, play N episodes, and check where true values lie in the solver's belief.",
+)
+@click.option(
+    "--belief",
+    type=click.Choice(("auto", "factored", "particle")),
+    default="auto",
+    help="With --beliefs: the belief to check.",
+    show_default=True,
+)
+@click.option(
+    "--particles",
+    metavar="N",
+    type=click.IntRange(1, 10_000_000),
+    default=5000,
+    help="With --beliefs: of the belief, as for `run`.",
+    show_default=True,
+)
+@click.option(
+    "--time",
+    metavar="S",
+    type=click.FloatRange(0, 1e6),
+    help="With --beliefs: seconds to play; what was played until then counts.",
+)
 def command(
     model: Path,
     instance: Path | None,
@@ -38,6 +65,10 @@ def command(
     as_json: bool,
     samples: int | None,
     seed: int,
+    beliefs: int | None,
+    belief: str,
+    particles: int,
+    time: float | None,
     strict: bool,
 ) -> int:
     """Check MODEL and print one line about it, or every mistake that is found.
@@ -48,10 +79,14 @@ def command(
       hypgen check examples/rs_11_11.pomdp
       hypgen check examples/rock_sample.pomdp --set n=5 --json
       hypgen check examples/tag.pomdp --samples 100000
+      hypgen check examples/tag.pomdp --beliefs 1000
+      hypgen check examples/light_dark.pomdp --beliefs 500 --particles 20000 --time 60
     """
     from hypgen.dsl import load
     from hypgen.dsl.messages.diagnostic import ModelError
 
+    if samples is not None and beliefs is not None:
+        raise click.UsageError("--samples and --beliefs are two checks: run one after the other.")
     try:
         checked = load.load_any(model, instance=instance, settings=settings)
     except ModelError as error:
@@ -75,6 +110,11 @@ def command(
         from hypgen.cli.show import sampled_findings
 
         return sampled_findings.run(checked, samples, seed, facts if as_json else None, strict)
+    if beliefs is not None:
+        from hypgen.cli.show import belief_findings
+
+        asked = belief_findings.Asked(beliefs, belief, particles, seed, time)
+        return belief_findings.run(checked, model, instance, asked, facts if as_json else None, strict)
     if as_json:
         from hypgen.dsl.messages.render import to_json
 

@@ -4,18 +4,15 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from hypgen.cli.exit_codes import Exit
 from hypgen.cli.model_arguments import require_params
-from hypgen.cli.output import say
+from hypgen.cli.output import progress_bar, say
 from hypgen.dsl.interpret.sampling.sample_laws import check_densities, check_returns
-from hypgen.dsl.interpret.sampling.sample_model import Progress, Walk
+from hypgen.dsl.interpret.sampling.sample_model import Walk
 from hypgen.dsl.messages.render import to_json
 
 if TYPE_CHECKING:
@@ -28,7 +25,7 @@ def run(loaded: Loaded, samples: int, seed: int, facts: dict[str, Any] | None, s
     walk = Walk(loaded.model, samples, seed)
     interrupted = False
     try:
-        with _progress() as progress:
+        with progress_bar() as progress:
             walk.run(progress)
             check_densities(walk, progress)
             check_returns(walk, progress)
@@ -64,18 +61,3 @@ def run(loaded: Loaded, samples: int, seed: int, facts: dict[str, Any] | None, s
 
 def _some(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
-
-
-@contextmanager
-def _progress() -> Iterator[Progress]:
-    """Show a bar where a person watches."""
-    if not sys.stderr.isatty():
-        yield lambda phase, done, total: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("")
-        yield lambda phase, done, total: bar.update(task, description=phase, completed=done, total=total)

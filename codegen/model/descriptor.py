@@ -6,7 +6,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from hypgen.codegen.cpp import template_data
 from hypgen.codegen.cpp.expressions import Context
@@ -212,6 +212,8 @@ class _Descriptor:
         lines.append("model.observation_name = observation_name;")
         if model.first_seen:
             lines.append("model.first_observation_name = first_observation_name;")
+        if hidden := ", ".join(self._hidden_variables()):
+            lines += wrapped(f"model.hidden_variables = {{{hidden}}};")
         names = list(itertools.islice(self._variable_names(), _MAX_VARIABLE_NAMES + 1))
         if len(names) <= _MAX_VARIABLE_NAMES:
             lines += wrapped(f"model.variable_names = {{{', '.join(map(_string, names))}}};")
@@ -226,6 +228,16 @@ class _Descriptor:
             if isinstance(param.type, Enum) and param.type.glyphs:
                 lines += wrapped(f"model.params.back().glyphs = {{{_glyphs(param.type)}}};")
         return tuple(lines)
+
+    def _hidden_variables(self) -> Iterator[str]:
+        """Yield C++ for the name, place and kind of each hidden variable."""
+        first = 0
+        for variable in self.model.variables:
+            count = length_of(variable.indices)
+            if not variable.visible:
+                is_float = "true" if isinstance(variable.type, Float) else "false"
+                yield f"{{{_string(variable.name)}, {first}, {count}, {is_float}}}"
+            first += count
 
     def _variable_names(self) -> itertools.chain[str]:
         def entries(variable: ir.Variable) -> list[str]:

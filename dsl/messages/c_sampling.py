@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Texts of C....: what sampling finds in a run of the model.
 
-C01xx are about values, C02xx about bounds, C03xx about states and C04xx about laws.
+C01xx are about values, C02xx about bounds, C03xx about states, C04xx about laws and C05xx about beliefs.
 A finding tells what is wrong in one sampled moment; its numbers are those of that moment.
 """
 
@@ -112,3 +112,16 @@ def wrong_density(name: str, how: str, span: Span | None) -> Diagnostic:
     """A sampler whose draws do not have the density that filters use: a mistake of hypgen's own."""
     message = f"'{name}' is not drawn as its density says: {how}"
     return Diagnostic("C0401", message, span, "this is a bug of hypgen: please report it with the model")
+
+
+def wrong_belief(name: str, shape: str, p: float, remedy: str, span: Span | None) -> Diagnostic:
+    """A belief in which the ranks of the true value are not uniform; ``shape`` as of ``Ranks``."""
+    how = {
+        "sure": "is too sure: the true value lies at its ends too often",
+        "wide": "is too wide: the true value lies in its middle too often",
+        "low": "is too low: the true value lies in its upper half too often",
+        "high": "is too high: the true value lies in its lower half too often",
+        "uneven": "is wrong: the true value has some ranks in it too often",
+    }
+    message = f"the belief of '{name}' {how[shape]} (p {'< 1e-15' if p < 1e-15 else f'= {p:.1g}'})"
+    return Diagnostic("C0501", message, span, remedy)

@@ -118,6 +118,31 @@ def test_bounds_are_sampled(tmp_path: Path) -> None:
     assert "upper" in hypgen("run", TIGER, "--check-bounds", "100").stdout
 
 
+def test_ranks_in_the_belief_depend_on_no_thread() -> None:
+    runs = [hypgen("run", TIGER, "--check-beliefs", "40", "--threads", threads) for threads in ("1", "3")]
+    (head, *lines), (_, *others) = (list(map(json.loads, done.stdout.splitlines())) for done in runs)
+    assert head["variables"] == ["room.tiger"]
+    assert lines == sorted(others, key=lambda line: int(line["episode"]))
+    assert [line["episode"] for line in lines] == list(range(40))
+    assert all(0.0 <= rank <= 1.0 for line in lines for rank in line["ranks"])
+    assert len({line["step"] for line in lines}) > 10
+
+
+def test_a_belief_of_too_few_particles_is_found() -> None:
+    fine = hypgen("check", TIGER, "--beliefs", "300", "--strict")
+    assert fine.returncode == 0 and "nothing wrong" in fine.stdout, fine.stdout + fine.stderr
+    few = ("--belief", "particle", "--particles", "2")
+    done = hypgen("check", TIGER, "--beliefs", "300", *few)
+    assert done.returncode == 2
+    assert "error[C0501]: the belief of 'room.tiger' is too sure" in done.stderr
+    assert "--particles 8" in done.stderr
+
+
+def test_a_check_of_beliefs_ends_in_time() -> None:
+    done = hypgen("check", TIGER, "--beliefs", "1000000", "--time", "0.5")
+    assert done.returncode == 0 and " of 1,000,000 episodes" in done.stdout, done.stderr
+
+
 def test_run_gives_the_solvers_exit_code_and_help() -> None:
     done = hypgen("run", TIGER, "--no-such-option")
     assert done.returncode == 2 and "--no-such-option" in done.stderr

@@ -24,6 +24,18 @@ TEST(Belief, FollowsTheExactTigerPosterior) {
   EXPECT_NEAR(solver.belief->marginal(0, 0), 0.5, 0.02);
 }
 
+TEST(Belief, GivesEachValueWithItsWeight) {
+  Solver solver(tiger_descriptor(), trials(1), 1000);
+  solver.see(0, 0);
+  double left = 0.0, all = 0.0;
+  solver.belief->each_value(0, [&](std::int32_t value, double weight) {
+    left += value == 0 ? weight : 0.0;
+    all += weight;
+  });
+  EXPECT_NEAR(all, 1.0, 1e-12);
+  EXPECT_DOUBLE_EQ(left, solver.belief->marginal(0, 0));
+}
+
 TEST(Belief, ResamplesBeforeWeightsDegenerate) {
   Solver solver(tiger_descriptor(), trials(1), 1000);
   EXPECT_NEAR(solver.belief->effective_sample_size(), 1000.0, 1e-6);

@@ -57,6 +57,7 @@ class OddWorld final : public World {
  public:
   void reset(std::uint64_t) override {}
   void export_visible(std::int32_t* out) const override { out[0] = 25; }
+  void export_state(std::int32_t*) const override {}
   bool is_legal(int) const override { return true; }
   WorldStep step(int) override { return {}; }
 };

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from hypgen.cli.show import belief_findings
+from hypgen.cli.show.belief_findings import Asked
 from hypgen.cli.show.error_index import Case, Entry, Example, entries
 from hypgen.codegen.passes.enumerable import not_enumerable
 from hypgen.dsl import ir, load
@@ -23,6 +25,7 @@ from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
 from hypgen.dsl.messages.render import render_all
 from hypgen.dsl.messages.source import Source
 from hypgen.dsl.types import PROB
+from hypgen.play.rank_statistics import Ranks
 from support.paths import ROOT
 
 FOLDER = ROOT / "cli" / "show" / "errors"
@@ -99,6 +102,12 @@ def sampled_with_a_bug(model: load.Loaded) -> list[Finding]:
         return [f for f in walk.findings if "near" in f.diagnostic.message]
 
 
+def ranked_with_a_bug(model: load.Loaded) -> list[belief_findings.Finding]:
+    """Return what is found where most true values lie at the ends of the belief."""
+    ranks = Ranks([i / 1000 for i in range(0, 1000, 20)] + [0.005, 0.995] * 30)
+    return belief_findings.findings(model.model, {"room.door": ranks}, Asked(len(ranks.values), "particle"))
+
+
 def told(entry: Entry, example: Example) -> tuple[set[str], str]:
     """Return the codes of what is told of an example in the current folder, and the text."""
     try:
@@ -106,6 +115,9 @@ def told(entry: Entry, example: Example) -> tuple[set[str], str]:
     except ModelError as error:
         return {d.code for d in error.diagnostics}, render_all(error.diagnostics, error.sources)
     if entry.code in SAMPLED and isinstance(model, load.Loaded):
+        if entry.code == "C0501":
+            ranked = ranked_with_a_bug(model)
+            return {f.diagnostic.code for f in ranked}, "".join(f.render(model.sources) for f in ranked)
         found = sampled(model) if entry.right else sampled_with_a_bug(model)
         return {f.diagnostic.code for f in found}, "\n".join(f.render(model.sources) for f in found)
     if entry.code.startswith("W") and isinstance(model, load.Loaded):

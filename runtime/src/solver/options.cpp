@@ -77,7 +77,7 @@ std::size_t default_in_flight(const SolverOptions& options) {
 // GPU's trials in flight, so that it gives the same one everywhere.
 Mode default_mode(const SolverOptions& options, const Machine& machine) {
   const bool plans = options.trace.file.empty() && !options.selftest.wanted && options.bounds.beliefs == 0 &&
-                     !options.help && !options.version;
+                     options.beliefs.episodes == 0 && !options.help && !options.version;
   if (options.planner.signature || !plans) return Mode::kDespot;
   const bool is_asked_for = options.device == DeviceKind::kCuda || options.require_gpu;
   const bool has_gpu = is_asked_for || (options.device == DeviceKind::kAuto && machine.has_gpu());
@@ -91,7 +91,9 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
   PlannerOptions& planner = options.planner;
   if (!has_mode) planner.mode = default_mode(options, machine);
   if (planner.memory_bytes == 0) planner.memory_bytes = default_memory(options);
-  if (planner.threads == 0 || options.selftest.wanted || options.bounds.beliefs > 0)
+  options.beliefs.threads = planner.threads > 0 ? planner.threads : machine.cores;
+  if (planner.threads == 0 || options.selftest.wanted || options.bounds.beliefs > 0 ||
+      options.beliefs.episodes > 0)
     planner.threads = has_many_threads(planner.mode) ? machine.cores : 1;
   if (!has_mode && planner.signature && planner.threads > 1) {
     error =
@@ -140,8 +142,8 @@ std::vector<Option> option_table(SolverOptions& options) {
           "most trials a step; without --time, results of modes with one thread repeat exactly (no limit)", 1,
           UINT64_MAX, planner.trial_limit),
       {"--threads", "N",
-       "threads of modes parallel and hyp, and of a self-test or a check of bounds (one for each core); of "
-       "mode pomcp (1)",
+       "threads of modes parallel and hyp, and of a self-test or a check of bounds or beliefs (one for each "
+       "core); of mode pomcp (1)",
        "an integer from 1 to 1024",
        [&](const std::string& text) {
          return read_integer(text, 1, kMostThreads, planner.threads) &&
@@ -211,6 +213,10 @@ std::vector<Option> option_table(SolverOptions& options) {
               "compare the bounds at so many beliefs, met along episodes, with what the default policy earns "
               "instead of planning",
               1, 1000 * kMillion, bounds.beliefs),
+      integer("--check-beliefs", "N",
+              "write the ranks of true values in the belief as JSON lines, over so many episodes, instead of "
+              "planning; hypgen check --beliefs tests them",
+              1, kMillion, options.beliefs.episodes),
       toggle("--help", "print this and exit", options.help),
       toggle("--version", "print the model and its hash and exit", options.version),
   };
@@ -273,7 +279,11 @@ bool parse_options(int argc, const char* const* argv, const Machine& machine, So
   const bool has_mode = std::find(given.begin(), given.end(), "--mode") != given.end();
   if (!complete(options, has_mode, machine, error)) return false;
   options.trace.seed = options.selftest.seed = options.bounds.seed = options.planner.seed;
-  options.bounds.steps = options.steps;
+  options.beliefs.seed = options.planner.seed;
+  options.bounds.steps = options.beliefs.steps = options.steps;
+  options.beliefs.belief = options.belief;
+  options.beliefs.particles = options.particles;
+  options.beliefs.json_file = options.json_file;
   options.bounds.json_file = options.json_file;
   options.selftest.steps = static_cast<std::uint32_t>(options.steps);
   options.selftest.json_file = options.json_file;

@@ -156,6 +156,10 @@ int solve(const ModelDescriptor& model, int argc, char** argv) {
   }
   if (options.selftest.wanted) return selftest(model, *instance, options.selftest);
   if (options.bounds.beliefs > 0) return check_bounds(model, *instance, options.bounds);
+  if (options.beliefs.episodes > 0) {
+    if (!model.hidden_variables.empty()) return check_beliefs(model, *instance, options.beliefs);
+    return complain(model, "--check-beliefs: this model has no hidden variables", kWrongUse);
+  }
   return run(model, *instance, options);
 }
 

@@ -7,6 +7,7 @@ import contextlib
 import json
 import signal
 import subprocess
+import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
@@ -60,22 +61,24 @@ class Comparison:
         return self.policies[-1]
 
 
-def lines_of(command: Sequence[str]) -> Iterator[dict[str, Any]]:
+def lines_of(command: Sequence[str], seconds: float | None = None) -> Iterator[dict[str, Any]]:
     """Yield a program's JSON lines; raise RuntimeError with what it said if it fails.
 
-    On Ctrl-C the program ends as it likes, and ``KeyboardInterrupt`` comes after its last line.
+    On Ctrl-C the program ends as it likes, and ``KeyboardInterrupt`` comes after its last line. After
+    ``seconds`` it ends in the same way, and nothing is raised.
     """
     program = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, process_group=0
     )
     with program as process, _passing_interrupts_to(process) as interrupts:
         assert process.stdout is not None and process.stderr is not None
-        for text in process.stdout:
-            yield json.loads(text)
-        complaint = process.stderr.read().strip()
+        with _limiting(process, seconds) as is_over:
+            for text in process.stdout:
+                yield json.loads(text)
+            complaint = process.stderr.read().strip()
     if interrupts:
         raise KeyboardInterrupt
-    if process.returncode != 0:
+    if process.returncode != 0 and not is_over.is_set():
         raise RuntimeError(complaint or f"exit code {process.returncode}")
 
 
@@ -93,6 +96,24 @@ def _passing_interrupts_to(process: subprocess.Popen[str]) -> Iterator[list[int]
         yield interrupts
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@contextlib.contextmanager
+def _limiting(process: subprocess.Popen[str], seconds: float | None) -> Iterator[threading.Event]:
+    """Interrupt a program once its time is over, and tell so."""
+    is_over = threading.Event()
+
+    def stop() -> None:
+        is_over.set()
+        process.send_signal(signal.SIGINT)
+
+    limit = threading.Timer(seconds or 0, stop)
+    if seconds is not None:
+        limit.start()
+    try:
+        yield is_over
+    finally:
+        limit.cancel()
 
 
 def play_mode(solver: Path, policy: Policy, options: Sequence[str], show: Callable[[Policy], None]) -> None:

@@ -12,6 +12,7 @@ from hypgen.play.played_programs import (
     Comparison,
     Policy,
     left_out,
+    lines_of,
     numbers,
     outwards,
     play_exact,
@@ -39,10 +40,11 @@ for i in range(2):
     print(json.dumps(line))
     if mode == "broken":
         sys.exit("no such mode")
-    if mode == "slow":
+    if mode in ("slow", "endless"):
         sys.stdout.flush()
         try:
-            os.kill(os.getppid(), signal.SIGINT)
+            if mode == "slow":
+                os.kill(os.getppid(), signal.SIGINT)
             time.sleep(30)
         except KeyboardInterrupt:
             line = {{"type": "episode", "episode": 1, "discounted_return": 0.5, "steps": 1}}
@@ -141,3 +143,8 @@ def test_an_interval_is_printed_outwards() -> None:
     assert outwards(19.3713758, 19.3713759) == "19.3713 .. 19.3714"
     assert outwards(-20.0000092, -20) == "-20.0001 .. -20"
     assert outwards(0.0, 1234567.0) == "0 .. 1.23457e+06"
+
+
+def test_a_program_ends_when_its_time_is_over(program: Path) -> None:
+    assert len(list(lines_of([str(program), "--mode", "endless"], 2))) < 4  # fewer than two whole episodes
+    assert len(list(lines_of([str(program), "--mode", "despot"], 60))) == 4

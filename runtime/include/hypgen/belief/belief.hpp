@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "hypgen/core/status.hpp"
@@ -69,8 +70,17 @@ class Belief {
   // The default policy's action; -1 if no action is legal.
   virtual int default_action(StreamKey key) const = 0;
 
-  // The probability that a variable (an index into the model's export_state) has a value.
-  virtual double marginal(int variable, std::int32_t value) const = 0;
+  // Calls `take` with each value that a variable (an index into the model's export_state) may have and its
+  // weight. A value may come several times. The weights add up to 1.
+  using TakeValue = std::function<void(std::int32_t value, double weight)>;
+  virtual void each_value(int variable, const TakeValue& take) const = 0;
+
+  // The probability that a variable has a value.
+  double marginal(int variable, std::int32_t value) const {
+    double sum = 0.0;
+    each_value(variable, [&](std::int32_t other, double weight) { sum += other == value ? weight : 0.0; });
+    return sum;
+  }
 
   // Particles with the agent's history, and their weights, which add up to 1. `import_particles` takes
   // `size()` particles; false if it cannot take these.

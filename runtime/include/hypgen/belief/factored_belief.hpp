@@ -170,17 +170,15 @@ class FactoredBelief final : public Belief {
     return M::default_policy(params_, fixed_, state_, history_, draws);
   }
 
-  double marginal(int variable, std::int32_t value) const override {
+  void each_value(int variable, const TakeValue& take) const override {
     const int unit = M::unit_of(variable);
-    if (unit < 0) return holds(variable, value, fixed_, state_) ? 1.0 : 0.0;
-    double sum = 0.0;
+    if (unit < 0) return take(exported(variable, fixed_, state_), 1.0);
     for (int i = 0; i < values_of(unit); ++i) {
       typename M::Fixed fixed = fixed_;
       typename M::State state = state_;
       put(unit, i, fixed, state);
-      if (holds(variable, value, fixed, state)) sum += weight(unit, i);
+      take(exported(variable, fixed, state), weight(unit, i));
     }
-    return sum;
   }
 
   // A sample of `size()` joint states.
@@ -211,12 +209,10 @@ class FactoredBelief final : public Belief {
   static constexpr int kUnits = M::kExactUnits + M::kParticleUnits;
   static constexpr std::size_t kTrials = 256;  // joint states on which ends_surely tries an action
 
-  static bool holds(int variable, std::int32_t value, const typename M::Fixed& fixed,
-                    const typename M::State& state) {
-    if (variable < 0 || variable >= M::kVariableCount) return false;
+  static std::int32_t exported(int variable, const typename M::Fixed& fixed, const typename M::State& state) {
     std::int32_t values[M::kVariableCount];
     M::export_state(fixed, state, values);
-    return values[variable] == value;
+    return values[variable];
   }
 
   // The number of a unit's joint values or particles.

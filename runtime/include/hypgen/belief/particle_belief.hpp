@@ -92,15 +92,13 @@ class ParticleBelief final : public Belief {
     return T::default_policy(params(), now_[0].fixed, now_[0].state, history_, draws);
   }
 
-  double marginal(int variable, std::int32_t value) const override {
-    double sum = 0.0;
+  void each_value(int variable, const TakeValue& take) const override {
     std::int32_t values[M::kVariableCount];
     for (const Particle& particle : now_) {
       const typename T::Fixed fixed = particle.fixed;  // a copy, so that the particle notes no read
       T::export_state(fixed, particle.state, values);
-      if (values[variable] == value) sum += particle.weight;
+      take(values[variable], particle.weight);
     }
-    return sum;
   }
 
   void export_particles(ScenarioBuffer& particles, std::vector<double>& weights) const override {

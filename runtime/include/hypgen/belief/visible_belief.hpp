@@ -60,10 +60,10 @@ class VisibleBelief final : public Belief {
     return M::default_policy(params_, fixed_, state_, history_, draws);
   }
 
-  double marginal(int variable, std::int32_t value) const override {
+  void each_value(int variable, const TakeValue& take) const override {
     std::int32_t values[M::kVariableCount];
     M::export_state(fixed_, state_, values);
-    return values[variable] == value ? 1.0 : 0.0;
+    take(values[variable], 1.0);
   }
 
   void export_particles(ScenarioBuffer& particles, std::vector<double>& weights) const override {

@@ -24,6 +24,7 @@ class World {
   // Starts episode `run`. Episodes of the same number draw the same words whatever the agent does.
   virtual void reset(std::uint64_t run) = 0;
   virtual void export_visible(std::int32_t* out) const = 0;
+  virtual void export_state(std::int32_t* out) const = 0;  // of which the agent knows a part
   virtual bool is_legal(int action) const = 0;
   virtual WorldStep step(int action) = 0;
 };
@@ -44,6 +45,8 @@ class ModelWorld final : public World {
   }
 
   void export_visible(std::int32_t* out) const override { M::export_visible(fixed_, state_, out); }
+
+  void export_state(std::int32_t* out) const override { M::export_state(fixed_, state_, out); }
 
   bool is_legal(int action) const override { return M::is_legal(params_, fixed_, state_, action); }
 

@@ -54,6 +54,14 @@ struct ParamSpec {
   }
 };
 
+// A hidden variable as the model declares it: one for all members of a family and all entries of an array.
+struct HiddenVariable {
+  std::string name;
+  int first;  // of its values in export_state
+  int count;  // of these
+  bool is_float;
+};
+
 // Checked values of all params, row-major; every value (float32, int32, bool or code) is exact in a double.
 class ParamValues {
  public:
@@ -124,6 +132,7 @@ struct ModelDescriptor {
   int most_warps = 1;  // that find something to do in a step
   std::vector<std::string> action_names;
   std::vector<std::string> variable_names;  // flattened, in the order of export_state; may be empty
+  std::vector<HiddenVariable> hidden_variables;
   std::function<std::string(KeyWords)> observation_name;
   // Of the values of all visible variables at the start, those that tell of hidden ones; empty without any.
   std::function<std::string(const std::int32_t*)> first_observation_name;

@@ -9,6 +9,7 @@
 
 #include "hypgen/model/descriptor.hpp"
 #include "hypgen/search/planner.hpp"
+#include "hypgen/verify/belief_check.hpp"
 #include "hypgen/verify/bounds_check.hpp"
 #include "hypgen/verify/selftest.hpp"
 #include "hypgen/verify/trace.hpp"
@@ -38,6 +39,7 @@ struct SolverOptions {
   TraceOptions trace;  // with an empty file: no trace
   SelftestOptions selftest;
   BoundsCheckOptions bounds;
+  BeliefCheckOptions beliefs;
 };
 
 // What a machine has, for options that are not given.

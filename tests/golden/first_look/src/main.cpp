@@ -68,6 +68,7 @@ hypgen::ModelDescriptor descriptor() {
   model.action_names = action_names();
   model.observation_name = observation_name;
   model.first_observation_name = first_observation_name;
+  model.hidden_variables = {{"chest.full", 1, 2, false}};
   model.variable_names = {"bell.rings", "chest.full[0]", "chest.full[1]", "chest.done[0]", "chest.done[1]",
       "chest.glint[0]", "chest.glint[1]"};
 #ifdef HYPGEN_CUDA

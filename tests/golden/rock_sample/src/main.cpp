@@ -67,6 +67,7 @@ hypgen::ModelDescriptor descriptor() {
   model.has_success = false;
   model.action_names = action_names();
   model.observation_name = observation_name;
+  model.hidden_variables = {{"rock.good", 2, 8, false}};
   model.variable_names = {"rover.x", "rover.y", "rock.good[0]", "rock.good[1]", "rock.good[2]",
       "rock.good[3]", "rock.good[4]", "rock.good[5]", "rock.good[6]", "rock.good[7]"};
   model.params.push_back({"start_row", hypgen::ParamKind::kInt, 0, 6, {}, {3}, {}});

@@ -65,6 +65,7 @@ hypgen::ModelDescriptor descriptor() {
   model.has_success = true;
   model.action_names = action_names();
   model.observation_name = observation_name;
+  model.hidden_variables = {{"rock.good", 1, 2, false}};
   model.variable_names = {"rover.x", "rock.good[0]", "rock.good[1]"};
   model.params.push_back({"rock_x", hypgen::ParamKind::kInt, 0, 3, {2}, {0, 2}, {}});
   model.params.push_back({"half_distance", hypgen::ParamKind::kFloat,

@@ -64,6 +64,7 @@ hypgen::ModelDescriptor descriptor() {
   model.has_success = true;
   model.action_names = action_names();
   model.observation_name = observation_name;
+  model.hidden_variables = {{"opponent.cell", 3, 1, false}};
   model.variable_names = {"robot.cell", "robot.seen", "robot.heading", "opponent.cell"};
 #ifdef HYPGEN_CUDA
   model.device = &hypgen::device_support_Tag();

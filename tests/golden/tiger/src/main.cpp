@@ -61,6 +61,7 @@ hypgen::ModelDescriptor descriptor() {
   model.has_success = false;
   model.action_names = action_names();
   model.observation_name = observation_name;
+  model.hidden_variables = {{"room.tiger", 0, 1, false}};
   model.variable_names = {"room.tiger"};
   model.params.push_back({"hearing", hypgen::ParamKind::kProb, 0, 1, {}, {0.8500000238418579}, {}});
 #ifdef HYPGEN_CUDA

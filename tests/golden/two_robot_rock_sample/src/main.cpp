@@ -73,6 +73,7 @@ hypgen::ModelDescriptor descriptor() {
   model.has_success = false;
   model.action_names = action_names();
   model.observation_name = observation_name;
+  model.hidden_variables = {{"rock.good", 4, 20, false}};
   model.variable_names = {"bot.x[0]", "bot.x[1]", "bot.y[0]", "bot.y[1]", "rock.good[0]", "rock.good[1]",
       "rock.good[2]", "rock.good[3]", "rock.good[4]", "rock.good[5]", "rock.good[6]", "rock.good[7]",
           "rock.good[8]", "rock.good[9]", "rock.good[10]", "rock.good[11]", "rock.good[12]",

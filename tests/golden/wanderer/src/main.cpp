@@ -67,6 +67,7 @@ hypgen::ModelDescriptor descriptor() {
   model.has_success = true;
   model.action_names = action_names();
   model.observation_name = observation_name;
+  model.hidden_variables = {{"map.wall", 0, 5, false}, {"bot.at", 5, 2, false}};
   model.variable_names = {"map.wall[1]", "map.wall[2]", "map.wall[3]", "map.wall[4]", "map.wall[5]",
       "bot.at[0]", "bot.at[1]", "bot.seen[0]", "bot.seen[1]"};
   model.params.push_back({"slip", hypgen::ParamKind::kProb, 0, 1, {2}, {}, {}});
