@@ -325,3 +325,12 @@ def test_generated_text_is_tidy(sample: object) -> None:
 def test_functions_carry_the_line_that_they_come_from() -> None:
     text = generate(ir_samples.rocks())["src/small_rocks.hpp"]
     assert "// sample.pomdp:8\n  HYPGEN_FN static bool here(" in text
+
+
+def test_the_descriptor_lists_hidden_variables() -> None:
+    def listed(example: str) -> str:
+        text = generate(load(EXAMPLES / example).model)["src/main.cpp"]
+        return "".join(re.findall(r"hidden_variables = (.*);", text))
+
+    assert listed("light_dark.pomdp") == '{{"robot.at.x", 0, 1, true}, {"robot.at.y", 1, 1, true}}'
+    assert listed("rock_sample.pomdp") == '{{"rock.good", 2, 8, false}}'
