@@ -274,6 +274,7 @@ def _belief(model: ir.Model) -> dict[str, Any]:
                 "exact": factor.exact,
                 "values": factor.size,
                 "inexact": factor.inexact or None,
+                "moments": factor.moments is not None and factor.element in model.history.beliefs,
             }
             for factor in model.factors
         ],

@@ -146,6 +146,7 @@ def _header(
         posterior=factors.fields() if factors else None,
         evidence=factors.evidence() if factors and factors.sampled and model.factored else (),
         tracks=tracks,
+        moments=bool(factors and factors.matched) or any(b.deviation for b in context.beliefs.values()),
         relaxed=groups is not None,
         shares=relaxation.team is not None,
         sections=_sections(interface, partitioned, factors, groups, derived),

@@ -206,6 +206,8 @@ def _factors(belief: Facts) -> list[str]:
             if factor["exact"]
             else f"particles: {factor['inexact']}"
         )
+        if factor["moments"]:
+            kept += "; the policy knows mean and deviation"
         rows.append((f"{factor['element']}{members}", ", ".join(factor["variables"]), kept))
     lines = _table(("factor", "variables", "kept as"), rows)
     for o in belief["obstacles"]:

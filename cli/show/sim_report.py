@@ -139,7 +139,7 @@ class TextReport:
         click.echo(_wrapped(f"{head}{names or 'none'}{tail}"))
 
     def belief(self) -> None:
-        """Print the likeliest values of each exact factor, and the policy's memory."""
+        """Print each exact factor's likeliest values, the floats that the policy knows, and its memory."""
         believed, remembered, model = self._episode.belief(), self._episode.memory(), self._model
         for factor in model.factors:
             members = zip(factor_texts(factor, model), believed.get(factor.element, ()), strict=False)
@@ -148,7 +148,13 @@ class TextReport:
                 likely = [f"{text} {chance:.3g}" for chance, text in ranked if chance > 0]
                 rest = f"; {len(likely) - _LISTED} more" if len(likely) > _LISTED else ""
                 click.echo(_wrapped(f"believed {label}: {'; '.join(likely[:_LISTED])}{rest}"))
-        for name in [f.element for f in model.factors if not f.exact] + [o.element for o in model.obstacles]:
+        moments = self._episode.moments()
+        for factor in (f for f in model.factors if f.element in moments):
+            for (label, _), known in zip(factor_texts(factor, model), moments[factor.element], strict=True):
+                mean, deviation = known
+                click.echo(_wrapped(f"believed {label}: mean {mean:.6g}, deviation {deviation:.3g}"))
+        unknown = [f.element for f in model.factors if not f.exact and f.element not in moments]
+        for name in unknown + [o.element for o in model.obstacles]:
             click.echo(f"  {name}: kept as particles, which only a solver has")
         for r in model.history.registers:
             click.echo(_wrapped(f"remembered {r.name} = {array_text(remembered[r.name], r.type, r.indices)}"))
@@ -226,12 +232,15 @@ class JsonReport:
         self._print("legal", step=self._episode.now.time, actions=names)
 
     def belief(self) -> None:
-        """Print the probabilities of each exact factor's values, and the policy's memory."""
+        """Print the probabilities of each exact factor's values, what the policy knows of floats, and its
+        memory.
+        """
         memory = {
             r.name: _data(self._episode.memory()[r.name], r.type, bool(r.indices))
             for r in self._model.history.registers
         }
-        self._print("belief", step=self._episode.now.time, factors=self._episode.belief(), memory=memory)
+        known = {"factors": self._episode.belief(), "moments": self._episode.moments()}
+        self._print("belief", step=self._episode.now.time, **known, memory=memory)
 
     def note(self, text: str) -> None:
         """Print a text to standard error."""

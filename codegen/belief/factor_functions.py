@@ -47,6 +47,7 @@ class FactorFunctions(UnitFunctions):
         for factor in self.exact:
             found += self._densities(factor)
             found += [self._put(factor), self._code(factor), self._start(factor), self._advance(factor)]
+        found += self.moment_functions()
         found += [self._init_posterior(), self._advance_posterior()]
         if self.model.factored:
             found += [self._advance_visible(), self._unit_of()]

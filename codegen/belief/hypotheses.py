@@ -225,6 +225,8 @@ class Hypotheses:
 
 def stored(factor: ir.Factor) -> int:
     """Return how many numbers a member's posterior takes: of two values, one probability is enough."""
+    if factor.moments is not None:
+        return 2
     return 1 if factor.size == 2 else factor.size
 
 

@@ -11,8 +11,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 
-from hypgen.codegen.belief.evidence import Watch, Weighing
+from hypgen.codegen.belief.evidence import Watch
 from hypgen.codegen.belief.hypotheses import MEMBER, locals_of
+from hypgen.codegen.belief.moment_functions import MomentFunctions
 from hypgen.codegen.cpp import template_data
 from hypgen.codegen.cpp.function_builder import Builder, origin
 from hypgen.codegen.layout.naming import Scope
@@ -28,7 +29,7 @@ _COPY = [*PLACE[1:], ("Fixed&", "to_fixed"), ("State&", "to_state")]
 _EXPORT = [*PLACE[1:], ("double*", "out")]
 
 
-class UnitFunctions(Weighing):
+class UnitFunctions(MomentFunctions):
     """Builds what a particle filter calls for each unit. Names are of elements: ``move_rock``."""
 
     def __init__(self, interface: Interface) -> None:

@@ -57,6 +57,7 @@ class Header:
     base: str  # what the model's struct derives from, as C++ writes it
     posterior: tuple[str, ...] | None  # members of its struct, if the model has one
     evidence: tuple[str, ...]  # members of its struct, if particles keep units
+    moments: bool  # a belief is kept by mean and deviation, or asked for its deviation
     relaxed: bool  # tables of small models bound its rewards
     shares: bool  # and are those of agents that share tokens
     tracks: bool  # its particle filter notes which fixed values were read

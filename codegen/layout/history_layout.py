@@ -58,7 +58,8 @@ def fields(model: ir.Model) -> tuple[KeptField, ...]:
             found.append(KeptField(observation_key(o.name), f"last_{o.name}", o.type, indices))
     for factor in model.factors:
         if factor.element in kept.beliefs:
-            values = () if factor.size == 2 else (Int(0, factor.size - 1),)
+            last = factor.size - 1 if factor.exact else 1  # mean and deviation
+            values = () if factor.size == 2 else (Int(0, last),)
             members = () if factor.binder is None else (factor.binder.type,)
             name = f"belief_{factor.element}"
             found.append(KeptField(belief_key(factor.element), name, FLOAT, (*members, *values)))
@@ -109,10 +110,13 @@ def _read(node: Any, factors: Sequence[ir.Factor]) -> Any:
             return _after_start(type_, HistoryRead(type_, observation_key(observation), indices), first)
         case ir.LastAction(type_, indices, first):
             return _after_start(type_, HistoryRead(type_, ACTION, indices), first)
-        case ir.BeliefRead(type_, number, element, index):
-            if any(f.holds(node) for f in factors):
-                return HistoryRead(type_, belief_key(element), () if index is None else (index,))
-            return BeliefCall(type_, number, locals_in(node))
+        case ir.BeliefRead(type_, number, element, index, _, deviation):
+            factor = next((f for f in factors if f.holds(node)), None)
+            if factor is None:
+                return BeliefCall(type_, number, locals_in(node))
+            member = () if index is None else (index,)
+            entry = () if factor.moments is None else (ir.Const(Int(0, 1), int(deviation)),)
+            return HistoryRead(type_, belief_key(element), (*member, *entry))
     return node
 
 

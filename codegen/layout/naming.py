@@ -50,7 +50,7 @@ _CONCEPT = _words(
     remember Posterior NotFactored kFactored kExactUnits kParticleUnits init_posterior advance_posterior
     Part kStages kMaxWarps step_stage step_rewards step_end
     advance_visible unit_size unit_of probability put_unit posteriors
-    Evidence kUnitValues see draw_unit move_unit copy_unit export_unit
+    moments Evidence kUnitValues see draw_unit move_unit copy_unit export_unit
     """
 )
 

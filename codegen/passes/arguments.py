@@ -44,7 +44,10 @@ class NeedsAnalysis:
         read = self._beliefs[number]
         hidden = (v for v in self.model.variables if v.element == read.element and not v.visible)
         owners = {"fixed" if v.fixed else "state" for v in hidden}
-        return self.of(read.operand, *([] if read.index is None else [read.index])) | owners | {"history"}
+        moments = next(f.moments for f in self.model.factors if f.element == read.element)
+        parts = [read.operand, *([] if read.index is None else [read.index])]
+        parts += [] if moments is None else moments.ends or ()
+        return self.of(*parts) | owners | {"history"}
 
     def let(self, name: str) -> Needs:
         """Return what the let's function is given."""

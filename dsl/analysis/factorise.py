@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from hypgen.dsl import ir
+from hypgen.dsl.analysis.float_moments import moments_of
 from hypgen.dsl.analysis.hidden_reads import Leaf, Touches, Tree, leaves
 from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.uses import Uses
@@ -246,13 +247,17 @@ class _Factors:
         at_start = tuple(_evidence(s, declared) for s in first if _touches(s.tree, element))
         variables = self.hidden[element]
         names = {v.name for v in variables}
-        size, inexact = 0, ""
+        size, inexact, moments, unmatched = 0, "", None, ""
         updates = [u for u in self.model.updates if u.variable in names]
         floats = [v.name for v in variables if not is_finite(v.type)]
         laws = [self.touches.tree(u.dist) for u in updates] + [s.tree for s in touching]
         drawn = [p.owner for law in laws for leaf in leaves(law) for p in leaf.parts if p.draw]
         if floats:
             inexact = f"'{floats[0]}' is a float"
+            unmatched = f"the draw '{drawn[0]}' is read" if drawn else ""
+            if not drawn:
+                learnt = [(s.words, s.condition or self._law(s)) for s in touching]
+                moments, unmatched = moments_of(self.model, declared, learnt)
         elif drawn:
             inexact = f"the draw '{drawn[0]}' is read"
         else:
@@ -264,7 +269,17 @@ class _Factors:
             else:
                 size = math.prod(size_of(v.type) ** length_of(self._own_indices(v)) for v in variables)
         names_in_order = tuple(v.name for v in variables)
-        return ir.Factor(element, declared.binder, names_in_order, size, inexact, evidence, at_start)
+        return ir.Factor(
+            *(element, declared.binder, names_in_order, size, inexact, evidence, at_start),
+            moments=moments,
+            unmatched=unmatched,
+        )
+
+    def _law(self, seen: _Seen) -> ir.Dist:
+        """Return what is seen is drawn from."""
+        if seen.kind == "observe":
+            return next(o.dist for o in self.model.observations if o.name == seen.name)
+        return next(u.dist for u in self.model.updates if u.variable == seen.name)
 
     def _own_indices(self, variable: ir.Variable) -> tuple[Type, ...]:
         return variable.indices[1:] if self.elements[variable.element].binder else variable.indices

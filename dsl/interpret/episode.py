@@ -113,6 +113,13 @@ class Episode:
             before = moment
         return {element: values[0].tolist() for element, values in now.items()}
 
+    def moments(self) -> dict[str, list[list[float]]]:
+        """Return mean and deviation of the floats that the policy knows, for each member of a factor."""
+        history = self.now.history
+        matched = [f.element for f in self.model.factors if f.moments is not None]
+        kept = [element for element in matched if element in self.model.history.beliefs]
+        return {element: history[f"belief {element}"][0].tolist() for element in kept}
+
     def step(self, action: int) -> Outcome:
         """Take a legal action."""
         now, run = self.now, self._interpreter

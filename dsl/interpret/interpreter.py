@@ -29,6 +29,7 @@ from hypgen.dsl.interpret.evaluate.values import (
 )
 from hypgen.dsl.interpret.floats.philox import DrawSource
 from hypgen.dsl.interpret.floats.scalar_functions import saturate_fixed, to_fixed
+from hypgen.dsl.interpret.moment_beliefs import MomentBeliefs
 from hypgen.dsl.interpret.posteriors import Posterior, Posteriors
 from hypgen.dsl.ir import Binder, key_digits
 from hypgen.dsl.types import Type, length_of, size_of
@@ -67,6 +68,7 @@ class Interpreter:
         self._lanes = np.arange(lanes)
         self._evaluator = evaluator or Evaluator(model, params or {})
         self._posteriors = Posteriors(model, self._evaluator, lanes)
+        self._moments = MomentBeliefs(model, self._evaluator, self._posteriors, lanes)
         self._digits = key_digits.digits(model.key)
         self._key_words = key_digits.word_count(model.key)
 
@@ -258,6 +260,7 @@ class Interpreter:
         for r in kept.registers:
             history[f"memory {r.name}"] = self._fill(r, r.first, frame)
         posterior = self._posteriors.start(state, kept.beliefs, np.float32)
+        posterior |= self._moments.start(state, kept.beliefs)
         return history | {f"belief {name}": values for name, values in posterior.items()}
 
     def advance_history(
@@ -274,6 +277,7 @@ class Interpreter:
             after[f"memory {r.name}"] = self._fill(r, r.update, frame)
         beliefs = {name: history[f"belief {name}"] for name in self.model.history.beliefs}
         posterior, _ = self._posteriors.advance(state, np.asarray(action), next_state, seen, beliefs)
+        posterior |= self._moments.advance(state, np.asarray(action), next_state, seen, beliefs)
         return after | {f"belief {name}": values for name, values in posterior.items()}
 
     def _fill(self, register: ir.Register, entries: ir.Entries, frame: Frame) -> Array:

@@ -14,7 +14,7 @@ Invariants, established by ``lower`` and ``analysis`` and relied on by the inter
   that earlier stages have written.
 """
 
-from hypgen.dsl.ir.factors import Evidence, Factor, Obstacle
+from hypgen.dsl.ir.factors import Evidence, Factor, Moments, Obstacle
 from hypgen.dsl.ir.laws import (
     Binned,
     Binomial,
@@ -134,6 +134,7 @@ __all__ = [
     "MakeVariant",
     "MemoryRead",
     "Model",
+    "Moments",
     "Noisy",
     "Normal",
     "Observation",

@@ -28,13 +28,27 @@ class Evidence:
 
 
 @dataclass(frozen=True)
+class Moments:
+    """How the belief about ``variable``, the one scalar of a factor and a float, is kept by two numbers.
+
+    Mean and deviation are those of a normal law; of the beta law of the range between ``ends`` where the
+    variable never leaves it. ``still``: no step changes it. docs/internals/beliefs.md has the operations.
+    """
+
+    variable: str
+    still: bool
+    ends: tuple[Expr, Expr] | None
+
+
+@dataclass(frozen=True)
 class Factor:
     """The hidden variables of an element, or of each member of a family: independent of all others given
     what the agent has seen. ``evidence`` is in the order in which it is weighed; ``first`` is that of the
     start.
 
     ``size`` is the number of joint values, coded in mixed radix: ``variables`` in order, entries row-major,
-    the first the most significant; 0 where no exact posterior is kept, and then ``inexact`` says why.
+    the first the most significant; 0 where no exact posterior is kept, and then ``inexact`` says why. Of a
+    float a policy may know its ``moments``; ``unmatched`` says why not.
     """
 
     element: str
@@ -44,6 +58,8 @@ class Factor:
     inexact: str
     evidence: tuple[Evidence, ...]
     first: tuple[Evidence, ...] = ()
+    moments: Moments | None = None
+    unmatched: str = ""
 
     @property
     def exact(self) -> bool:
@@ -51,11 +67,14 @@ class Factor:
         return self.size > 0
 
     def holds(self, read: BeliefRead) -> bool:
-        """Return whether ``read`` is the one probability that the posterior of a single bool consists of."""
+        """Return whether ``read`` is a number that is kept: a single bool's probability, or a moment."""
+        if self.element == read.element and self.moments is not None:
+            return isinstance(read.operand, StateRead)
         operand = read.operand.operand if isinstance(read.operand, ToFloat) else None
         return (
             self.element == read.element
             and self.size == 2
+            and not read.deviation
             and isinstance(operand, StateRead)
             and isinstance(operand.type, Bool)
         )

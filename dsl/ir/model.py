@@ -241,7 +241,7 @@ class History:
 
     The registers; the observations named in ``observations`` (in the order of ``Model.observations``) and, if
     ``action``, the action of the step before; whether there was a step before; and the posteriors of the
-    elements in ``beliefs``, which are exact factors.
+    elements in ``beliefs``, which are exact factors, or factors of which ``moments`` are kept.
     """
 
     registers: tuple[Register, ...] = ()

@@ -107,17 +107,20 @@ class LastObservation(Expr):
 
 @dataclass(frozen=True)
 class BeliefRead(Expr):
-    """The mean of ``operand``, a float, under the posterior of a member of the exact factor ``element``.
+    """The mean of ``operand``, a float, under the belief about a member of the factor ``element``; or its
+    ``deviation``.
 
-    ``index`` is the member (None: no family), ``number`` counts the model's beliefs. The float32 sum, from 0,
-    of p(h) * (the operand where the member's hidden state is h) over the joint values h with p(h) > 0,
-    ascending. The operand reads visible state and the history as they are, and no other hidden state.
+    ``index`` is the member (None: no family), ``number`` counts the model's beliefs. Under an exact posterior
+    the mean is the float32 sum, from 0, of p(h) * (the operand where the member's hidden state is h) over the
+    joint values h with p(h) > 0, ascending. All else is computed in double: docs/internals/beliefs.md has the
+    operations. The operand reads visible state and the history as they are, and no other hidden state.
     """
 
     number: int
     element: str
     index: Expr | None
     operand: Expr
+    deviation: bool = False
 
 
 @dataclass(frozen=True)

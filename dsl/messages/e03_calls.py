@@ -43,9 +43,9 @@ def wrong_fields(record: str, takes: int, has: int, form: str, span: Span) -> Di
     return Diagnostic("E0302", message, span, f"its form is {form}")
 
 
-def wrong_arguments_of_belief(has: int, form: str, span: Span) -> Diagnostic:
-    """``belief`` with another number of arguments than one."""
-    return Diagnostic("E0302", f"'belief' takes 1 argument, here {has}", span, f"its form is {form}")
+def wrong_arguments_of_belief(function: str, has: int, form: str, span: Span) -> Diagnostic:
+    """``belief`` or ``deviation`` with another number of arguments than one."""
+    return Diagnostic("E0302", f"'{function}' takes 1 argument, here {has}", span, f"its form is {form}")
 
 
 def wrong_arguments_of_last(has: int, form: str, span: Span) -> Diagnostic:

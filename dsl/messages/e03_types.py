@@ -72,10 +72,11 @@ def draw_of_bins(what: str, target: Type, span: Span) -> Diagnostic:
     return Diagnostic("E0301", message, span, "declare a range with one value for each bin, such as 0 .. 9")
 
 
-def belief_of_other(found: Type, span: Span) -> Diagnostic:
-    """``belief`` of a value without a mean."""
-    message = f"belief(..) is a mean, of a bool or a number, but this is {found}"
-    return Diagnostic("E0301", message, span, "ask for a condition: belief(x == value)")
+def belief_of_other(function: str, found: Type, span: Span) -> Diagnostic:
+    """``belief`` or ``deviation`` of a value without a mean."""
+    what = "mean" if function == "belief" else function
+    message = f"{function}(..) is a {what}, of a bool or a number, but this is {found}"
+    return Diagnostic("E0301", message, span, f"ask for a condition: {function}(x == value)")
 
 
 def value_as_condition(connective: str, written: str, again: str, span: Span) -> Diagnostic:

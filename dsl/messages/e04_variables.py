@@ -95,9 +95,9 @@ def circular_inits(cycle: Sequence[str], span: Span, reads: Sequence[Span]) -> D
     )
 
 
-def next_belief(span: Span) -> Diagnostic:
-    """A primed ``belief``."""
-    return Diagnostic("E0407", "a belief has no next value", span, "remove the prime")
+def next_belief(function: str, span: Span) -> Diagnostic:
+    """A primed ``belief`` or ``deviation``."""
+    return Diagnostic("E0407", f"a {function} has no next value", span, "remove the prime")
 
 
 def next_last(span: Span) -> Diagnostic:

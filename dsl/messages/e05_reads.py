@@ -72,7 +72,7 @@ def weighed_float(name: str, why: str, route: str, span: Span, declared: Span) -
 
 
 def history_outside_policy(function: str, span: Span) -> Diagnostic:
-    """``belief`` or ``last`` outside the policy."""
+    """``belief``, ``deviation`` or ``last`` outside the policy."""
     return Diagnostic("E0505", f"'{function}' is known to the policy only", span, _POLICY_ONLY)
 
 
@@ -83,26 +83,27 @@ def policy_outside_policy(name: str, kind: str, span: Span) -> Diagnostic:
     return Diagnostic("E0505", message, span, remedy)
 
 
-def belief_of_known(span: Span) -> Diagnostic:
-    """``belief`` of what reads nothing hidden."""
-    message = "belief(..) of something that reads nothing hidden"
-    return Diagnostic("E0506", message, span, "its value is known: write it without belief(..)")
+def belief_of_known(function: str, span: Span) -> Diagnostic:
+    """``belief`` or ``deviation`` of what reads nothing hidden."""
+    message = f"{function}(..) of something that reads nothing hidden"
+    remedy = "its value is known: write it without belief(..)" if function == "belief" else "it is 0"
+    return Diagnostic("E0506", message, span, remedy)
 
 
-def belief_of_vague(read: str, why: str, form: str, span: Span) -> Diagnostic:
+def belief_of_vague(function: str, read: str, why: str, form: str, span: Span) -> Diagnostic:
     """``belief`` of what may be one of several members; ``why`` is a clause about the read."""
-    return Diagnostic("E0506", f"belief(..) reads '{read}' {why}", span, f"ask for one at a time: {form}")
+    return Diagnostic("E0506", f"{function}(..) reads '{read}' {why}", span, f"ask for one at a time: {form}")
 
 
-def belief_of_members(read: str, form: str, span: Span) -> Diagnostic:
+def belief_of_members(function: str, read: str, form: str, span: Span) -> Diagnostic:
     """``belief`` of several members of one family."""
-    message = f"belief(..) reads '{read}' of several members of the family"
+    message = f"{function}(..) reads '{read}' of several members of the family"
     return Diagnostic("E0506", message, span, f"ask for one at a time: {form}")
 
 
-def belief_of_elements(read: str, other: str, form: str, span: Span) -> Diagnostic:
+def belief_of_elements(function: str, read: str, other: str, form: str, span: Span) -> Diagnostic:
     """``belief`` of two elements together."""
-    message = f"belief(..) reads '{read}' and '{other}', hidden state of two elements"
+    message = f"{function}(..) reads '{read}' and '{other}', hidden state of two elements"
     return Diagnostic("E0506", message, span, f"ask for one at a time: {form}")
 
 
@@ -126,3 +127,12 @@ def inexact_belief_by_let(element: str, why: str, let: str, span: Span, drawn: S
         f"draw in the update itself, x' ~ .., in place of the let; or {_MEMORY}",
         ((drawn, f"'{let}' is drawn here"),),
     )
+
+
+def unmatched_belief(element: str, why: str, span: Span) -> Diagnostic:
+    """``belief`` of a float whose mean and deviation are not kept."""
+    remedy = (
+        "give the float an element of its own, normal or uniform draws, and sensors of its value after the "
+        "step, x'; or keep what was seen in memory"
+    )
+    return Diagnostic("E0506", f"no mean and deviation are kept of '{element}': {why}", span, remedy)

@@ -6,7 +6,8 @@ from __future__ import annotations
 NUMBER_DRAWS = frozenset({"normal", "exponential", "poisson", "binomial"})
 DRAWS = NUMBER_DRAWS | {"bernoulli", "uniform", "weighted", "noisy", "truncated", "binned"}
 RANGES = frozenset({"clamp", "wrap", "checked"})
-HISTORY = frozenset({"last", "belief"})
+BELIEFS = frozenset({"belief", "deviation"})
+HISTORY = BELIEFS | {"last"}
 ROUNDING = frozenset({"floor", "ceil", "round"})
 RISING = frozenset({"sqrt", "exp", "log", "log2"})
 TRIGONOMETRY = frozenset({"sin", "cos", "tan", "asin", "acos", "atan2"})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``belief(e)``: the mean of ``e`` given what the agent has seen, from a factor's exact posterior."""
+"""``belief(e)`` and ``deviation(e)``: mean and standard deviation of ``e`` given what the agent has seen."""
 
 from __future__ import annotations
 
@@ -18,20 +18,24 @@ from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Bool, Float
+from hypgen.dsl.types.intervals import float32
 
-_FORM = "belief(e), where e reads hidden variables of one element, or of one member of a family"
+
+def _form(function: str) -> str:
+    return f"{function}(e), where e reads hidden variables of one element, or of one member of a family"
 
 
 def belief(node: ast.Call, scope: Scope) -> ir.Expr:
-    """Return the read of a posterior; whose it is follows when the whole model is known (``resolved``)."""
+    """Return the read of a belief; whose it is follows when the whole model is known (``resolved``)."""
     if len(node.arguments) != 1:
-        raise Mistake(e03_calls.wrong_arguments_of_belief(len(node.arguments), _FORM, node.span))
+        given = len(node.arguments)
+        raise Mistake(e03_calls.wrong_arguments_of_belief(node.name, given, _form(node.name), node.span))
     if not scope.history:
-        raise Mistake(e05_reads.history_outside_policy("belief", node.span))
+        raise Mistake(e05_reads.history_outside_policy(node.name, node.span))
     if scope.primed:
-        raise Mistake(e04_variables.next_belief(node.span))
+        raise Mistake(e04_variables.next_belief(node.name, node.span))
     number = len(scope.program.beliefs)
-    asked = Asked(node.span, Owner("belief", str(number), scope.owner))
+    asked = Asked(node.span, Owner("belief", str(number), scope.owner), node.name)
     scope.program.beliefs.append(asked)
     operand = replace(scope, owner=asked.owner).check(node.arguments[0])
     if isinstance(operand.type, Bool):
@@ -42,11 +46,15 @@ def belief(node: ast.Call, scope: Scope) -> ir.Expr:
         assert isinstance(operand.type, Float)
         mean = operand.type
     else:
-        raise Mistake(e03_types.belief_of_other(operand.type, node.arguments[0].span))
-    read = ir.BeliefRead(mean, number, "", None, operand)
-    if math.isinf(mean.low) or math.isinf(mean.high):
+        raise Mistake(e03_types.belief_of_other(node.name, operand.type, node.arguments[0].span))
+    known = not (math.isinf(mean.low) or math.isinf(mean.high))
+    deviates = node.name == "deviation"
+    if deviates:
+        mean = Float(0.0, float32((mean.high - mean.low) / 2) if known else math.inf, unit=mean.unit)
+    read = ir.BeliefRead(mean, number, "", None, operand, deviates)
+    if not known:
         return read
-    return ir.Clamp(mean, read, mean.low, mean.high)  # a mean may be rounded to beyond the ends
+    return ir.Clamp(mean, read, mean.low, mean.high)  # it may be rounded to beyond the ends
 
 
 def resolved(model: ir.Model, program: Program) -> ir.Model:
@@ -94,33 +102,34 @@ class _Resolver:
         found = leaves(self.touches.tree(read.operand))
         parts = list({p.key: p for leaf in found for p in leaf.parts if not p.draw}.values())
         if not parts:
-            raise Mistake(e05_reads.belief_of_known(asked.span))
-        first = parts[0]
+            raise Mistake(e05_reads.belief_of_known(asked.function, asked.span))
+        first, function, form = parts[0], asked.function, _form(asked.function)
         if first.vague:
-            raise Mistake(e05_reads.belief_of_vague(first.read, first.vague, _FORM, asked.span))
+            raise Mistake(e05_reads.belief_of_vague(function, first.read, first.vague, form, asked.span))
         if len(parts) > 1:
             other = next((p for p in parts if p.owner != first.owner), parts[1])
             if other.owner == first.owner:
-                raise Mistake(e05_reads.belief_of_members(first.read, _FORM, asked.span))
-            raise Mistake(e05_reads.belief_of_elements(first.read, other.read, _FORM, asked.span))
-        self._require_exact(first.owner, asked.span)
+                raise Mistake(e05_reads.belief_of_members(function, first.read, form, asked.span))
+            raise Mistake(e05_reads.belief_of_elements(function, first.read, other.read, form, asked.span))
+        self._require_kept(first.owner, asked.span)
         self.used.add(first.owner)
         return replace(read, element=first.owner, index=first.index)
 
-    def _require_exact(self, element: str, span: Span) -> None:
+    def _require_kept(self, element: str, span: Span) -> None:
         factor = next((f for f in self.model.factors if f.element == element), None)
         if factor is None:
             obstacle = next(o for o in self.model.obstacles if o.element == element)
             raise Mistake(e05_reads.belief_of_joint_state(element, obstacle.reason, span, obstacle.span))
-        if factor.exact:
+        if factor.exact or factor.moments is not None:
             return
-        drawn = next((x for x in self.model.lets if f"'{x.name}'" in factor.inexact), None)
+        why = factor.unmatched or factor.inexact
+        drawn = next((x for x in self.model.lets if f"'{x.name}'" in why), None)
         if drawn is not None and drawn.draws:
-            raise Mistake(
-                e05_reads.inexact_belief_by_let(element, factor.inexact, drawn.name, span, drawn.span)
-            )
-        raise Mistake(e05_reads.inexact_belief(element, factor.inexact, span))
+            raise Mistake(e05_reads.inexact_belief_by_let(element, why, drawn.name, span, drawn.span))
+        if factor.unmatched:
+            raise Mistake(e05_reads.unmatched_belief(element, why, span))
+        raise Mistake(e05_reads.inexact_belief(element, why, span))
 
     def _is_stored(self, read: ir.BeliefRead) -> bool:
-        """Return whether the mean is a probability that the posterior holds, so that nothing is rounded."""
+        """Return whether the belief holds this very number, so that nothing is rounded."""
         return any(f.holds(read) for f in self.model.factors)

@@ -48,7 +48,7 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
         raise Mistake  # declaring it has been reported
     if name == "last":
         return last_step.last(node, scope)
-    if name == "belief":
+    if name in builtin_names.BELIEFS:
         return belief_reads.belief(node, scope)
     if name in builtin_names.RANGES:
         return range_calls.check(node, scope, expected)

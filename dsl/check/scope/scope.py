@@ -53,10 +53,13 @@ class Falling:
 
 @dataclass(frozen=True)
 class Asked:
-    """A ``belief(..)`` of the text: its place, and what its expression's reads are recorded under."""
+    """A ``belief(..)`` or ``deviation(..)`` of the text: its place, and what its expression's reads are
+    recorded under.
+    """
 
     span: Span
     owner: Owner
+    function: str = "belief"
 
 
 class Program(Protocol):

@@ -37,7 +37,8 @@ class Counts(Expressions):
         draw = word()
         low, reach = self._reach(dist, frame)
         passed: Any = sum(((draw >= words).astype(np.int64) for words in reach[:-1]), np.int64(0))
-        return as_type(np.broadcast_to(passed + low, draw.shape), dist.type)
+        shape = np.broadcast_shapes(np.shape(passed), draw.shape)  # one word may stand for all lanes
+        return as_type(np.broadcast_to(passed + low, shape), dist.type)
 
     def density_of_count(self, dist: ir.Counted, frame: Frame, value: Array) -> Array:
         """Return the probability of ``value`` in each lane."""

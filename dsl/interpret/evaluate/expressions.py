@@ -8,7 +8,7 @@ condition is the same in all lanes.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,10 +16,12 @@ import numpy as np
 
 from hypgen.dsl import ir
 from hypgen.dsl.interpret.evaluate.joint_values import everywhere
+from hypgen.dsl.interpret.evaluate.moments import POINTS, Law, Points, Sums
 from hypgen.dsl.interpret.evaluate.values import (
     Array,
     Frame,
     History,
+    State,
     Word,
     as_type,
     combinations,
@@ -202,13 +204,45 @@ class Expressions:
         member = np.asarray(0)
         if e.index is not None and factor.binder is not None:
             member = to_position(self.value(e.index, frame), factor.binder.type)
-        total = np.zeros(len(frame.lanes), dtype=np.float32)
-        for h in range(factor.size):
-            chance = _history(frame)[f"belief {e.element}"][frame.lanes, member, h]
-            state = everywhere(self.model, factor, h, frame.state)
-            share = chance * self.value(e.operand, replace(frame, state=state))
-            total = np.where(chance > 0, total + share, total)
-        return total
+        known: Array = _history(frame)[f"belief {e.element}"][frame.lanes, member]
+        if factor.holds(e) and factor.moments is not None:
+            number: Array = known[:, int(e.deviation)]
+            return number
+        if factor.moments is None and not e.deviation:
+            total = np.zeros(len(frame.lanes), dtype=np.float32)
+            for h in range(factor.size):
+                state = everywhere(self.model, factor, h, frame.state)
+                share = known[:, h] * self.value(e.operand, replace(frame, state=state))
+                total = np.where(known[:, h] > 0, total + share, total)
+            return total
+        sums = Sums(len(frame.lanes))
+        for state, weight in self._hypotheses(factor, member, known, frame):
+            sums.add(weight, self.value(e.operand, replace(frame, state=state)).astype(np.float64))
+        return (sums.deviation() if e.deviation else sums.mean()).astype(np.float32)
+
+    def _hypotheses(
+        self, factor: ir.Factor, member: Array, known: Array, frame: Frame
+    ) -> Iterator[tuple[State, Array]]:
+        """Yield what a belief's state may be, and how likely it is: float64, not normalised."""
+        if factor.moments is None:
+            for h in range(factor.size):
+                yield everywhere(self.model, factor, h, frame.state), known[:, h].astype(np.float64)
+            return
+        law, name = Law(known, self.ends(factor, member, frame)), factor.moments.variable
+        points, shape = Points(law, law.mean, law.deviation), frame.state[name].shape
+        for k in range(POINTS):
+            x = points.at(k)
+            all_members = np.broadcast_to(x.reshape(-1, *[1] * (len(shape) - 1)), shape)
+            yield {**frame.state, name: all_members}, law.density(x)
+
+    def ends(self, factor: ir.Factor, member: Array, frame: Frame) -> tuple[Array, Array] | None:
+        """Return the range that the float at a position of a factor never leaves, if it has one."""
+        assert factor.moments is not None
+        if factor.moments.ends is None:
+            return None
+        own = {} if factor.binder is None else {factor.binder.name: from_position(member, factor.binder.type)}
+        low, high = (self.value(e, frame.enter(own, False)) for e in factor.moments.ends)
+        return low, high
 
     def _kept(self, name: str, types: tuple[Type, ...], indices: tuple[ir.Expr, ...], frame: Frame) -> Array:
         result: Array = _history(frame)[name][(frame.lanes, *self._places(types, indices, frame))]
