@@ -60,8 +60,10 @@ HAND_BUILT = (ir_samples.tiger(), ir_samples.rocks(), with_params(ir_samples.wan
 
 def traced_scenarios(model: ir.Model, numbers: int = FEW) -> int:
     """Return how many walks make a trace of so many numbers, or fewer where the interpreter is slow."""
-    # It goes through all pairs of a factor's values.
+    # It goes through all pairs of a factor's values, and through the points of a float.
     scenarios = SCENARIOS // 20 if any(f.size > 8 for f in model.factors) else SCENARIOS
+    if any(f.moments is not None and f.element in model.history.beliefs for f in model.factors):
+        scenarios //= 5
     return min(scenarios, numbers // (STEPS * len(columns(model))))
 
 

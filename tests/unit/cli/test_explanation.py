@@ -136,6 +136,12 @@ def test_what_is_seen_at_the_start_is_named() -> None:
     assert "; the first one is given what is seen of bell.rings, chest.glint\n" in text(model)
 
 
+def test_what_the_policy_knows_of_floats_is_named() -> None:
+    model = load(ROOT / "benchmarks" / "beliefs" / "floats" / "cart.pomdp").model
+    assert [f["moments"] for f in explain(model)["belief"]["factors"]] == [True]
+    assert "particles: 'cart.x' is a float; the policy knows mean and deviation\n" in text(model)
+
+
 def test_too_many_values_are_not_drawn_when_read(tmp_path: Path) -> None:
     text = (ROOT / "tests" / "differential" / "models" / "corridor.pomdp").read_text()
     large = tmp_path / "large.pomdp"
