@@ -145,6 +145,7 @@ def test_an_interval_is_printed_outwards() -> None:
     assert outwards(0.0, 1234567.0) == "0 .. 1.23457e+06"
 
 
+@pytest.mark.usefixtures("_interruptible")
 def test_a_program_ends_when_its_time_is_over(program: Path) -> None:
     assert len(list(lines_of([str(program), "--mode", "endless"], 2))) < 4  # fewer than two whole episodes
     assert len(list(lines_of([str(program), "--mode", "despot"], 60))) == 4
