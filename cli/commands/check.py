@@ -40,17 +40,13 @@ if TYPE_CHECKING:
 @click.option(
     "--belief",
     type=click.Choice(("auto", "factored", "particle")),
-    default="auto",
-    help="With --beliefs: the belief to check.",
-    show_default=True,
+    help="With --beliefs: the belief to check.  [default: auto]",
 )
 @click.option(
     "--particles",
     metavar="N",
     type=click.IntRange(1, 10_000_000),
-    default=5000,
-    help="With --beliefs: of the belief, as for `run`.",
-    show_default=True,
+    help="With --beliefs: of the belief, as for `run`.  [default: 5000]",
 )
 @click.option(
     "--time",
@@ -66,8 +62,8 @@ def command(
     samples: int | None,
     seed: int,
     beliefs: int | None,
-    belief: str,
-    particles: int,
+    belief: str | None,
+    particles: int | None,
     time: float | None,
     strict: bool,
 ) -> int:
@@ -87,6 +83,9 @@ def command(
 
     if samples is not None and beliefs is not None:
         raise click.UsageError("--samples and --beliefs are two checks: run one after the other.")
+    for name, value in (("belief", belief), ("particles", particles), ("time", time)):
+        if value is not None and beliefs is None:
+            raise click.UsageError(f"--{name} is for checks of beliefs: add --beliefs N.")
     try:
         checked = load.load_any(model, instance=instance, settings=settings)
     except ModelError as error:
@@ -113,7 +112,7 @@ def command(
     if beliefs is not None:
         from hypgen.cli.show import belief_findings
 
-        asked = belief_findings.Asked(beliefs, belief, particles, seed, time)
+        asked = belief_findings.Asked(beliefs, belief or "auto", particles or 5000, seed, time)
         return belief_findings.run(checked, model, instance, asked, facts if as_json else None, strict)
     if as_json:
         from hypgen.dsl.messages.render import to_json
