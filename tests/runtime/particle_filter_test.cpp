@@ -3,11 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cmath>
 #include <cstdlib>
-#include <thread>
 #include <vector>
+
+#include "test_workers.hpp"
 
 namespace hypgen::testing {
 namespace {
@@ -34,7 +34,10 @@ struct Standing {
   };
   static constexpr int kUnits = units;
   static constexpr int kValues = 2;
+  static constexpr int kFirstWords = 16;
+  static constexpr bool kCountsApart = false;
   static constexpr bool kSeesFirst = false;
+  static constexpr bool kRedraws = false;
 
   static void see(const Params&, const Fixed&, const State& state, int, const Key& key, Evidence& seen) {
     seen.next = state;
@@ -65,25 +68,6 @@ struct Standing {
     out[1] = fixed.drifts[unit];
     return 2;
   }
-};
-
-class Threads final : public Workers {
- public:
-  explicit Threads(int count) : count_(count) {}
-
-  void share(std::size_t count, const Job& job) override {
-    std::atomic<std::size_t> next{0};
-    std::vector<std::thread> threads;
-    for (int i = 0; i < count_; ++i) {
-      threads.emplace_back([&] {
-        for (std::size_t number = next++; number < count; number = next++) job(number);
-      });
-    }
-    for (std::thread& thread : threads) thread.join();
-  }
-
- private:
-  int count_;
 };
 
 // A reading of a thing at `spot`, one of those with positive chance.

@@ -24,6 +24,9 @@ struct ParticleUnits {
   using Evidence = typename M::Evidence;
   static constexpr int kUnits = M::kParticleUnits;
   static constexpr int kValues = M::kUnitValues;
+  static constexpr int kFirstWords = 16;
+  static constexpr bool kCountsApart = false;
+  static constexpr bool kRedraws = false;
 
   static void see(const Params& params, const Fixed& fixed, const State& state, int action, const Key& key,
                   Evidence& seen) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A particle filter of independent units that share an array of particles.
+// A particle filter of independent units that share an array of particles. Where no hidden variables are
+// independent of the rest, the whole state is its only unit.
 //
 // Each unit owns a column of the array: its variables in every particle, and weights and a number of particles
 // of its own. Particles are resampled where weights degenerate. Copies part again by moves of the Metropolis
@@ -8,37 +9,32 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <cstring>
+#include <numeric>
 #include <vector>
 
 #include "hypgen/belief/belief.hpp"
-#include "hypgen/belief/first_draws.hpp"
 #include "hypgen/belief/replay.hpp"
 #include "hypgen/belief/unit_column.hpp"
+#include "hypgen/belief/unit_starts.hpp"
 #include "hypgen/belief/value_counts.hpp"
 #include "hypgen/core/workers.hpp"
 
 namespace hypgen {
 
-// U says what a unit is:
-//   types Params, Fixed, State, Key, Evidence
-//   int kUnits;                                  // how many there are
-//   int kValues;                                 // numbers that `values` writes, at most
-//   bool kSeesFirst;                             // what is visible at the start tells of units
-//   double weigh_start(P, int unit, F, S);       // how likely a unit's initial values make that
-//   void see(P, F, S, int action, Key, Evidence&);             // what all particles of a step share
-//   const State& visible(const Evidence&);                     // the visible variables after the step
-//   void draw(P, D&, int unit, Fixed&, State&);                // a unit's initial values
-//   double move(P, F, S, int action, const Evidence&, D&, int unit, State& next);  // and how likely it makes
-//                                                                                  // what was seen
-//   void copy(int unit, F, S, Fixed&, State&);
-//   int values(int unit, F, S, double* out);                   // a unit's values, and how many
-//
-// Jobs write to particles or to columns of their own, and sums are taken in the order of slots. So results are
-// the same for every number of threads.
+// unit_starts.hpp says what U has. Jobs write to particles or to columns of their own, and sums are taken in the
+// order of slots. So results are the same for every number of threads.
 template <class U>
-class ParticleFilter {
+class ParticleFilter : UnitStarts<U> {
+  using Starts = UnitStarts<U>;
+  using Starts::begin, Starts::count_values, Starts::draw, Starts::measure, Starts::redraw;
+  using Starts::columns_, Starts::fixed_, Starts::key_, Starts::most_, Starts::params_, Starts::start_,
+      Starts::starts_;
+  using typename Starts::Column;
+  using typename Starts::Particle;
+
  public:
   using Params = typename U::Params;
   using Fixed = typename U::Fixed;
@@ -46,12 +42,7 @@ class ParticleFilter {
 
   // `most`: the particles of a unit at the start, and where what it may be is as wide as then.
   ParticleFilter(const Params& params, std::size_t most)
-      : params_(params),
-        most_(static_cast<std::uint32_t>(most)),
-        now_(most),
-        next_(most),
-        starts_(U::kUnits),
-        columns_(U::kUnits) {
+      : Starts(params, static_cast<std::uint32_t>(most)), now_(most), next_(most) {
     for (Column& column : columns_) column.allocate(most, chunks(most_));
   }
 
@@ -64,24 +55,30 @@ class ParticleFilter {
     start_ = state;
     step_ = 0;
     resampled_ = false;
+    lost_starts_ = false;
     past_.clear();
     for_units([&](int unit) { begin(unit); });
     for_slots(most_, [&](std::uint32_t i) {
       now_[i] = {fixed, state};
       for (int unit = 0; unit < U::kUnits; ++unit) {
         Column& column = columns_[unit];
-        column.names.draw(PhiloxDraws(key_, column.origin(i), 0), column.words_of(i));
-        draw(unit, column.origin(i), column.words_of(i), now_[i]);
+        column.names.draw(PhiloxDraws(key_, column.origins[i], 0), column.words_of(i));
+        draw(unit, column.origins[i], column.words_of(i), now_[i]);
+        if constexpr (U::kSeesFirst && U::kRedraws) {
+          U::weigh_start(params_, unit, now_[i].fixed, now_[i].state);  // reads what it tells of
+          redraw(unit, i, now_[i], PhiloxDraws(key_, i, 0));            // several may have the same start
+        }
       }
     });
     bool explained = true;
-    for_units([&](int unit) { measure(unit); });
+    for_units([&](int unit) { measure(unit, now_); });
     for (const Column& column : columns_) explained = explained && column.explained;
     return explained;
   }
 
   // Moves all particles and weighs them by what was seen, up to `rounds` times with other draws where none of
-  // a unit explains that. Gives whether some particle of each unit does. The belief stays as it is.
+  // a unit explains that. Gives whether some particle of each unit does. The belief stays as it is,
+  // but for values that nothing has read, which other draws take too.
   bool weigh(const State& visible, int action, const typename U::Key& key, std::uint32_t rounds) {
     latest_.action = action;
     U::see(params_, fixed_, visible, action, key, latest_.seen);
@@ -110,7 +107,9 @@ class ParticleFilter {
 
   // Makes the moved particles the belief. A unit of which none explains what was seen keeps its weights.
   void accept() {
-    if (past_.size() == step_ && step_ < kLongestPast) past_.push_back(latest_);
+    const bool any_moves =
+        std::any_of(columns_.begin(), columns_.end(), [](const Column& column) { return column.can_move(); });
+    if (any_moves && past_.size() == step_ && step_ < kLongestPast) past_.push_back(latest_);
     const std::uint32_t before = largest();
     ++step_;
     for_units([&](int unit) { take_weights(unit); });
@@ -124,8 +123,43 @@ class ParticleFilter {
     });
   }
 
+  // Takes the weight of a unit's particles for which `is_gone(i)` holds, unless it holds for all.
+  template <class IsGone>
+  void drop(int unit, const IsGone& is_gone) {
+    Column& column = columns_[unit];
+    column.total = 0.0;
+    for (std::uint32_t i = 0; i < column.count; ++i) {
+      column.next_weights[i] = is_gone(i) ? 0.0 : column.weights[i];
+      column.total += column.next_weights[i];
+    }
+    if (!(column.total > 0.0)) return;
+    for (std::uint32_t i = 0; i < column.count; ++i)
+      column.weights[i] = column.next_weights[i] / column.total;
+  }
+
+  // Makes these the particles of all units. Their past is not known, so they stay as they are.
+  void import(const std::vector<Fixed>& fixed, const std::vector<State>& states,
+              const std::vector<double>& weights) {
+    for (std::uint32_t i = 0; i < most_; ++i) now_[i] = {fixed[i], states[i]};
+    for (Column& column : columns_) {
+      column.count = most_;
+      column.names.clear(0);
+      std::iota(column.origins.begin(), column.origins.end(), 0U);
+      column.weights = weights;
+    }
+  }
+
   // Whether some unit has been resampled in this episode.
   bool has_resampled() const { return resampled_; }
+
+  // Whether some unit's first starts were all given up for others in the first step.
+  bool has_lost_starts() const { return lost_starts_; }
+
+  const Fixed& fixed(int i) const { return now_[static_cast<std::size_t>(i)].fixed; }
+  const State& state(int i) const { return now_[static_cast<std::size_t>(i)].state; }
+
+  // The scenario with whose names a particle has drawn what it has not drawn again.
+  std::uint32_t origin(int unit, int i) const { return columns_[unit].origins[static_cast<std::size_t>(i)]; }
 
   int count(int unit) const { return static_cast<int>(columns_[unit].count); }
   double weight(int unit, int i) const { return columns_[unit].weights[static_cast<std::size_t>(i)]; }
@@ -133,9 +167,8 @@ class ParticleFilter {
   std::vector<UnitHealth> health() const {
     std::vector<UnitHealth> found;
     for (const Column& column : columns_) {
-      const bool had_many = 2 * column.first_distinct > most_;
-      found.push_back({column.count, column.effective_size(), column.distinct, column.surprise,
-                       had_many && column.distinct < kFewValues && column.distinct < column.count});
+      found.push_back({column.count, column.effective_size(), column.distinct(), column.surprise,
+                       column.is_depleted(kFewValues, most_)});
     }
     return found;
   }
@@ -154,21 +187,13 @@ class ParticleFilter {
   static constexpr std::uint32_t kLongestPast = 256;  // steps that a move can run again
   static constexpr std::uint32_t kRestart = 32;       // the first round of draws of a unit that starts again
   static constexpr std::uint32_t kReplays = 8;        // steps run again for each particle and step
-  static constexpr std::uint32_t kNotedStarts = 16;   // that say which words a start draws
   static constexpr std::size_t kFewValues = 20;       // of a unit that had many, they are doubtful
   static constexpr double kManyValues = 512.0;        // as spread as that, a unit takes all its particles
-
-  struct Particle {
-    Fixed fixed;
-    State state;
-  };
 
   struct Step {
     int action;
     typename U::Evidence seen;
   };
-
-  using Column = UnitColumn<U::kValues>;
 
   static std::size_t chunks(std::uint32_t slots) { return (slots + kChunk - 1) / kChunk; }
 
@@ -193,79 +218,6 @@ class ParticleFilter {
 
   // How few particles a unit may have. Where there are many units, each has fewer.
   std::uint32_t least() const { return std::max<std::uint32_t>(1, most_ / std::min(U::kUnits, 8)); }
-
-  // The start -----------------------------------------------------------------------------------------------
-
-  void begin(int unit) {
-    Column& column = columns_[unit];
-    column.count = most_;
-    column.names.clear();
-    for (std::uint32_t i = 0; i < kNotedStarts; ++i) {
-      NotedDraws noted(PhiloxDraws(key_, i, 0), column.names);
-      Particle particle{fixed_, start_};
-      U::draw(params_, noted, unit, particle.fixed, particle.state);
-    }
-    column.words.resize(static_cast<std::size_t>(most_) * static_cast<std::size_t>(column.names.size()));
-    column.past.clear();
-    column.moves = 0;
-    column.noted = 0;
-    column.surprise = 0.0;
-    column.explained = true;
-    column.born = 0;
-    column.starts_again = false;
-    column.start_weighed = false;
-    starts_[unit] = start_;
-    if constexpr (U::kSeesFirst) {
-      column.origins.resize(most_);
-      choose_starts(unit);
-    } else {
-      std::fill(column.weights.begin(), column.weights.end(), 1.0 / static_cast<double>(most_));
-    }
-  }
-
-  // Draws a unit's starts given what is visible then.
-  void choose_starts(int unit) {
-    Column& column = columns_[unit];
-    FirstDraws first(most_, 1);
-    do {
-      for (std::uint32_t i = 0; i < most_; ++i) {
-        PhiloxDraws draws(key_, first.count(), 0);
-        Particle candidate{fixed_, start_};
-        U::draw(params_, draws, unit, candidate.fixed, candidate.state);
-        const double likelihood = U::weigh_start(params_, unit, candidate.fixed, candidate.state);
-        first.add(&likelihood);
-      }
-    } while (first.wants_more());
-    const std::uint32_t word = PhiloxDraws(key_, static_cast<std::uint32_t>(unit), 0).word(kResampleSite, 0);
-    column.explained = first.choose(0, word, [&](std::uint32_t i, std::uint32_t candidate, double weight) {
-      column.origins[i] = candidate;
-      column.weights[i] = weight;
-    });
-    column.start_weighed = column.explained;
-  }
-
-  // Draws a unit's initial values with these words and, for other names, with those of particle `origin`.
-  void draw(int unit, std::uint32_t origin, const std::uint32_t* words, Particle& particle) const {
-    const Column& column = columns_[unit];
-    MovedDraws draws(PhiloxDraws(key_, origin, column.born), column.names, words);
-    U::draw(params_, draws, unit, particle.fixed, particle.state);
-  }
-
-  // Takes the likelihoods of a unit's starts, and how they are spread.
-  void measure(int unit) {
-    Column& column = columns_[unit];
-    std::fill(column.likelihoods.begin(), column.likelihoods.end(), PathLikelihood{});
-    column.scale.clear();
-    double values[U::kValues + 1];
-    for (std::uint32_t i = 0; i < most_; ++i) {
-      const Particle& start = now_[i];
-      if (column.start_weighed)
-        column.likelihoods[i].multiply(U::weigh_start(params_, unit, start.fixed, start.state));
-      column.scale.include(values, U::values(unit, start.fixed, start.state, values));
-    }
-    count_values(unit, now_);
-    column.first_distinct = column.distinct;
-  }
 
   // A step --------------------------------------------------------------------------------------------------
 
@@ -313,14 +265,17 @@ class ParticleFilter {
   double advance(int unit, std::uint32_t i, std::uint32_t round, PhiloxDraws& draws) {
     Particle& to = next_[i];
     if (!columns_[unit].starts_again && (round == 0 || step_ > 0 || U::kSeesFirst)) {
-      return U::move(params_, now_[i].fixed, now_[i].state, latest_.action, latest_.seen, draws, unit,
-                     to.state);
+      if (U::kRedraws && round > 0) {
+        redraw(unit, i, now_[i], draws);
+        U::copy(unit, now_[i].fixed, now_[i].state, to.fixed, to.state);
+      }
+      return U::move(params_, to.fixed, now_[i].state, latest_.action, latest_.seen, draws, unit, to.state);
     }
     Particle from{fixed_, starts_[unit]};
     PhiloxDraws start(key_, scenario(i, round), step_);
     U::draw(params_, start, unit, from.fixed, from.state);
     U::copy(unit, from.fixed, from.state, to.fixed, to.state);
-    return U::move(params_, from.fixed, from.state, latest_.action, latest_.seen, draws, unit, to.state);
+    return U::move(params_, to.fixed, from.state, latest_.action, latest_.seen, draws, unit, to.state);
   }
 
   // Takes the new weights of a unit, and chooses the particles to copy if it has to be resampled.
@@ -336,13 +291,16 @@ class ParticleFilter {
       column.past.clear();
     }
     if (column.starts_again || (column.round > 0 && step_ == 1 && !U::kSeesFirst)) {
-      for (std::uint32_t i = 0; i < column.count; ++i)
-        column.names.draw(PhiloxDraws(key_, scenario(i, column.round), column.born), column.words_of(i));
+      lost_starts_ = true;
+      for (std::uint32_t i = 0; i < column.count; ++i) {
+        column.origins[i] = scenario(i, column.round);
+        column.names.draw(PhiloxDraws(key_, column.origins[i], column.born), column.words_of(i));
+      }
     }
-    if (column.born + column.past.size() < past_.size())
+    if (column.can_move() && column.born + column.past.size() < past_.size())
       column.past.push_back({{}, column.round, column.explained});
     count_values(unit, next_);
-    const bool repeats = static_cast<double>(column.distinct) < 0.95 * static_cast<double>(column.count);
+    const bool repeats = column.repeats();
     column.resampled = column.effective_size() < 0.5 * static_cast<double>(column.count);
     if (column.resampled) resample(unit);
     plan_moves(column, repeats || step_ == column.born + 1);
@@ -355,7 +313,8 @@ class ParticleFilter {
     column.pick(word, column.count);
     if (least() < most_) column.pick(word, wanted_count(unit));
     column.copy_picks();
-    if (column.born + column.past.size() == step_) column.past.back().parents = column.picks;
+    if (column.can_move() && column.born + column.past.size() == step_)
+      column.past.back().parents = column.picks;
   }
 
   // The number of particles for as many values, coarsely, as those chosen have: the size that KLD sampling asks
@@ -388,21 +347,10 @@ class ParticleFilter {
         if (!column.resampled || i >= column.count) continue;
         const Particle& from = now_[column.picks[i]];
         U::copy(unit, from.fixed, from.state, next_[i].fixed, next_[i].state);
+        redraw(unit, i, next_[i], PhiloxDraws(key_, i, step_));
       }
     });
     now_.swap(next_);
-  }
-
-  void count_values(int unit, const std::vector<Particle>& particles) {
-    Column& column = columns_[unit];
-    ValueSet found(column.count);
-    double values[U::kValues + 1];
-    for (std::uint32_t i = 0; i < column.count; ++i) {
-      if (!(column.weights[i] > 0.0)) continue;
-      const int count = U::values(unit, particles[i].fixed, particles[i].state, values);
-      found.add(ValueSet::hash(values, count));
-    }
-    column.distinct = found.size();
   }
 
   // Moves of particles ------------------------------------------------------------------------------------
@@ -410,7 +358,7 @@ class ParticleFilter {
   // How many moves a unit makes. None where the model's own noise has told all copies apart by the next step. A
   // longer past allows fewer, so that all steps take about as long.
   void plan_moves(Column& column, bool pays) {
-    pays = pays && column.names.size() > 0 && column.born + column.past.size() == step_;
+    pays = pays && column.can_move() && column.born + column.past.size() == step_;
     column.moves = pays ? std::max(1U, kReplays * column.count / (step_ - column.born)) : 0;
   }
 
@@ -426,16 +374,17 @@ class ParticleFilter {
     const std::uint32_t moves = moves_of(column, i);
     if (moves == 0) return;
     std::uint32_t names[kLongestPast];
-    const std::uint32_t origin = trace_back(column, i, names);
+    trace_back(column, i, names);
     PhiloxDraws draws(key_, i, step_);
-    std::uint32_t words[MovedNames::kMost];
+    std::uint32_t words[U::kFirstWords];
     for (std::uint32_t move = 0; move < moves; ++move) {
       const std::uint32_t number = static_cast<std::uint32_t>(unit) * kReplays + move;
       WordMove proposal(draws, kMoveSite, number * WordMove::kWords);
-      proposal.propose(column.names.size(), column.words_of(i), words);
+      proposal.propose(column.names, column.words_of(i), words);
       Particle other{fixed_, starts_[unit]};
       PathLikelihood likelihood;
-      if (!replay(unit, origin, names, words, proposal.threshold(), column.likelihoods[i], other, likelihood))
+      if (!replay(unit, column.origins[i], names, words, proposal.threshold(), column.likelihoods[i], other,
+                  likelihood))
         continue;
       U::copy(unit, other.fixed, other.state, now_[i].fixed, now_[i].state);
       column.likelihoods[i] = likelihood;
@@ -443,15 +392,13 @@ class ParticleFilter {
     }
   }
 
-  // Finds the scenarios whose names a particle has drawn with: those of its start, and by step.
-  std::uint32_t trace_back(const Column& column, std::uint32_t i, std::uint32_t* names) const {
+  // Finds the scenarios whose names a particle has drawn with in each step.
+  void trace_back(const Column& column, std::uint32_t i, std::uint32_t* names) const {
     for (std::size_t s = column.past.size(); s-- > 0;) {
       const Descent& descent = column.past[s];
       if (!descent.parents.empty()) i = descent.parents[i];
       names[s] = scenario(i, descent.round);
     }
-    return U::kSeesFirst && column.born == 0 ? column.origin(i)
-                                             : names[0];  // another round of the first step starts elsewhere
   }
 
   // Runs a unit's past again from other first words. Gives false as soon as the path cannot be likelier than
@@ -479,19 +426,13 @@ class ParticleFilter {
     return true;
   }
 
-  const Params& params_;
-  std::uint32_t most_;
   Workers* workers_ = nullptr;
-  StreamKey key_{};
   std::uint32_t step_ = 0;
   bool resampled_ = false;
-  Fixed fixed_{};  // with `start_`: the visible variables at the start; hidden ones are 0
-  State start_{};
+  std::atomic<bool> lost_starts_{false};  // units are taken at the same time
   Step latest_{};
   std::vector<Step> past_;
   std::vector<Particle> now_, next_;
-  std::vector<State> starts_;  // the visible variables when each unit has started
-  std::vector<Column> columns_;
 };
 
 }  // namespace hypgen

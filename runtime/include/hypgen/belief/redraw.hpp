@@ -52,37 +52,25 @@ HYPGEN_FN bool was_read(const TrackedWord& word, std::uint32_t shift, std::uint3
 }  // namespace bits
 
 // The model whose words note reads: `M::Tracking` if M has it (model/model.hpp, Redraw), otherwise M itself.
-// `Own` is the data that each particle has besides its state.
+// `Own` is the data that each particle has besides its state. `word` numbers the random words that may be drawn
+// again, those of single values first; -1: not such a word.
 template <class M, class = void>
 struct Tracked {
   static constexpr bool kAny = false;
+  static constexpr int kWords = 0, kSingles = 0;
   using Model = M;
   struct Own {};
+  static int word(std::uint32_t, std::uint32_t) { return -1; }
 };
 template <class M>
 struct Tracked<M, std::void_t<typename M::Tracking>> {
   static constexpr bool kAny = true;
+  static constexpr int kWords = M::kRedrawnWords, kSingles = M::kRedrawnSingles;
   using Model = typename M::Tracking;
   struct Own {
-    std::uint32_t words[M::kRedrawnWords];
-    typename Model::State start;
+    typename Model::State start;  // its initial one
   };
-};
-
-// The draws of a particle's initial values: its own words where it has them, otherwise those of its origin.
-template <class M>
-class OwnDraws {
- public:
-  OwnDraws(const PhiloxDraws& origin, const std::uint32_t* words) : origin_(origin), words_(words) {}
-
-  std::uint32_t word(std::uint32_t site, std::uint32_t index) {
-    const int own = M::redrawn_word(site, index);
-    return own < 0 ? origin_.word(site, index) : words_[own];
-  }
-
- private:
-  PhiloxDraws origin_;
-  const std::uint32_t* words_;
+  static int word(std::uint32_t site, std::uint32_t index) { return M::redrawn_word(site, index); }
 };
 
 }  // namespace hypgen

@@ -7,7 +7,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -36,81 +35,123 @@ class PathLikelihood {
   std::int64_t exponent_ = 0;
 };
 
-// The names of a unit's first words that moves change: those that some of its starts draw.
-class MovedNames {
+// The names of a unit's first words that its particles keep: those that some of its starts draw. Moves change
+// the first `moved()` of them.
+class FirstNames {
  public:
-  static constexpr int kMost = 16;  // others keep what they draw
+  struct Name {
+    std::uint32_t site, index;
+    bool is(std::uint32_t a_site, std::uint32_t an_index) const {
+      return site == a_site && index == an_index;
+    }
+  };
 
-  void clear() { count_ = 0; }
-  int size() const { return count_; }
+  // Forgets all names, and takes up to `most` new ones.
+  void clear(int most) {
+    most_ = static_cast<std::size_t>(most);
+    moved_ = 0;
+    names_.clear();
+    std::size_t slots = 16;
+    while (slots < 2 * most_) slots *= 2;
+    slots_.assign(slots, -1);
+  }
+
+  int size() const { return static_cast<int>(names_.size()); }
+  int moved() const { return moved_; }
+  const Name* begin() const { return names_.data(); }
+  const Name* end() const { return begin() + names_.size(); }
 
   void add(std::uint32_t site, std::uint32_t index) {
-    if (count_ == kMost || find(site, index) >= 0) return;
-    names_[static_cast<std::size_t>(count_++)] = {site, index};
+    int& slot = slots_[slot_of(site, index)];
+    if (slot >= 0 || names_.size() == most_) return;
+    slot = size();
+    names_.push_back({site, index});
+    moved_ = size();
   }
 
-  int find(std::uint32_t site, std::uint32_t index) const {
-    for (int i = 0; i < count_; ++i) {
-      const Name& name = names_[static_cast<std::size_t>(i)];
-      if (name.site == site && name.index == index) return i;
-    }
-    return -1;
+  // Lets moves change those names alone for which `is_moved(site, index)` holds.
+  template <class IsMoved>
+  void restrict_moves(const IsMoved& is_moved) {
+    const auto end = std::stable_partition(names_.begin(), names_.end(),
+                                           [&](const Name& name) { return is_moved(name.site, name.index); });
+    moved_ = static_cast<int>(end - names_.begin());
+    std::fill(slots_.begin(), slots_.end(), -1);
+    for (int i = 0; i < size(); ++i) slots_[slot_of(begin()[i].site, begin()[i].index)] = i;
   }
+
+  // The number of a name; -1 if it is none of these.
+  int find(std::uint32_t site, std::uint32_t index) const { return slots_[slot_of(site, index)]; }
 
   // The words of a start that draws with its own names.
   void draw(PhiloxDraws draws, std::uint32_t* words) const {
-    for (int i = 0; i < count_; ++i) {
-      const Name& name = names_[static_cast<std::size_t>(i)];
-      words[i] = draws.word(name.site, name.index);
-    }
+    for (const Name& name : names_) *words++ = draws.word(name.site, name.index);
   }
 
  private:
-  struct Name {
-    std::uint32_t site, index;
-  };
-  std::array<Name, kMost> names_;
-  int count_ = 0;
+  // Where a name stands in the table, or would.
+  std::size_t slot_of(std::uint32_t site, std::uint32_t index) const {
+    const std::size_t last = slots_.size() - 1;
+    std::size_t slot = (site ^ (index * 0x9E3779B1U) >> 7) & last;
+    for (; slots_[slot] >= 0; slot = (slot + 1) & last) {
+      if (begin()[slots_[slot]].is(site, index)) break;
+    }
+    return slot;
+  }
+
+  std::size_t most_ = 0;
+  int moved_ = 0;
+  std::vector<Name> names_;
+  std::vector<int> slots_ = {-1};  // a hash table of numbers of names; -1: free
 };
 
-// Draws, and notes what is drawn.
+// Draws, and notes those names for which `is_noted(site, index)` holds.
+template <class IsNoted>
 class NotedDraws {
  public:
-  NotedDraws(const PhiloxDraws& draws, MovedNames& names) : draws_(draws), names_(names) {}
+  NotedDraws(const PhiloxDraws& draws, const IsNoted& is_noted, FirstNames& names)
+      : draws_(draws), is_noted_(is_noted), names_(names) {}
 
   std::uint32_t word(std::uint32_t site, std::uint32_t index) {
-    names_.add(site, index);
+    if (is_noted_(site, index)) names_.add(site, index);
     return draws_.word(site, index);
   }
 
  private:
   PhiloxDraws draws_;
-  MovedNames& names_;
+  const IsNoted& is_noted_;
+  FirstNames& names_;
 };
 
-// The draws of a start: the words given, and for other names those of the particle that it descends from.
-class MovedDraws {
+// The draws of a start: the words given, and for other names those of the particle that it descends from. Most
+// starts draw in the order of the names, so the name after the latest one is looked at first.
+class OwnDraws {
  public:
-  MovedDraws(const PhiloxDraws& origin, const MovedNames& names, const std::uint32_t* words)
-      : origin_(origin), names_(names), words_(words) {}
+  OwnDraws(const PhiloxDraws& origin, const FirstNames& names, const std::uint32_t* words)
+      : origin_(origin), names_(names), words_(words), next_(names.begin()), end_(names.end()) {}
 
   std::uint32_t word(std::uint32_t site, std::uint32_t index) {
-    const int moved = names_.find(site, index);
-    return moved < 0 ? origin_.word(site, index) : words_[moved];
+    if (next_ == end_ || !next_->is(site, index)) {
+      const int own = names_.find(site, index);
+      if (own < 0) return origin_.word(site, index);
+      next_ = names_.begin() + own;
+    }
+    return words_[next_++ - names_.begin()];
   }
 
  private:
   PhiloxDraws origin_;
-  const MovedNames& names_;
+  const FirstNames& names_;
   const std::uint32_t* words_;
+  const FirstNames::Name *next_, *end_;
 };
 
 // Proposes other first words. Every change is as likely as its reverse: a word turns by a step or is drawn
 // afresh, modulo 2^32. Steps of all sizes are proposed, so none has to be tuned.
 class WordMove {
  public:
-  static constexpr std::uint32_t kWords = 4 + MovedNames::kMost;  // that a move draws
-  static constexpr std::uint32_t kSizes = 11;  // of steps: up to 1/2, 1/4, ... of all words
+  static constexpr int kAtOnce = 16;                    // words that a move may change
+  static constexpr std::uint32_t kWords = 4 + kAtOnce;  // that a move draws
+  static constexpr std::uint32_t kSizes = 11;           // of steps: up to 1/2, 1/4, ... of all words
 
   // `first` is the index of the move's own words.
   WordMove(PhiloxDraws& draws, std::uint32_t site, std::uint32_t first)
@@ -119,20 +160,24 @@ class WordMove {
   // The share of the old likelihood that the new one has to exceed.
   double threshold() { return (static_cast<double>(own(0)) + 0.5) * 0x1p-32; }
 
-  void propose(int count, const std::uint32_t* now, std::uint32_t* next) {
+  // Proposes `next` in the place of `now`. Of more than kAtOnce words a random range changes.
+  void propose(const FirstNames& names, const std::uint32_t* now, std::uint32_t* next) {
+    std::copy_n(now, names.size(), next);
+    const auto count = static_cast<std::uint32_t>(names.moved());
+    const std::uint32_t wide = std::min<std::uint32_t>(count, kAtOnce);
     const std::uint32_t kind = own(1) >> 28;  // of 16: 1 all afresh, 3 one afresh, 12 steps
-    const std::uint32_t size = below(own(2), kSizes), chosen = own(3);
-    const int one = static_cast<int>(below(own(2), static_cast<std::uint32_t>(count)));
-    for (int i = 0; i < count; ++i) {
-      const std::uint32_t word = own(4 + static_cast<std::uint32_t>(i));
+    const std::uint32_t first = count > wide ? below(own(1) << 4, count) : 0;
+    const std::uint32_t size = below(own(2), kSizes), chosen = own(3), one = below(own(2), wide);
+    for (std::uint32_t i = 0; i < wide; ++i) {
+      const std::uint32_t word = own(4 + i), place = (first + i) % count;
       if (kind == 0) {
-        next[i] = word;
+        next[place] = word;
       } else if (kind < 4) {
-        next[i] = i == one ? word : now[i];
+        if (i == one) next[place] = word;
       } else {
         const bool stays = (chosen >> (2 * i) & 3) == 0;
         const std::uint32_t step = stays ? 0 : word >> 1 >> size;
-        next[i] = (word & 1) != 0 ? now[i] + step : now[i] - step;
+        next[place] += (word & 1) != 0 ? step : 0 - step;
       }
     }
   }

@@ -17,16 +17,24 @@ namespace hypgen {
 // Arrays have an entry for each particle, of which `count` are in use.
 template <int kValues>
 struct UnitColumn {
+  // Values that are counted together.
+  struct Part {
+    int first, count;            // of the numbers that are a unit's values
+    std::size_t most;            // distinct ones that particles have which have all parted
+    std::size_t first_distinct;  // that the first particles had
+    std::size_t distinct;        // that particles have
+  };
+
   void allocate(std::size_t most, std::size_t chunks) {
     weights.resize(most);
     next_weights.resize(most);
     likelihoods.resize(most);
     next_likelihoods.resize(most);
+    origins.resize(most);
+    next_origins.resize(most);
+    picks.reserve(most);
     sums.resize(chunks);
   }
-
-  // The number of the start that a particle of the first belief has.
-  std::uint32_t origin(std::uint32_t i) const { return origins.empty() ? i : origins[i]; }
 
   std::uint32_t* words_of(std::uint32_t i) {
     return words.data() + i * static_cast<std::size_t>(names.size());
@@ -69,23 +77,52 @@ struct UnitColumn {
   void copy_picks() {
     count = static_cast<std::uint32_t>(picks.size());
     const auto each = static_cast<std::size_t>(names.size());
-    std::vector<std::uint32_t> copied(count * each);
     for (std::uint32_t i = 0; i < count; ++i) {
       next_likelihoods[i] = likelihoods[picks[i]];
-      std::copy_n(words_of(picks[i]), each, copied.data() + i * each);
+      next_origins[i] = origins[picks[i]];
+      std::copy_n(words_of(picks[i]), each, next_words.data() + i * each);
     }
     likelihoods.swap(next_likelihoods);
-    std::copy(copied.begin(), copied.end(), words.begin());
+    origins.swap(next_origins);
+    words.swap(next_words);
     std::fill_n(weights.begin(), count, 1.0 / static_cast<double>(count));
   }
 
-  std::uint32_t count = 0;             // particles
-  std::vector<std::uint32_t> origins;  // of the first belief's particles; empty: their slots
-  bool start_weighed = false;          // what is visible at the start has weighed
-  std::uint32_t born = 0;              // the step at which the unit has started, or started again
-  bool starts_again = false;           // in the latest step
-  MovedNames names;
-  std::vector<std::uint32_t> words;  // names.size() for each particle
+  // Whether moves can change anything. The past is kept for them alone.
+  bool can_move() const { return names.moved() > 0 && !parts.empty(); }
+
+  // How many values the part has left that has lost most.
+  std::size_t distinct() const {
+    std::size_t least = count;
+    for (const Part& part : parts) least = std::min(least, part.distinct);
+    return least;
+  }
+
+  // Whether copies have not all parted.
+  bool repeats() const {
+    for (const Part& part : parts) {
+      if (static_cast<double>(part.distinct) <
+          0.95 * static_cast<double>(std::min<std::size_t>(part.most, count)))
+        return true;
+    }
+    return false;
+  }
+
+  // Whether few values are left of a part that had many.
+  bool is_depleted(std::size_t few, std::size_t most) const {
+    for (const Part& part : parts) {
+      if (2 * part.first_distinct > most && part.distinct < few && part.distinct < count) return true;
+    }
+    return false;
+  }
+
+  std::uint32_t count = 0;     // particles
+  bool start_weighed = false;  // what is visible at the start has weighed
+  std::uint32_t born = 0;      // the step at which the unit has started, or started again
+  bool starts_again = false;   // in the latest step
+  FirstNames names;
+  std::vector<std::uint32_t> words, next_words;      // names.size() for each particle
+  std::vector<std::uint32_t> origins, next_origins;  // the scenarios with whose other names particles started
   std::vector<double> weights, next_weights;
   std::vector<PathLikelihood> likelihoods, next_likelihoods;
   std::vector<Descent> past;         // by step
@@ -96,12 +133,11 @@ struct UnitColumn {
   bool explained = true;
   bool resampled = false;  // in the latest step
   ValueScale<kValues> scale;
-  std::size_t distinct = 0;        // values of the particles
-  std::size_t first_distinct = 0;  // of the first ones
-  double surprise = 0.0;           // bits by which the latest total is below what was expected
-  double expected = 0.0;           // bits: a mean over the steps before
-  int noted = 0;                   // steps since the start
-  std::uint32_t moves = 0;         // of all particles in the latest step
+  std::vector<Part> parts;
+  double surprise = 0.0;    // bits by which the latest total is below what was expected
+  double expected = 0.0;    // bits: a mean over the steps before
+  int noted = 0;            // steps since the start
+  std::uint32_t moves = 0;  // of all particles in the latest step
 };
 
 }  // namespace hypgen

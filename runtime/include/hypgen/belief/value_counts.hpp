@@ -39,7 +39,6 @@ class ValueSet {
     return sum;
   }
 
- private:
   // The finaliser of SplitMix64 (Steele, Lea and Flood, 2014).
   static std::uint64_t mixed(std::uint64_t x) {
     x += 0x9E3779B97F4A7C15;
@@ -48,6 +47,7 @@ class ValueSet {
     return x ^ (x >> 31);
   }
 
+ private:
   std::vector<std::uint64_t> slots_;
   std::size_t size_ = 0;
 };

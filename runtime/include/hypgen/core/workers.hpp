@@ -17,9 +17,11 @@ class Workers {
   virtual void share(std::size_t count, const Job& job) = 0;
 };
 
-// Does the jobs on the caller's thread alone where `workers` is null.
-inline void share(Workers* workers, std::size_t count, const Workers::Job& job) {
-  if (workers != nullptr && count > 1) return workers->share(count, job);
+// Does the jobs on the caller's thread alone where `workers` is null. A function object that held all that a job
+// refers to would be allocated, so it holds the job's address.
+template <class Do>
+void share(Workers* workers, std::size_t count, const Do& job) {
+  if (workers != nullptr && count > 1) return workers->share(count, std::cref(job));
   for (std::size_t number = 0; number < count; ++number) job(number);
 }
 
