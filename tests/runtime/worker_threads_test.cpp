@@ -71,6 +71,32 @@ TEST(WorkerThreads, DoNotWaitForAThreadThatIsLateBeyondTheDeadline) {
   wait_for(begun, 4);
 }
 
+TEST(WorkerThreads, OthersDoTheNextRoundWhileOneIsLate) {
+  std::atomic<bool> may_end{false};
+  std::atomic<std::size_t> begun{0};
+  std::size_t round = 1;  // plain: read by those that begin
+  WorkerThreads threads(3, [&](std::size_t thread) {
+    const bool is_first = round == 1;
+    begun.fetch_add(1);
+    while (is_first && thread == 3 && !may_end.load()) std::this_thread::yield();
+  });
+  threads.start();
+  wait_for(begun, 3);
+  while (threads.park(Clock::now()) > 1) std::this_thread::yield();
+  for (round = 2; round <= 500; ++round) {
+    begun.store(0);
+    threads.start();
+    wait_for(begun, 2);
+    ASSERT_EQ(threads.park_round(kNoDeadline), 0U);
+    ASSERT_EQ(threads.park(Clock::now()), 1U);
+  }
+  may_end.store(true);
+  EXPECT_EQ(threads.park(kNoDeadline), 0U);
+  begun.store(0);
+  threads.start();
+  wait_for(begun, 3);
+}
+
 TEST(WorkerThreads, TheDestructorWaitsForThoseAtWork) {
   std::atomic<std::size_t> begun{0}, ended{0};
   auto threads = std::make_unique<WorkerThreads>(2, [&](std::size_t) {

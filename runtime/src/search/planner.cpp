@@ -67,8 +67,8 @@ Planner::Planner(std::unique_ptr<LeafEvaluator> evaluator, const ModelDescriptor
     : evaluator_(evaluator.release()),
       options_(options),
       horizon_(model.horizon),
-      search_(options, tree_options(options, model, evaluator_->threads())),
-      leaf_sizes_(options.scenarios + 1) {
+      leaf_sizes_(options.scenarios + 1),
+      search_(options, tree_options(options, model, evaluator_->threads())) {
   candidates_.reserve(static_cast<std::size_t>(model.action_count));
   actions_.reserve(static_cast<std::size_t>(model.action_count));
   all_actions_.resize(static_cast<std::size_t>(model.action_count));

@@ -39,7 +39,8 @@ void Search::do_jobs() {
 }
 
 std::size_t Search::share_until(std::size_t count, const Job& job, Clock::time_point deadline) {
-  if (count <= 1 || workers_.size() == 0 || park(Clock::now()) > 0) {
+  has_left_jobs_ = has_left_jobs_ && park(Clock::now()) > 0;
+  if (count <= 1 || workers_.size() == 0 || has_left_jobs_) {
     hypgen::share(nullptr, count, job);
     return 0;
   }
@@ -48,7 +49,9 @@ std::size_t Search::share_until(std::size_t count, const Job& job, Clock::time_p
   next_job_.store(0, std::memory_order_relaxed);
   workers_.start();
   do_jobs();
-  return workers_.park(deadline);
+  const std::size_t late = workers_.park_round(deadline);
+  has_left_jobs_ = late > 0;
+  return late;
 }
 
 void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchSetup& setup,

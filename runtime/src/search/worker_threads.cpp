@@ -27,6 +27,7 @@ WorkerThreads::~WorkerThreads() {
 void WorkerThreads::start() {
   {
     const std::lock_guard<std::mutex> guard(lock_);
+    late_ += std::exchange(working_, 0);
     ++round_;
     is_open_ = true;
   }
@@ -35,14 +36,26 @@ void WorkerThreads::start() {
 
 std::size_t WorkerThreads::park(Clock::time_point deadline) {
   std::unique_lock<std::mutex> guard(lock_);
-  is_open_ = false;
-  const auto all_parked = [this] { return working_ == 0; };
-  if (deadline == Clock::time_point::max()) {
-    parked_.wait(guard, all_parked);
-  } else {
-    parked_.wait_until(guard, deadline, all_parked);
-  }
+  close(guard, deadline, [this] { return working_ + late_ == 0; });
+  return working_ + late_;
+}
+
+std::size_t WorkerThreads::park_round(Clock::time_point deadline) {
+  std::unique_lock<std::mutex> guard(lock_);
+  close(guard, deadline, [this] { return working_ == 0; });
   return working_;
+}
+
+// Lets no thread begin the round any more, and waits.
+template <class Done>
+void WorkerThreads::close(std::unique_lock<std::mutex>& guard, Clock::time_point deadline,
+                          const Done& is_done) {
+  is_open_ = false;
+  if (deadline == Clock::time_point::max()) {
+    parked_.wait(guard, is_done);
+  } else {
+    parked_.wait_until(guard, deadline, is_done);
+  }
 }
 
 // What a thread does from its start to its end.
@@ -57,7 +70,8 @@ void WorkerThreads::live(std::size_t thread) {
     guard.unlock();
     work_(thread);
     guard.lock();
-    if (--working_ == 0) parked_.notify_one();
+    std::size_t& at_work = last_round == round_ ? working_ : late_;
+    if (--at_work == 0) parked_.notify_one();
   }
 }
 

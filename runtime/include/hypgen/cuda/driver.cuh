@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -106,6 +107,7 @@ class BatchDriver {
 
  private:
   static constexpr double kBatchSeconds = 1e-3;
+  static constexpr double kForgets = 1.01;  // a batch, what the fastest one took
   static constexpr std::chrono::microseconds kPatience{50};
 
   struct NodeRecord {
@@ -245,19 +247,27 @@ class BatchDriver {
     return true;
   }
 
-  // Takes in how long the slot's last batch took: the next ones should take kBatchSeconds, so that a search
-  // that has to stop does not leave much behind.
+  // Takes in how long the slot's last batch took.
   void note_times(Slot<M>& slot) {
     double started = 0.0, ended = 0.0;
     if (slot.empty() || !slot.times(origin_.get(), started, ended) || !(ended > started)) return;
     stats_.kernel_seconds += ended - started;
     stats_.busy_seconds += std::max(0.0, ended - std::max(started, busy_until_));
     busy_until_ = std::max(busy_until_, ended);
-    const double rate = static_cast<double>(slot.items()) / (ended - started);
-    item_rate_ = item_rate_ > 0.0 ? 0.75 * item_rate_ + 0.25 * rate : rate;
+    fit_limit(slot.items(), ended - started);
+  }
+
+  // Lets batches grow while they take less time than they may: a search that has to stop should not leave much
+  // behind. The fastest batch tells what a rollout takes from end to end, which no batch can do without.
+  void fit_limit(std::size_t items, double seconds) {
+    fastest_ = std::min(kForgets * fastest_, seconds);
+    const double wanted = std::max(kBatchSeconds, 2.0 * fastest_);
+    if (seconds > 2.0 * wanted) item_limit_ /= 2;
+    if (seconds < wanted && 2 * items > item_limit_) item_limit_ += item_limit_ / 2;
     // Fewer items than the device runs at once would not be faster.
     const std::size_t resident = static_cast<std::size_t>(sizes_.launch.simulate_blocks) * kSimulateBlock;
-    item_limit_ = std::max(resident, static_cast<std::size_t>(item_rate_ * kBatchSeconds));
+    item_limit_ =
+        std::clamp(item_limit_, std::min(resident, sizes_.launch.item_capacity), sizes_.launch.item_capacity);
   }
 
   bool launch(Slot<M>& slot) {
@@ -316,10 +326,10 @@ class BatchDriver {
   int baseline_ = -1;
   Arena<NodeRecord> nodes_{kMostNodes};
   std::size_t members_used_ = 0;
-  Event origin_;             // of the times of a search's batches
-  double busy_until_ = 0.0;  // after that
-  double item_rate_ = 0.0;   // a second, of batches lately
-  std::size_t item_limit_ = std::size_t{1} << 18;
+  Event origin_;                                              // of the times of a search's batches
+  double busy_until_ = 0.0;                                   // after that
+  double fastest_ = std::numeric_limits<double>::infinity();  // seconds, of batches lately
+  std::size_t item_limit_ = std::size_t{1} << 18;             // of a batch of several leaves
   Clock::time_point held_back_since_{};
   std::string error_;
   EvaluatorStats stats_{};

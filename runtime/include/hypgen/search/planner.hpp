@@ -105,7 +105,6 @@ class Planner {
   bool is_device_lost_ = false;
   PlannerOptions options_;
   int horizon_;
-  Search search_;
   ScenarioBuffer scenarios_;
   SearchSetup setup_{};
   std::vector<std::uint64_t> leaf_sizes_;  // of rollout mode
@@ -118,6 +117,7 @@ class Planner {
   std::vector<int> root_actions_;  // that the tree starts with; empty: all
   std::uint64_t sampled_ = 0;      // scenarios that comparing actions has used
   double rollout_seconds_ = 0.0;   // time of one rollout in the last batch, on a full evaluator
+  Search search_;                  // last: its threads use all of the above
 };
 
 // The options of a planner's evaluator.

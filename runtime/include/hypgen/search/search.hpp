@@ -25,12 +25,13 @@ class Search final : public Workers {
   // caller calls this before it changes anything that those threads may use.
   std::size_t park(Clock::time_point deadline) { return workers_.park(deadline); }
 
-  // The caller does all jobs alone while threads of the last search have not ended. Between searches.
+  // Threads that the last search left behind join in when they have ended. Between searches.
   void share(std::size_t count, const Job& job) override {
     share_until(count, job, Clock::time_point::max());
   }
 
-  // The same, but gives at the deadline how many threads have not ended. They use `job` until they are parked.
+  // The same, but gives at the deadline how many threads have not ended. They use `job` until they are parked,
+  // and the caller does all jobs alone until then.
   std::size_t share_until(std::size_t count, const Job& job, Clock::time_point deadline);
 
   // Searches until a limit or a failure, and fills all of `decision` but its action. The tree uses the
@@ -64,6 +65,7 @@ class Search final : public Workers {
   // What the threads share; null: a search. The caller sets it, and how many jobs there are, while they sleep.
   const Job* job_ = nullptr;
   std::size_t job_count_ = 0;
+  bool has_left_jobs_ = false;            // threads may be at work on those
   std::atomic<std::size_t> next_job_{0};  // each number is taken once; relaxed, as the lock orders all else
   WorkerThreads workers_;                 // last: they use `shared_`
 };

@@ -30,8 +30,8 @@ class WorkerThreads {
 
   std::size_t size() const { return threads_.size(); }
 
-  // Wakes all threads; each does the work once. All threads have to be parked. They see what the caller wrote
-  // before.
+  // Wakes all threads; each does the work once. One that is still at work on an earlier round does so
+  // afterwards, if this round is open then. Threads see what the caller wrote before they have begun.
   void start();
 
   // Waits until the deadline for all threads to be parked; gives how many are still at work. Threads that
@@ -39,8 +39,13 @@ class WorkerThreads {
   // wrote.
   std::size_t park(Clock::time_point deadline);
 
+  // The same for the latest round alone: those that work on an earlier one are neither waited for nor counted.
+  std::size_t park_round(Clock::time_point deadline);
+
  private:
   void live(std::size_t thread);
+  template <class Done>
+  void close(std::unique_lock<std::mutex>& guard, Clock::time_point deadline, const Done& is_done);
 
   Work work_;
   std::mutex lock_;  // guards the rest but for threads_
@@ -48,7 +53,8 @@ class WorkerThreads {
   std::size_t round_ = 0;             // how often work was started: a thread does each at most once
   bool is_open_ = false;              // whether a thread may begin this round's work
   bool is_over_ = false;              // whether threads have to end
-  std::size_t working_ = 0;           // threads that have begun and not ended
+  std::size_t working_ = 0;           // threads that have begun this round and not ended
+  std::size_t late_ = 0;              // threads that have not ended an earlier one
   std::vector<std::thread> threads_;  // last: they use all of the above
 };
 
