@@ -183,7 +183,8 @@ class ParticleFilter : UnitStarts<U> {
 
  private:
   static constexpr std::uint32_t kMoveSite = site_id("belief:move");
-  static constexpr std::uint32_t kChunk = 32;         // particles of a job
+  static constexpr std::uint32_t kChunk = 32;         // particles whose weights are added up at a time
+  static constexpr std::uint32_t kJob = 8;            // particles of another job: few, as their work differs
   static constexpr std::uint32_t kLongestPast = 256;  // steps that a move can run again
   static constexpr std::uint32_t kRestart = 32;       // the first round of draws of a unit that starts again
   static constexpr std::uint32_t kReplays = 8;        // steps run again for each particle and step
@@ -204,9 +205,9 @@ class ParticleFilter : UnitStarts<U> {
 
   template <class Do>
   void for_slots(std::uint32_t slots, const Do& each) {
-    share(workers_, chunks(slots), [&](std::size_t chunk) {
-      const auto first = static_cast<std::uint32_t>(chunk) * kChunk;
-      for (std::uint32_t i = first; i < std::min(first + kChunk, slots); ++i) each(i);
+    share(workers_, (slots + kJob - 1) / kJob, [&](std::size_t job) {
+      const auto first = static_cast<std::uint32_t>(job) * kJob;
+      for (std::uint32_t i = first; i < std::min(first + kJob, slots); ++i) each(i);
     });
   }
 
