@@ -11,16 +11,22 @@ if TYPE_CHECKING:  # at run time only where a file is in another format
     from hypgen.dsl.foreign.reader import Imported
 
 
-def import_foreign(path: Path, name: str | None, horizon: int | None) -> Imported | None:
-    """Return what a file in another format comes to, None for any other file."""
+def import_foreign(
+    path: Path, name: str | None, horizon: int | None, tolerance: float | None
+) -> Imported | None:
+    """Return what a file in another format comes to, None for any other file.
+
+    Rows that are off 1 by at most ``tolerance`` are scaled; None stands for what files round.
+    """
     from hypgen.dsl.foreign import files
 
     content = files.read(path)
     if content is None:
         return None
     from hypgen.dsl.foreign.reader import import_text
+    from hypgen.dsl.foreign.tables.rows import TOLERANCE
 
-    return import_text(str(path), content, name, horizon)
+    return import_text(str(path), content, name, horizon, TOLERANCE if tolerance is None else tolerance)
 
 
 def describe_import(imported: Imported) -> str:

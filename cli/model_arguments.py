@@ -93,7 +93,7 @@ def load(model: Path, instance: Path | None, settings: tuple[str, ...], watch: W
     from hypgen.dsl.messages.watch import nobody
 
     given = None
-    imported = import_foreign(model, None, None)
+    imported = import_foreign(model, None, None, None)
     if imported is not None:
         say(f"note: {model}: {describe_import(imported)}; imported (`hypgen import` writes the model)")
         given = Source(f"{model} (imported)", imported.text)

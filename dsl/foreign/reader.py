@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +13,7 @@ from hypgen.dsl.foreign.pomdpx import read_pomdpx
 from hypgen.dsl.foreign.recognise import recognise
 from hypgen.dsl.foreign.tables.foreign_model import ForeignModel
 from hypgen.dsl.foreign.tables.names import model_name
-from hypgen.dsl.foreign.tables.trouble import Trouble
+from hypgen.dsl.foreign.tables.rows import TOLERANCE
 from hypgen.dsl.foreign.writer.write import write
 from hypgen.dsl.messages import e01_syntax, e09_other_formats
 from hypgen.dsl.messages.diagnostic import ModelError
@@ -30,21 +29,24 @@ class Imported:
     text: str
 
 
-def import_text(path: str, content: bytes, name: str | None, horizon: int | None) -> Imported:
+def import_text(
+    path: str, content: bytes, name: str | None, horizon: int | None, tolerance: float = TOLERANCE
+) -> Imported:
     """Return the model of a file's content, and its text; raises ``ModelError``.
 
-    ``name`` is the model's (by default the file's), ``horizon`` the most steps of an episode.
+    ``name`` is the model's (by default the file's), ``horizon`` the most steps of an episode. Rows that
+    are off 1 by at most ``tolerance`` are scaled.
     """
     source = source_of(path, content)
     found = recognise(source)
     if found is None:  # the beginning alone was readable in another encoding
         raise refusal(path)
-    model = (read_cassandra if found.code == e01_syntax.CASSANDRA else read_pomdpx).read(source)
+    model = (read_cassandra if found.code == e01_syntax.CASSANDRA else read_pomdpx).read(source, tolerance)
     if model.discount == 1 and horizon is None:
         limited = shlex.quote(f"{Path(path).stem}_100.pomdp")
-        place = re.search(r"\bdiscount\b", source.text, re.IGNORECASE)
-        span = Trouble(source).span(place.start(), 8) if place else found.span
-        raise ModelError([e09_other_formats.endless_sums(shlex.quote(path), limited, span)], {path: source})
+        place = model.discount_place
+        endless = e09_other_formats.endless_sums if place else e09_other_formats.no_discount
+        raise ModelError([endless(shlex.quote(path), limited, place or found.span)], {path: source})
     text = write(model, name or model_name(Path(path).stem), Path(path).name, horizon)
     if len(text) > MAX_TEXT:
         raise ModelError([e09_other_formats.large_model(len(text), MAX_TEXT, found.span)], {path: source})

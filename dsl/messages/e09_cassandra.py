@@ -60,6 +60,20 @@ def numbers_missing(what: str, count: int, has: int, at_end: bool, remedy: str, 
     return Diagnostic("E0903", message, span, remedy)
 
 
+def reset_of_matrix(table: str, span: Span) -> Diagnostic:
+    """``reset`` for all rows of an action at once."""
+    if table != "T":
+        return Diagnostic("E0901", "'reset' stands for a row of T", span, "give the matrix")
+    remedy = "write `T : action : *` and then `reset`, or `T : action : state` for one row"
+    return Diagnostic("E0901", "'reset' stands for a row, not for a whole matrix", span, remedy)
+
+
+def reward_sees_nothing(span: Span) -> Diagnostic:
+    """A fourth field of R in a file that declares no observations."""
+    message = "R takes an action, a state and a next state here, as the file declares no observations"
+    return Diagnostic("E0901", message, span, "write `R : action : state : next state number`")
+
+
 def not_square(values: str, span: Span) -> Diagnostic:
     """``identity`` for a matrix with as many columns as there are ``values``, not states."""
     message = f"'identity' needs as many {values}s as states"
@@ -80,24 +94,6 @@ def no_start(span: Span) -> Diagnostic:
 def negative_start(probability: float, span: Span) -> Diagnostic:
     """A negative probability of the start."""
     message = f"a probability of the start is {probability:g}"
-    return Diagnostic("E0904", message, span, "make them sum to 1")
-
-
-def wrong_sum_of_start(total: float, span: Span) -> Diagnostic:
-    """Probabilities of the start that do not sum to 1."""
-    message = f"the probabilities of the start sum to {total:.6g}"
-    return Diagnostic("E0904", message, span, "make them sum to 1")
-
-
-def wrong_sum(row: str, total: float, span: Span) -> Diagnostic:
-    """A row that does not sum to 1."""
-    message = f"the probabilities of row {row} sum to {total:.6g}"
-    return Diagnostic("E0904", message, span, "make them sum to 1")
-
-
-def more_wrong_sums(count: int, table: str, span: Span) -> Diagnostic:
-    """Rows that do not sum to 1, besides those that are cited."""
-    message = f"{count} more rows of {table} do not sum to 1"
     return Diagnostic("E0904", message, span, "make them sum to 1")
 
 

@@ -24,6 +24,35 @@ def endless_sums(path: str, limited: str, span: Span | None) -> Diagnostic:
     )
 
 
+def no_discount(path: str, limited: str, span: Span | None) -> Diagnostic:
+    """A file that gives no discount, and no horizon; the names are those of ``endless_sums``."""
+    told = endless_sums(path, limited, span)
+    message = "no discount is given, which counts as 1, so that values are sums without end"
+    return Diagnostic(told.code, message, span, f"add a line `discount: 0.95`; or {told.remedy}")
+
+
+def wrong_sum(row: str, total: float, more: int, span: Span) -> Diagnostic:
+    """A row that does not sum to 1, and ``more`` of the same specification with the same sum."""
+    message = f"the probabilities of {row} sum to {total:.6g}"
+    if more:
+        message += f", and so do those of {more} more {'row' if more == 1 else 'rows'} written here"
+    return Diagnostic("E0904", message, span, "make them sum to 1")
+
+
+def rough_sums(row: str, total: float, more: int, command: str, span: Span) -> Diagnostic:
+    """A row, and ``more`` of the file, whose numbers are rounded; ``command`` scales them."""
+    message = f"the probabilities of {row} sum to {total:.6g}"
+    if more:
+        message += f", and {more} more {'row is' if more == 1 else 'rows are'} off 1 by at most 0.01"
+    return Diagnostic("E0904", message, span, f"if the numbers are rounded, `{command}` scales them")
+
+
+def more_wrong_sums(count: int, span: Span) -> Diagnostic:
+    """Rows that do not sum to 1, besides those that are cited."""
+    message = f"{count} more {'row does' if count == 1 else 'rows do'} not sum to 1"
+    return Diagnostic("E0904", message, span, "make them sum to 1")
+
+
 def large_file(path: str, most_bytes: int) -> Diagnostic:
     """A file of more than ``most_bytes``."""
     message = f"'{path}' is larger than {most_bytes // 1_000_000} MB, the most that can be imported"

@@ -56,22 +56,11 @@ def wrong_count(tag: str, has: int, takes: int, span: Span) -> Diagnostic:
     return Diagnostic("E0903", message, span, "give one for each combination of the values marked '-'")
 
 
-def wrong_sum(row: str, total: float, span: Span) -> Diagnostic:
-    """A row that does not sum to 1."""
-    message = f"the probabilities of {row} sum to {total:.6g}"
-    return Diagnostic("E0904", message, span, "make them sum to 1")
-
-
-def more_wrong_sums(count: int, variable: str, span: Span) -> Diagnostic:
-    """Rows that do not sum to 1, besides those that are cited."""
-    message = f"{count} more rows of '{variable}' do not sum to 1"
-    return Diagnostic("E0904", message, span, "make them sum to 1")
-
-
-def row_missing(row: str, span: Span) -> Diagnostic:
-    """A row without any probability."""
+def rows_missing(rows: Sequence[str], span: Span) -> Diagnostic:
+    """Rows without any probability."""
+    more = f" and {len(rows) - 1} more rows" if len(rows) > 2 else " and 1 more row" if rows[1:] else ""
     remedy = "give them, in an <Entry> of its own or with '*'"
-    return Diagnostic("E0905", f"there are no probabilities of {row}", span, remedy)
+    return Diagnostic("E0905", f"there are no probabilities of {rows[0]}{more}", span, remedy)
 
 
 def no_probability(word: str, span: Span) -> Diagnostic:

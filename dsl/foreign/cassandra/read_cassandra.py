@@ -4,16 +4,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from hypgen.dsl.foreign.cassandra.rewards import Rewards
 from hypgen.dsl.foreign.cassandra.tables import Probabilities
 from hypgen.dsl.foreign.cassandra.tokens import HEADINGS, Tokens, Word
 from hypgen.dsl.foreign.tables.foreign_model import ForeignModel, Law, Read, Row, Variable
-from hypgen.dsl.foreign.tables.rows import TOLERANCE, row_of
+from hypgen.dsl.foreign.tables.rows import row_of
+from hypgen.dsl.foreign.tables.sums import Sums
 from hypgen.dsl.foreign.tables.trouble import Trouble
 from hypgen.dsl.messages import e09_cassandra
-from hypgen.dsl.messages.source import Source
+from hypgen.dsl.messages.source import Source, Span
 
 MAX_STATES = 100_000
 MAX_ROWS = 500_000
@@ -21,16 +22,21 @@ _INTEGER = re.compile(r"\d{1,9}")
 _ACTION, _STATE, _NEXT = Read("action"), Read("state"), Read("next")
 
 
-def read(source: Source) -> ForeignModel:
-    """Return the model of a file in Cassandra's format; raises ``ModelError``."""
-    return _Reader(source).run()
+def read(source: Source, tolerance: float) -> ForeignModel:
+    """Return the model of a file in Cassandra's format, rows off by ``tolerance`` scaled to 1.
+
+    Raises ``ModelError``.
+    """
+    return _Reader(source, tolerance).run()
 
 
 class _Reader:
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: Source, tolerance: float) -> None:
         self.trouble = Trouble(source)
+        self.sums = Sums(self.trouble, tolerance)
         self.tokens = Tokens(self.trouble)
         self.discount: float | None = None
+        self.discount_place: Span | None = None
         self.is_cost = False
         self.declared: dict[str, Variable] = {}
         self.start: Row | None = None
@@ -87,6 +93,7 @@ class _Reader:
             self.tokens.skip_to_heading()
         elif not 0 <= self.discount <= 1:
             self.trouble.add(e09_cassandra.wrong_discount(self.discount, self.tokens.span(place)))
+        self.discount_place = self.tokens.span(place)
 
     def _values(self, heading: Word) -> None:
         if not self._colon(heading):
@@ -145,8 +152,8 @@ class _Reader:
         if states.size * actions.size > MAX_ROWS:
             span = self.tokens.span(place)
             raise self.trouble.stop(e09_cassandra.many_rows(states.size, actions.size, MAX_ROWS, span))
-        moves = Probabilities(self.tokens, "T", (actions, states), states)
-        sensor = None if seen is None else Probabilities(self.tokens, "O", (actions, states), seen)
+        moves = Probabilities(self.tokens, self.sums, "T", (actions, states), states)
+        sensor = None if seen is None else Probabilities(self.tokens, self.sums, "O", (actions, states), seen)
         self.tables = moves, sensor, Rewards(self.tokens, actions, states, seen)
 
     def _entry(self, heading: Word) -> None:
@@ -177,15 +184,17 @@ class _Reader:
         moves.check(None)
         if sensor is not None:
             sensor.check(reached)
+        self.sums.tell()
         self.trouble.raise_any()
         step = Law((_ACTION, _STATE), moves.rows())
         sight = () if sensor is None else (Law((_ACTION, _NEXT), sensor.rows()),)
-        notes = list(self._notes(sensor))
+        notes = self._notes(sensor)
         gain = rewards.gain(step, sight[0] if sight else None, -1.0 if self.is_cost else 1.0, notes)
         seen = self.declared.get("observations")
         return ForeignModel(
             format="Cassandra's format",
             discount=1.0 if self.discount is None else self.discount,
+            discount_place=self.discount_place,
             actions=(actions,),
             states=(Variable("state", states.size, states.names, visible=sensor is None),),
             observations=() if seen is None else (seen,),
@@ -196,7 +205,7 @@ class _Reader:
             notes=tuple(notes),
         )
 
-    def _notes(self, sensor: Probabilities | None) -> Sequence[str]:
+    def _notes(self, sensor: Probabilities | None) -> list[str]:
         notes = []
         if self.discount is None:
             notes.append("The file gives no discount: it is 1.")
@@ -204,7 +213,7 @@ class _Reader:
             notes.append("The file gives costs: their signs are changed.")
         if sensor is None:
             notes.append("The file declares no observations: the state is visible.")
-        return notes
+        return notes + self.sums.notes()
 
     def _start_row(self, states: Variable) -> Row:
         everywhere = row_of([1.0 / states.size] * states.size)
@@ -235,11 +244,12 @@ class _Reader:
 
     def _start_vector(self, words: list[Word]) -> Row:
         values = [float(w.text) for w in words]
-        total, span = sum(values), self.tokens.span(words[0])
-        if min(values) < 0:
-            self.trouble.add(e09_cassandra.negative_start(min(values), span))
-        elif not abs(total - 1) <= TOLERANCE:
-            self.trouble.add(e09_cassandra.wrong_sum_of_start(total, span))
+        negative = [word for word, value in zip(words, values, strict=True) if value < 0]
+        if negative:
+            span = self.tokens.span(negative[0])
+            self.trouble.add(e09_cassandra.negative_start(float(negative[0].text), span))
+        else:
+            self.sums.check("the start", sum(values), self.tokens.span(words[0]))
         return row_of(values)
 
 

@@ -10,6 +10,7 @@ from itertools import product
 from hypgen.dsl.foreign.cassandra.tables import fields
 from hypgen.dsl.foreign.cassandra.tokens import Tokens, Word
 from hypgen.dsl.foreign.tables.foreign_model import Gain, Law, Read, Variable
+from hypgen.dsl.messages import e09_cassandra
 
 _ACTION, _STATE, _NEXT = Read("action"), Read("state"), Read("next")
 _Key = tuple[int, ...]
@@ -42,6 +43,8 @@ class Rewards:
         for variable in rest:
             count *= variable.size
         if not rest:
+            if len(self.variables) == 3 and self._fourth_field():
+                return False
             number = self.tokens.number("a reward")
             values = None if number is None else [number]
         else:
@@ -55,6 +58,16 @@ class Rewards:
         for entry, value in zip(product(*(range(v.size) for v in rest)), values, strict=True):
             self._set([*found, *((e,) for e in entry)], value)
         return True
+
+    def _fourth_field(self) -> bool:
+        """Return whether an observation is named in a file without observations, and note it."""
+        tokens = self.tokens
+        word = tokens.next()
+        is_field = tokens.text[: word.start].rstrip().endswith(":") and not tokens.at_heading()
+        tokens.at = word.start
+        if is_field:
+            tokens.trouble.add(e09_cassandra.reward_sees_nothing(tokens.span(word)))
+        return is_field
 
     def _set(self, found: Sequence[Sequence[int]], value: float) -> None:
         mask = tuple(len(f) != v.size for f, v in zip(found, self.variables, strict=True))

@@ -8,10 +8,11 @@ from collections.abc import Sequence
 from hypgen.dsl.foreign.cassandra.tokens import Tokens, Word
 from hypgen.dsl.foreign.tables.foreign_model import Row, Variable
 from hypgen.dsl.foreign.tables.rows import TOLERANCE, normalised
+from hypgen.dsl.foreign.tables.sums import Sums
 from hypgen.dsl.messages import e09_cassandra
 
 MAX_WRITTEN = 20_000_000  # entries, those that are written again included: ten seconds
-_SHOWN = 5
+_SHOWN = 5  # numbers of a row that are no probabilities
 _RESET: dict[int, float] = {-1: 1.0}  # stands for the start, which may be given below
 
 
@@ -56,8 +57,10 @@ def resolve(tokens: Tokens, word: Word, variable: Variable) -> Sequence[int] | N
 class Probabilities:
     """T or O: a row of probabilities over ``values`` for each action and state."""
 
-    def __init__(self, tokens: Tokens, name: str, given: tuple[Variable, Variable], values: Variable) -> None:
-        self.tokens, self.name, self.given, self.values = tokens, name, given, values
+    def __init__(
+        self, tokens: Tokens, sums: Sums, name: str, given: tuple[Variable, Variable], values: Variable
+    ) -> None:
+        self.tokens, self.sums, self.name, self.given, self.values = tokens, sums, name, given, values
         self.written = 0
         actions, states = given
         self.table: list[list[dict[int, float] | None]] = [[None] * states.size for _ in range(actions.size)]
@@ -116,6 +119,9 @@ class Probabilities:
             for s in range(states):
                 self._set(actions, (s,), {s: 1.0}, place)
             return True
+        if form == "reset":
+            self.tokens.trouble.add(e09_cassandra.reset_of_matrix(self.name, self.tokens.span(word)))
+            return False
         if form == "uniform":
             row = self._row("")
             assert row is not None
@@ -139,15 +145,16 @@ class Probabilities:
         numbers = self.tokens.numbers(size, what)
         if numbers is None:
             return None
-        if min(numbers) < 0 or max(numbers) > 1 + TOLERANCE:
-            wrong = min(numbers) if min(numbers) < 0 else max(numbers)
-            self._no_probability(wrong, word)
+        if min(numbers) < 0 or max(numbers) > 1:
+            wrong = [n for n, p in enumerate(numbers) if not self.sums.is_probability(p)]
+            for n in wrong[:_SHOWN]:
+                self._no_probability(numbers[n], self.tokens.behind(word, n))
         return {v: p for v, p in enumerate(numbers) if p}
 
     def _probability(self) -> float | None:
         word = self.tokens.peek()
         number = self.tokens.number("a probability")
-        if number is not None and not 0 <= number <= 1 + TOLERANCE:
+        if number is not None and not self.sums.is_probability(number):
             self._no_probability(number, word)
         return number
 
@@ -185,7 +192,6 @@ class Probabilities:
         """Note rows that are missing or do not sum to 1; of O those of states that are ``needed``."""
         missing: list[str] = []
         trouble = self.tokens.trouble
-        wrong = 0
         for a, rows in enumerate(self.table):
             for s, row in enumerate(rows):
                 total = sum(row.values()) if row else 0.0
@@ -194,16 +200,11 @@ class Probabilities:
                 if needed is not None and s not in needed[a] and not total:
                     rows[s] = {0: 1.0}  # is never drawn
                     continue
-                if not total:
+                if s not in self.places[a]:
                     missing.append(self._row_name(a, s))
                     continue
-                wrong += 1
-                if wrong <= _SHOWN:
-                    span = trouble.span(self.places[a][s], 1)
-                    trouble.add(e09_cassandra.wrong_sum(self._row_name(a, s), total, span))
-        if wrong > _SHOWN:
-            place = max(self.places[-1].values(), default=0)
-            trouble.add(e09_cassandra.more_wrong_sums(wrong - _SHOWN, self.name, trouble.span(place, 1)))
+                span = trouble.span(self.places[a][s], 1)
+                self.sums.check(f"row {self._row_name(a, s)}", total, span)
         if missing:
             place = min((p for places in self.places for p in places.values()), default=0)
             trouble.add(e09_cassandra.rows_missing(missing, trouble.span(place, 1)))

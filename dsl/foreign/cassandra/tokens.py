@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import re
+from itertools import islice
 from typing import NamedTuple
 
 from hypgen.dsl.foreign.tables.trouble import Trouble
@@ -93,6 +94,11 @@ class Tokens:
                 self.at += len(window) - len(words[count])
                 return values
         return self._slowly(count, what, remedy)
+
+    def behind(self, word: Word, number: int) -> Word:
+        """Return the word that stands ``number`` words behind ``word``."""
+        found = next(islice(_WORD.finditer(self.text, word.start), number, None))
+        return Word(found[1], found.start(1))
 
     def number(self, what: str, remedy: str = "") -> float | None:
         """Return the next number."""

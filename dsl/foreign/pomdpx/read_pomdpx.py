@@ -20,10 +20,11 @@ from hypgen.dsl.foreign.tables.foreign_model import (
 )
 from hypgen.dsl.foreign.tables.reduction import without_observations
 from hypgen.dsl.foreign.tables.rows import TOLERANCE, normalised
+from hypgen.dsl.foreign.tables.sums import Sums
 from hypgen.dsl.foreign.tables.trouble import Trouble
 from hypgen.dsl.messages import e09_pomdpx
 from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.dsl.messages.source import Source
+from hypgen.dsl.messages.source import Source, Span
 
 MAX_VALUES = 100_000
 _PARTS = frozenset(
@@ -33,20 +34,22 @@ _PARTS = frozenset(
 _KINDS = {"StateVar": "state", "ObsVar": "observation", "ActionVar": "action"}
 
 
-def read(source: Source) -> ForeignModel:
-    """Return the model of a POMDPX file; raises ``ModelError``."""
-    return _Reader(source).run()
+def read(source: Source, tolerance: float) -> ForeignModel:
+    """Return the model of a POMDPX file, rows off by ``tolerance`` scaled to 1; raises ``ModelError``."""
+    return _Reader(source, tolerance).run()
 
 
 class _Reader:
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: Source, tolerance: float) -> None:
         self.trouble = Trouble(source)
+        self.sums = Sums(self.trouble, tolerance)
+        self.discount_place: Span | None = None
         self.variables: dict[str, list[Variable]] = {kind: [] for kind in _KINDS.values()}
         self.axes: dict[str, Axis] = {}  # by the name that tables use
         self.currents: dict[str, int] = {}  # state variables by their name after the step
         self.rewards: list[str] = []
         self.notes: list[str] = []
-        self.tables = Tables(self.trouble)
+        self.tables = Tables(self.trouble, self.sums)
 
     def run(self) -> ForeignModel:
         root = parse(self.trouble)
@@ -64,6 +67,7 @@ class _Reader:
         gains = self._gains(self._part(root, "RewardFunction"))
         self._check_order(root, starts, "state")
         self._check_order(root, steps, "next")
+        self.sums.tell()
         self.trouble.raise_any()
         model = ForeignModel(
             "POMDPX", discount, tuple(self.variables["action"]), tuple(states), tuple(seen),
@@ -72,7 +76,7 @@ class _Reader:
         rewards = tuple(without_observations(g, model, self.notes) for g in gains)
         return ForeignModel(
             model.format, discount, model.actions, model.states, model.observations,
-            starts, steps, sight, rewards, tuple(self.notes),
+            starts, steps, sight, rewards, tuple(self.notes + self.sums.notes()), self.discount_place,
         )  # fmt: skip
 
     def _part(self, parent: Element, tag: str) -> Element:
@@ -90,8 +94,8 @@ class _Reader:
     def _discount(self, root: Element) -> float:
         element = self._part(root, "Discount")
         number = self.tables.number(element.text)
+        span = self.discount_place = self.trouble.span(element.text_start, len(element.text))
         if number is None or not 0 <= number <= 1:
-            span = self.trouble.span(element.text_start, len(element.text))
             self.trouble.add(e09_pomdpx.wrong_discount(element.text, span))
             return 0.5
         return number
@@ -206,19 +210,19 @@ class _Reader:
         self, element: Element, own: Axis, parents: list[Axis], rows: list[dict[int, float]]
     ) -> None:
         wrong = [n for n, row in enumerate(rows) if abs(math.fsum(row.values()) - 1) > TOLERANCE]
-        span = self.trouble.span(element.start, 9)
-        for number in wrong[:3]:
+        span, missing = self.trouble.span(element.start, 9), []
+        for number in wrong:
             total, left, given = math.fsum(rows[number].values()), number, []
             for parent in reversed(parents):
                 left, value = divmod(left, len(parent.names))
                 given.append(f"{parent.name} = {parent.names[value]}")
             row = f"'{own.name}'" + (f" given {', '.join(reversed(given))}" if given else "")
-            if total:
-                self.trouble.add(e09_pomdpx.wrong_sum(row, total, span))
+            if rows[number]:
+                self.sums.check(row, total, span)
             else:
-                self.trouble.add(e09_pomdpx.row_missing(row, span))
-        if len(wrong) > 3:
-            self.trouble.add(e09_pomdpx.more_wrong_sums(len(wrong) - 3, own.name, span))
+                missing.append(row)
+        if missing:
+            self.trouble.add(e09_pomdpx.rows_missing(missing, span))
 
     def _check_order(self, root: Element, laws: tuple[Law, ...], kind: str) -> None:
         if not self.trouble.found and len(drawing_order(laws, kind)) < len(laws):

@@ -11,7 +11,7 @@ from itertools import product
 
 from hypgen.dsl.foreign.pomdpx.xml_tree import Element, place_of
 from hypgen.dsl.foreign.tables.foreign_model import Read, count, position
-from hypgen.dsl.foreign.tables.rows import TOLERANCE
+from hypgen.dsl.foreign.tables.sums import Sums
 from hypgen.dsl.foreign.tables.trouble import Trouble
 from hypgen.dsl.messages import e09_pomdpx
 
@@ -49,8 +49,8 @@ class _Target:
 class Tables:
     """Fills tables from <Parameter> elements."""
 
-    def __init__(self, trouble: Trouble) -> None:
-        self.trouble = trouble
+    def __init__(self, trouble: Trouble, sums: Sums) -> None:
+        self.trouble, self.sums = trouble, sums
 
     def number(self, text: str) -> float | None:
         """Return the number that ``text`` is, None if it is none."""
@@ -185,14 +185,19 @@ class Tables:
             return None
         values = [self.number(w) for w in words]
         for word, value in zip(words, values, strict=True):
-            if value is None or (target.rows is not None and not 0 <= value <= 1 + TOLERANCE):
+            if value is None or (target.rows is not None and not self.sums.is_probability(value)):
                 self._no_number(word, element, target)
                 return None
         return [v for v in values if v is not None]
 
     def _no_number(self, word: str, element: Element, target: _Target) -> None:
         wrong = e09_pomdpx.no_number if target.rows is None else e09_pomdpx.no_probability
-        self.trouble.add(wrong(word, self.trouble.span(element.text_start, 1)))
+        # Comments between the words are not in the element's text; the word stands behind its start still.
+        found = re.compile(rf"(?<![^\s>]){re.escape(word)}(?![^\s<])").search(
+            self.trouble.source.text, element.text_start
+        )
+        start = found.start() if found else element.text_start
+        self.trouble.add(wrong(word, self.trouble.span(start, len(word))))
 
     # Decision diagrams ---------------------------------------------------------------------------
 
@@ -238,7 +243,7 @@ class Tables:
 
     def _terminal(self, element: Element, target: _Target, given: dict[str, Sequence[int]]) -> None:
         value = self.number(element.text)
-        if value is None or (target.rows is not None and not 0 <= value <= 1 + TOLERANCE):
+        if value is None or (target.rows is not None and not self.sums.is_probability(value)):
             self._no_number(element.text, element, target)
             return
         for at in self._write(target, self._ranges(target, given), element):

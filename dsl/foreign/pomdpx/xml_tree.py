@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from xml.parsers import expat
@@ -13,6 +14,7 @@ from hypgen.dsl.messages.diagnostic import ModelError
 from hypgen.dsl.messages.source import Span
 
 MAX_DEPTH = 200
+_TAG = re.compile(r"""<(?:"[^"]*"|'[^']*'|[^>"'])*>\s*""")
 
 
 @dataclass
@@ -100,7 +102,9 @@ class _Builder:
         if text.strip() and self.open:
             element = self.open[-1]
             if not element.parts:
-                element.text_start = self._place() + len(text) - len(text.lstrip())
+                # The parser gathers a text and gives it where the next tag is.
+                tag = _TAG.match(self.trouble.source.text, element.start)
+                element.text_start = tag.end() if tag else element.start
             element.parts.append(text)
 
     def _refuse(self, *_: object) -> int:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 
+from hypgen.dsl.messages.source import Span
+
 # (value, probability) of those values that can be, by rising value.
 Row = tuple[tuple[int, float], ...]
 
@@ -65,7 +67,8 @@ class Gain:
 class ForeignModel:
     """A finite POMDP: laws of the start, of each step and of what is seen, one for each variable.
 
-    ``notes`` are sentences about what the reader changed.
+    ``notes`` are sentences about what the reader changed. ``discount_place`` is None where the file
+    gives no discount, which counts as 1.
     """
 
     format: str
@@ -78,6 +81,7 @@ class ForeignModel:
     sensors: tuple[Law, ...]
     rewards: tuple[Gain, ...]
     notes: tuple[str, ...] = ()
+    discount_place: Span | None = None
 
     def variable(self, read: Read) -> Variable:
         """Return the variable that ``read`` names."""

@@ -9,6 +9,8 @@ from hypgen.dsl.foreign.tables.foreign_model import Row
 
 # Files print 1/3 with a few digits; a row is off by that for each of its entries.
 TOLERANCE = 1.01e-4
+# What `--normalise` scales unless told otherwise: beyond, a row is wrong and not rounded.
+ROUGH = 0.01
 # The language takes a row that is off by as much as it is.
 _EXACT = 2e-6
 

@@ -118,6 +118,17 @@ def test_large_tables_are_lists_of_successors() -> None:
         (ROBOT + "T: go : left : left nan", ["E0901 9: a probability is expected, but found 'nan'"]),
         (ROBOT + "T: go : left : left 1e999", ["E0901 9: a probability is expected, but found '1e999'"]),
         (ROBOT + "T: go : left : left -1", ["E0906 9: -1 is no probability"]),
+        (HEAD + "T: stay identity\nT: go\nreset\nO: * uniform",
+         ["E0901 8: 'reset' stands for a row, not for a whole matrix"]),
+        (ROBOT + "T: go : left : * 0", ["E0904 9: the probabilities of row T : go : left sum to 0"]),
+        (ROBOT + "T: go : * 0.5 0.5 0.5",
+         ["E0904 9: the probabilities of row T : go : left sum to 1.5, "
+          "and so do those of 2 more rows written here"]),
+        (ROBOT + "O: go : * 0.9 0.0997\nT: stay : left 0.5 0.2 0.301",
+         ["E0904 10: the probabilities of row T : stay : left sum to 1.001, "
+          "and 3 more rows are off 1 by at most 0.01"]),
+        (ROBOT.replace("discount: 0.9\n", ""),
+         ["E0908 1: no discount is given, which counts as 1, so that values are sums without end"]),
         (HEAD + "T: stay identity\nO: * uniform",
          ["E0905 6: 3 rows have no probabilities: T : go : left, T : go : middle, T : go : right"]),
         (HEAD + "start: 0.5 0.5\n" + TABLES,
@@ -159,6 +170,43 @@ def test_remedies_fit_the_place(old: str, new: str, remedy: str) -> None:
     with pytest.raises(ModelError) as error:
         imported(ROBOT.replace(old, new))
     assert error.value.diagnostics[0].remedy == remedy
+
+
+def places(text: str) -> list[tuple[str, int, int]]:
+    with pytest.raises(ModelError) as error:
+        imported(text)
+    return [(d.message, d.span.line, d.span.column) for d in error.value.diagnostics if d.span]
+
+
+def test_carets_are_at_the_numbers_that_are_wrong() -> None:
+    assert places(ROBOT + "T: go : left\n1.2 0 -0.2") == [
+        ("1.2 is no probability", 10, 1),
+        ("-0.2 is no probability", 10, 7),
+    ]
+    assert places(HEAD + "start: 0.5 -0.5 1\n" + TABLES) == [("a probability of the start is -0.5", 6, 12)]
+    text = "# the discount is 1\n" + ROBOT.replace("0.9", "1")
+    assert [(line, column) for _, line, column in places(text)] == [(2, 11)]
+
+
+def test_a_reward_on_observations_needs_observations() -> None:
+    text = "discount: 0.9\nstates: a b\nactions: go\nT: go uniform\nR: go : a : b : {} 1\n"
+    message = "R takes an action, a state and a next state here, as the file declares no observations"
+    for observation in ("*", "0", "seen"):
+        assert places(text.format(observation)) == [(message, 5, 17)]
+    imported(text.replace("{} 1", "1"))
+
+
+def test_rounded_rows_are_told_once_and_scaled_when_told_to() -> None:
+    rounded = " ".join(["0.0769"] * 13)
+    head = HEAD.replace("observations: dark light", "observations: 13")
+    text = f"{head}T: stay identity\nT: go uniform\nO: * : *\n{rounded}\nR: go : left : * : * 1\n"
+    with pytest.raises(ModelError) as error:
+        imported(text)
+    (mistake,) = error.value.diagnostics
+    assert "`hypgen import robot.pomdp --normalise` scales them" in mistake.remedy
+    scaled = reader.import_text("robot.pomdp", text.encode(), None, None, 0.001)
+    assert scaled.model.notes == ("6 rows are scaled to sum to 1.",)
+    assert "observe seen: Observation ~ uniform(Observation)" in scaled.text
 
 
 def test_numbers_are_the_shortest_that_stay_the_same() -> None:

@@ -164,8 +164,41 @@ def test_a_misspelt_part_is_named_in_the_remedy() -> None:
 
 
 def test_a_row_that_no_entry_gives_is_told() -> None:
-    row = "there are no probabilities of 'sensor' given act = check, rover_1 = s0, rock_1 = good"
-    assert f"E0905: {row}" in told(ROVER.replace("0.8 0.2 0.2 0.8", "0 0 0.2 0.8"))
+    entry = "    <Entry><Instance>* * * -</Instance><ProbTable>1 0</ProbTable></Entry>\n"
+    row = "there are no probabilities of 'sensor' given act = east, rover_1 = s0, rock_1 = good"
+    assert f"E0905: {row} and 11 more rows" in told(ROVER.replace(entry, ""))
+
+
+def test_a_row_that_is_given_as_zeros_sums_to_0() -> None:
+    row = "the probabilities of 'sensor' given act = check, rover_1 = s0, rock_1 = good sum to 0"
+    assert f"E0904: {row}" in told(ROVER.replace("0.8 0.2 0.2 0.8", "0 0 0.2 0.8"))
+    start = "<Entry><Instance>-</Instance><ProbTable>uniform"
+    assert "E0904: the probabilities of 'rock_0' sum to 0" in told(
+        ROVER.replace(start, start.replace("uniform", "0.0 0.0"))
+    )
+
+
+def test_a_word_that_is_no_probability_has_the_caret() -> None:
+    with pytest.raises(ModelError) as error:
+        imported(ROVER.replace("0.8 0.2 0.2 0.8", "0.8 0.2 <!-- -0.1 -->\n1.1 -0.1"))
+    (mistake,) = error.value.diagnostics
+    assert mistake.message == "'1.1' is no probability" and mistake.span is not None
+    assert (mistake.span.column, mistake.span.end_column) == (1, 4)
+
+
+def test_a_caret_is_at_the_text_of_an_element() -> None:
+    with pytest.raises(ModelError) as error:
+        imported(ROVER.replace("<Discount>0.9", "<Discount>\n  7 "))
+    (mistake,) = error.value.diagnostics
+    assert mistake.span is not None and (mistake.span.line, mistake.span.column) == (5, 3)
+
+
+def test_rounded_rows_are_scaled_when_told_to() -> None:
+    text = ROVER.replace("0.8 0.2 0.2 0.8", "0.8 0.199 0.2 0.8")
+    row = "'sensor' given act = check, rover_1 = s0, rock_1 = good"
+    assert told(text) == [f"E0904: the probabilities of {row} sum to 0.999"]
+    scaled = reader.import_text("rover.pomdpx", text.encode(), None, None, 0.01)
+    assert "1 row is scaled to sum to 1." in scaled.model.notes
 
 
 def test_a_template_that_leads_to_itself_is_refused() -> None:
