@@ -268,6 +268,13 @@ class Comparison {
   hypgen::StreamKey choices_;
 };
 
+// Whether a factored belief has particles; if not, its marginals say all.
+template <class M>
+constexpr bool has_particle_units() {
+  if constexpr (M::kFactored) return M::kParticleUnits > 0;
+  return false;
+}
+
 template <class M>  // as not every model has a factored belief
 std::unique_ptr<hypgen::Belief> make_belief(const std::string& kind, const typename M::Params& params,
                                             std::uint64_t seed, std::size_t particles) {
@@ -322,7 +329,7 @@ int main(int argc, char** argv) {
       if (kind == "limit") {
         if (is_later) limit.update(step.action, step.key);
         held = limit.belief(enumeration.model.states);
-      } else if (kind == "particle") {
+      } else if (kind == "particle" || (kind == "factored" && has_particle_units<Model>())) {
         held = comparison.of_particles(*belief, buffer);
       } else if (kind == "factored") {
         held = comparison.of_marginals(*belief, enumeration.model.seen[any]);

@@ -153,8 +153,8 @@ class TextReport:
             for (label, _), known in zip(factor_texts(factor, model), moments[factor.element], strict=True):
                 mean, deviation = known
                 click.echo(_wrapped(f"believed {label}: mean {mean:.6g}, deviation {deviation:.3g}"))
-        unknown = [f.element for f in model.factors if not f.exact and f.element not in moments]
-        for name in unknown + [o.element for o in model.obstacles]:
+        sampled = [f for f in model.factors if not (f.exact or f.joined or f.element in moments)]
+        for name in [f.element for f in sampled] + [o.element for o in model.obstacles]:
             click.echo(f"  {name}: kept as particles, which only a solver has")
         for r in model.history.registers:
             click.echo(_wrapped(f"remembered {r.name} = {array_text(remembered[r.name], r.type, r.indices)}"))

@@ -235,16 +235,17 @@ class FactorFunctions(UnitFunctions):
     def _unit_of(self) -> template_data.Function:
         """Return what gives the unit of a flattened variable: exact ones, then the others; -1 if visible."""
         builder = self.interface.given([("int", "variable")])
-        firsts, first, end = {}, 0, 0
+        firsts: dict[str, tuple[int, ir.Factor]] = {}
+        first, end = 0, 0
         for factor in (*self.exact, *self.sampled):
-            firsts[factor.element] = (first, factor)
+            firsts |= dict.fromkeys(factor.variables, (first, factor))
             first += factor.members
         for variable in self.model.variables:
             start, end = end, end + length_of(variable.indices)
             if variable.visible:
                 unit = "-1"
             else:
-                base, factor = firsts[variable.element]
+                base, factor = firsts[variable.name]
                 each = length_of(variable.indices) // factor.members
                 offset = f"(variable - {start})" if start else "variable"
                 offset = f"{offset} / {each}" if each > 1 else offset.strip("()")

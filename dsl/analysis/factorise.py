@@ -3,8 +3,8 @@
 
 The hidden variables of an element (of a family: of each member) are a factor if no init or update, and
 nothing that the agent learns from, brings them together with other hidden state; docs/internals/beliefs.md
-has the rules. What forbids it is kept for ``hypgen explain``, and for the message of a ``belief`` that needs
-it.
+has the rules. All elements that are none make one factor together, beside those that are. What forbids it
+is kept for ``hypgen explain``, and for the message of a ``belief`` that needs it.
 """
 
 from __future__ import annotations
@@ -99,7 +99,10 @@ class _Factors:
         for name, reads in self.draws.items():
             self._untied(name, reads)
         factors = tuple(self._factor(e, seen, first) for e in self.hidden if e not in self.obstacles)
-        return factors, tuple(self.obstacles[e] for e in self.hidden if e in self.obstacles)
+        tied = [e for e in self.hidden if e in self.obstacles]
+        if factors and tied and not self._draws_again(tied):
+            factors = (*factors, self._joined(tied, seen, first))
+        return factors, tuple(self.obstacles[e] for e in tied)
 
     # What forbids it -----------------------------------------------------------------------------
 
@@ -275,6 +278,23 @@ class _Factors:
             unmatched=unmatched,
         )
 
+    def _draws_again(self, elements: list[str]) -> bool:
+        """Return whether particles of the whole state serve better: copies draw unread values again."""
+        return any(v.fixed and v.indices for e in elements for v in self.hidden[e])
+
+    def _joined(self, elements: list[str], seen: list[_Seen], first: list[_Seen]) -> ir.Factor:
+        """Return one factor of all elements that are none: nothing ties them to the others."""
+        return ir.Factor(
+            "_and_".join(elements),
+            None,
+            tuple(v.name for e in elements for v in self.hidden[e]),
+            size=0,
+            inexact="it joins what is no factor" if len(elements) > 1 else "its members are no factors",
+            evidence=_of_any(elements, seen),
+            first=_of_any(elements, first),
+            joined=True,
+        )
+
     def _law(self, seen: _Seen) -> ir.Dist:
         """Return what is seen is drawn from."""
         if seen.kind == "observe":
@@ -294,6 +314,25 @@ def _guarded(
 
 def _evidence(seen: _Seen, element: ir.Element) -> ir.Evidence:
     return ir.Evidence(seen.kind, seen.name, seen.binders, _touch(seen.tree, element), seen.condition)
+
+
+def _of_any(elements: list[str], seen: list[_Seen]) -> tuple[ir.Evidence, ...]:
+    """Return what tells of any of the elements; it touches position 0."""
+    return tuple(
+        ir.Evidence(s.kind, s.name, s.binders, _touch_of_any(s.tree, elements), s.condition)
+        for s in seen
+        if any(_touches(s.tree, e) for e in elements)
+    )
+
+
+def _touch_of_any(tree: Tree, elements: list[str]) -> ir.Expr:
+    """Return 0 where ``tree`` reads any of the elements, -1 elsewhere."""
+    type_ = Int(-1, 0)
+    if isinstance(tree, Leaf):
+        touches = any(_touches(tree, e) for e in elements)
+        return ir.Const(type_, 0 if touches else -1)
+    then, otherwise = _touch_of_any(tree.then, elements), _touch_of_any(tree.otherwise, elements)
+    return then if shape(then) == shape(otherwise) else ir.If(type_, tree.condition, then, otherwise)
 
 
 def _touches(tree: Tree, element: str) -> bool:

@@ -46,6 +46,9 @@ class Factor:
     what the agent has seen. ``evidence`` is in the order in which it is weighed; ``first`` is that of the
     start.
 
+    One factor may be ``joined``: the hidden variables of all elements that are none by themselves. It has no
+    binder even where these are families, and ``element`` is a name for all of them.
+
     ``size`` is the number of joint values, coded in mixed radix: ``variables`` in order, entries row-major,
     the first the most significant; 0 where no exact posterior is kept, and then ``inexact`` says why. Of a
     float a policy may know its ``moments``; ``unmatched`` says why not.
@@ -60,6 +63,7 @@ class Factor:
     first: tuple[Evidence, ...] = ()
     moments: Moments | None = None
     unmatched: str = ""
+    joined: bool = False
 
     @property
     def exact(self) -> bool:

@@ -330,8 +330,8 @@ class Model:
     @property
     def factored(self) -> bool:
         """Return whether every hidden variable belongs to a factor."""
-        factored = {f.element for f in self.factors}
-        return all(v.visible or v.element in factored for v in self.variables)
+        factored = {name for f in self.factors for name in f.variables}
+        return all(v.visible or v.name in factored for v in self.variables)
 
     def variable(self, name: str) -> Variable:
         """Return the variable with this qualified name."""

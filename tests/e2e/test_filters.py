@@ -63,6 +63,31 @@ observe feels: bool ~ noisy(floor.wet[robot.at'], 0.9)
 reward none = if go then 1 else 0
 """
 
+# Two that follow each other make one unit, beside a lamp that is none of their business.
+PAIR = """
+model Pair
+type Bot = 0 .. 1
+type Spot = 0 .. 5
+enum Act { wait, look }
+discount 0.9
+action act: Act
+element bot[b in Bot] {
+  hidden at: Spot
+  init at ~ uniform(Spot)
+  at' ~ { at: 0.6, else clamp(at + (if bot[1 - b].at > at then 1 else -1)) }
+}
+element lamp {
+  hidden on: bool
+  init on ~ bernoulli(0.3)
+  on' ~ noisy(on, 0.9)
+  observe glow: bool ~ noisy(on', 0.8)
+}
+observe close: bool ~ noisy(bot[0].at' == bot[1].at', 0.9)
+observe seen: Spot ~ if act == look then noisy(bot[0].at', 0.6)
+                     else noisy((if lamp.on' then 5 else 0), 0.7)
+reward none = if act == look then 1 else 0
+"""
+
 
 def at_start(path: Path, text: str) -> Compare:
     """Return how to compare beliefs of a model with a first observation with the exact one."""
@@ -85,6 +110,11 @@ def compare_start(tmp_path_factory: pytest.TempPathFactory) -> Compare:
 @pytest.fixture(scope="module")
 def compare_map(tmp_path_factory: pytest.TempPathFactory) -> Compare:
     return at_start(tmp_path_factory.mktemp("model") / "marsh.pomdp", FIRST_LOOK_AT_MAP)
+
+
+@pytest.fixture(scope="module")
+def compare_pair(tmp_path_factory: pytest.TempPathFactory) -> Compare:
+    return at_start(tmp_path_factory.mktemp("model") / "pair.pomdp", PAIR)
 
 
 @pytest.fixture(scope="module")
@@ -145,4 +175,13 @@ def test_cells_that_the_first_look_has_not_read_are_drawn_anew(compare_map: Comp
         assert compare_map("limit", 1, 50, steps)["largest"] < 1e-8
         assert filter_program.chi_square(compare_map("particle", 300, 1000, steps)["ranks"]) < CHI_SQUARE_9
     means = [(n, compare_map("particle", n, 100)["mean"]) for n in (100, 1000, 10000)]
+    assert filter_program.slope(means) == pytest.approx(-0.5, abs=0.05)
+
+
+@pytest.mark.parametrize("kind", ["factored", "particle"])
+def test_elements_that_are_tied_have_particles_beside_an_independent_one(
+    compare_pair: Compare, kind: str
+) -> None:
+    assert filter_program.chi_square(compare_pair(kind, 300, 1000, 5)["ranks"]) < CHI_SQUARE_9
+    means = [(n, compare_pair(kind, n, 100, 5)["mean"]) for n in (100, 1000, 10000)]
     assert filter_program.slope(means) == pytest.approx(-0.5, abs=0.05)

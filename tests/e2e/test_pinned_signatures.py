@@ -3,7 +3,8 @@
 
 The table (``pinned_signatures.json``) was last made when leaves began to roll out few actions, and that of
 crowd_driving and light_dark when particles of units began to move, that of navigation when its particles
-began to draw all first words by the model's own names. A change that does not mean to change arithmetic,
+began to draw all first words by the model's own names, that of pocman when its food and its ghosts got
+particles of their own. A change that does not mean to change arithmetic,
 the order of trials or what an example says must leave it as it is.
 """
 

@@ -24,7 +24,7 @@ struct ParticleUnits {
   using Evidence = typename M::Evidence;
   static constexpr int kUnits = M::kParticleUnits;
   static constexpr int kValues = M::kUnitValues;
-  static constexpr int kFirstWords = 16;
+  static constexpr int kFirstWords = 256;
   static constexpr bool kCountsApart = false;
   static constexpr bool kRedraws = false;
 

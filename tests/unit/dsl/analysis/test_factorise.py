@@ -255,8 +255,25 @@ def test_factors_without_an_exact_posterior_say_why(reason: str) -> None:
     assert [f.inexact for f in model.factors] == [reason]
 
 
-def test_an_independent_element_is_a_factor_beside_coupled_ones() -> None:
+def test_coupled_elements_are_one_factor_beside_an_independent_one() -> None:
     text = COUPLED["an observation couples robot and target"][0]
     model = model_of(text + "element rock { hidden good: bool  init good ~ bernoulli(0.5)  good' = good }")
+    assert [(f.element, f.joined) for f in model.factors] == [("rock", False), ("robot_and_target", True)]
+    assert model.factored
+    assert [o.element for o in model.obstacles] == ["robot", "target"]
+    joined = model.factors[1]
+    assert set(joined.variables) == {v.name for v in model.variables if v.element in ("robot", "target")}
+    assert not joined.exact
+
+
+def test_maps_that_copies_draw_again_stay_in_the_whole_state() -> None:
+    model = model_of(
+        """
+      type Cell = 0 .. 3
+      element floor { hidden fixed wet: bool[Cell]  init wet ~ [c in Cell: bernoulli(0.3)] }
+      element robot { hidden at: Cell  init at ~ uniform(Cell)  at' = at }
+      element rock { hidden good: bool  init good ~ bernoulli(0.5)  good' = good }
+      observe damp: bool ~ noisy(floor.wet[robot.at'], 0.9)"""
+    )
     assert [f.element for f in model.factors] == ["rock"]
     assert not model.factored
