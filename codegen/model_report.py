@@ -200,7 +200,12 @@ def _rewards(model: ir.Model) -> dict[str, Any]:
         low, high = _interval(reward.value.type)
         members = 1 if reward.binder is None else size_of(reward.binder.type)
         terms.append({"name": reward.name, "members": members, "low": low, "high": high})
-    return {"low": _total(terms, "low"), "high": _total(terms, "high"), "terms": terms}
+    return {
+        "low": _total(terms, "low"),
+        "high": _total(terms, "high"),
+        "fraction_bits": model.reward_bits,
+        "terms": terms,
+    }
 
 
 def _total(terms: list[dict[str, Any]], end: str) -> float | None:

@@ -161,6 +161,7 @@ def _constants(model: ir.Model, relaxation: Relaxation) -> tuple[str, ...]:
     visible = sum(length_of(v.indices) for v in model.variables if v.visible)
     has_lower = model.lower is not None or relaxation.earned
     least = least_reward(model)
+    bits = model.reward_bits
     lines = [
         f"static constexpr int kActionCount = {model.action.count};",
         f"static constexpr int kVisibleCount = {visible};",
@@ -168,6 +169,7 @@ def _constants(model: ir.Model, relaxation: Relaxation) -> tuple[str, ...]:
         f"static constexpr bool kHasLower = {'true' if has_lower else 'false'};",
         *([] if model.history.is_empty else ["static constexpr bool kHasHistory = true;"]),
         *([] if least is None else [f"static constexpr float kLeastReward = {float32(least)};"]),
+        *([] if bits == ir.REWARD_BITS else [f"static constexpr int kRewardBits = {bits};"]),
         f"using Key = {KeyLayout(model.key).type};",
     ]
     return tuple(lines)

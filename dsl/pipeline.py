@@ -49,6 +49,7 @@ PASSES = (
     Pass("make-key", passes.make_key, last=True),
     Pass("assemble", passes.assemble),
     Pass("derive-bounds", passes.derive_bounds),
+    Pass("scale-rewards", passes.scale_rewards),
     Pass("find-factors", passes.find_factors),
     Pass("resolve-beliefs", passes.resolve_beliefs, last=True),
     Pass("warn", passes.warn),

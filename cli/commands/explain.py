@@ -28,6 +28,7 @@ STAGES = {
     "make-key": "the digits of the observation key",
     "assemble": "the typed model",
     "derive-bounds": "bounds that follow from the rewards",
+    "scale-rewards": "the fixed point of the rewards",
     "find-factors": "hidden state that is independent, or why it is not",
     "resolve-beliefs": "the factor of each belief(..)",
     "warn": "warnings",

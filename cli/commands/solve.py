@@ -32,7 +32,7 @@ from hypgen.cli.output import say_warnings
     type=click.FloatRange(0, 1e9),
     default=0.001,
     show_default=True,
-    help="Stop where upper and lower bound are so close, relative to a value above 1.",
+    help="Stop where upper and lower bound are so close, relative to the value's size.",
 )
 @click.option(
     "--memory",

@@ -137,7 +137,17 @@ class GroupFunctions:
     def _table(self, number: int) -> str:
         """Return the members of the runtime's group that say what is in its table."""
         declared = "declared_upper" if self.relaxation.declared else "nullptr"
-        return f"{declared}, params.{self.groups[number].table}"
+        members = [declared, f"params.{self.groups[number].table}"]
+        rows, bits = self._rows(number), self.interface.model.reward_bits
+        if rows != 1 or bits != ir.REWARD_BITS:
+            members.append(str(rows))
+        if bits != ir.REWARD_BITS:
+            members.append(str(bits))
+        return ", ".join(members)
+
+    def _rows(self, number: int) -> int:
+        """Return the number of the table's rows."""
+        return 1
 
     def _ends(self) -> str:
         """Return the condition on which a group's step ends the episode."""

@@ -25,7 +25,9 @@ def least_reward(model: ir.Model) -> float | None:
         members = 1 if reward.binder is None else size_of(reward.binder.type)
         total += members * low
         size += members * abs(low)
-    rounded: float = struct.unpack("<f", struct.pack("<f", total - _SLACK * (size + 1.0)))[0]
+    rounded: float = struct.unpack(
+        "<f", struct.pack("<f", total - _SLACK * (size + 2.0 ** (ir.REWARD_BITS - model.reward_bits)))
+    )[0]
     return rounded
 
 

@@ -82,7 +82,6 @@ class TeamFunctions(GroupFunctions):
     def _legal(self, number: int) -> str:
         return self.legal[number % self.team.agents]
 
-    def _table(self, number: int) -> str:
+    def _rows(self, number: int) -> int:
         # A row for each place of the agent, so that the sets of tokens that it may have lie side by side.
-        rows = self.groups[number].group.states // self._sets(number // self.team.agents)
-        return f"{super()._table(number)}, {rows}"
+        return self.groups[number].group.states // self._sets(number // self.team.agents)

@@ -41,6 +41,8 @@ class Interface:
         self.stages = stages
         self.action = context.names.action
         self.key = KeyLayout(self.model.key)
+        bits = self.model.reward_bits
+        self.to_fixed = "math::to_fixed" if bits == ir.REWARD_BITS else f"math::to_fixed<{bits}>"
         # What functions that act call the action's code: as the model calls the action where the two are one.
         type_, joint = self.model.action.type, bool(self.model.action.indices)
         self.code = "action" if joint or isinstance(type_, Bool) or low_of(type_) else self.action
@@ -165,7 +167,7 @@ class Interface:
             builder.code.add(f"const float {earned} = {call};")
             builder.code.add(f"{error} |= math::is_nan({earned});")
             call = earned
-        builder.code.add(f"{total} += math::to_fixed({call});")
+        builder.code.add(f"{total} += {self.to_fixed}({call});")
 
     def conclude(self, builder: Builder, total: str) -> None:
         """Append what ends a step: its reward, and whether the episode has ended and how."""

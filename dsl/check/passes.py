@@ -8,6 +8,7 @@ A model goes through three forms: ``Written`` (its syntax tree), ``Draft`` (its 
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,9 +26,10 @@ from hypgen.dsl.check.program import CheckedProgram
 from hypgen.dsl.check.records import flatten_records
 from hypgen.dsl.check.scope import symbols
 from hypgen.dsl.check.scope.scope import Program
-from hypgen.dsl.ir import operators
+from hypgen.dsl.ir import operators, reward_scale
+from hypgen.dsl.messages import e06_ranges
 from hypgen.dsl.messages.diagnostic import Diagnostic
-from hypgen.dsl.messages.report import Report
+from hypgen.dsl.messages.report import Mistake, Report
 from hypgen.dsl.messages.source import Source, Span
 from hypgen.dsl.syntax import ast
 
@@ -236,6 +238,15 @@ def derive_bounds(whole: Whole) -> Whole:
             bound = draft.report.attempt(partial(derived_bounds.derived, name, model, draft.program))
             model = replace(model, **{name: bound or _ZERO})  # type: ignore[arg-type]  # both are expressions
     return replace(whole, model=model)
+
+
+def scale_rewards(whole: Whole) -> Whole:
+    """Take a model with bounds. Give it with the scale of its rewards; reports rewards that have none."""
+    step, most = reward_scale.largest_reward(whole.model), reward_scale.largest_return(whole.model)
+    if math.isfinite(step) and most >= reward_scale.LARGEST_FLOAT:
+        span = whole.model.rewards[0].span
+        whole.draft.report.add(Mistake(e06_ranges.large_return(step, most, span)))
+    return replace(whole, model=replace(whole.model, reward_bits=reward_scale.reward_bits(whole.model)))
 
 
 def find_factors(whole: Whole) -> Whole:

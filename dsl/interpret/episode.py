@@ -16,7 +16,6 @@ from hypgen.dsl.interpret.interpreter import Interpreter, pick_legal
 from hypgen.dsl.interpret.posteriors import Posteriors
 
 _RANDOM_SITE = 0xAC7
-_FIXED_ONE = 2.0**24
 
 Values = dict[str, list[Any]]
 
@@ -134,7 +133,7 @@ class Episode:
             decoded = run.decode(key)
             seen = {o.name: decoded[o.name][0].tolist() for o in self.model.observations}
             history = run.advance_history(now.state, action, key, done.after, history)
-        reward = _units(done.reward)
+        reward = self._units(done.reward)
         self._moments.append(
             Moment(
                 now.time + 1,
@@ -148,7 +147,7 @@ class Episode:
                 key,
             )
         )
-        shown = {name: _units(term) for name, term in terms.items()}
+        shown = {name: self._units(term) for name, term in terms.items()}
         return Outcome(action, reward, shown, seen, bool(done.error[0]))
 
     def undo(self) -> bool:
@@ -158,7 +157,6 @@ class Episode:
         self._moments.pop()
         return True
 
-
-def _units(fixed: Any) -> float:
-    """Return one lane's fixed-point sum as a number."""
-    return float(fixed[0]) / _FIXED_ONE
+    def _units(self, fixed: Any) -> float:
+        """Return one lane's fixed-point sum as a number."""
+        return float(fixed[0]) * 2.0**-self.model.reward_bits

@@ -135,7 +135,7 @@ class Interpreter:
         error = np.zeros(self.lanes, dtype=np.bool_)
         for term in self.model.rewards:
             for earned in self._earned(term, frame):
-                reward += to_fixed(earned)
+                reward += to_fixed(earned, self.model.reward_bits)
                 error |= np.isnan(earned)
         terminal = self._spread(self.model.terminal, frame)
         success = np.zeros_like(terminal)
@@ -150,7 +150,8 @@ class Interpreter:
         frame = self._frame(state, after=after, action=np.asarray(action), draws=draws)
         return {
             term.name: sum(
-                (to_fixed(earned) for earned in self._earned(term, frame)), np.zeros(self.lanes, np.int64)
+                (to_fixed(earned, self.model.reward_bits) for earned in self._earned(term, frame)),
+                np.zeros(self.lanes, np.int64),
             )
             for term in self.model.rewards
         }

@@ -31,6 +31,7 @@ from hypgen.dsl.ir.laws import (
     Widened,
 )
 from hypgen.dsl.ir.model import (
+    REWARD_BITS,
     Action,
     Assign,
     ConstantArray,
@@ -90,6 +91,7 @@ from hypgen.dsl.ir.nodes import (
 )
 
 __all__ = [
+    "REWARD_BITS",
     "Action",
     "ActionRead",
     "Assign",

@@ -17,6 +17,9 @@ from hypgen.dsl.ir.nodes import (
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import Array, Enum, Record, Type, digits_of, length_of, size_of
 
+# The fraction bits of rewards in fixed point, where these are neither very large nor very small.
+REWARD_BITS = 24
+
 # Declarations ------------------------------------------------------------------------------------
 
 
@@ -288,6 +291,7 @@ class Model:
     none; ``lower`` is None unless declared, and then replaces the rollout. ``policy`` None means uniform over
     the legal actions, drawn at the site ``policy:default``. ``source_hash`` is the SHA-256 of the text with
     all settings applied. Elements with hidden variables are ``factors``, or have one of the ``obstacles``.
+    ``reward_bits`` are the fraction bits of rewards in fixed point; below 0, the last bit is above 1.
     """
 
     name: str
@@ -320,6 +324,7 @@ class Model:
     invariants: tuple[Invariant, ...] = ()
     factors: tuple[Factor, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
+    reward_bits: int = REWARD_BITS
     spans: dict[str, Span] = field(default_factory=dict, compare=False)
 
     @property

@@ -163,6 +163,13 @@ def unlimited_reward(bound: str, reward: str, span: Span) -> Diagnostic:
     return Diagnostic("E0607", message, span, remedy)
 
 
+def large_return(step: float, whole: float, span: Span) -> Diagnostic:
+    """Rewards that add up to more than a float holds."""
+    most = f"a step earns or costs up to {step:.3g}, an episode up to {whole:.3g}"
+    remedy = "use a larger unit, or limit the rewards with clamp(.., low, high)"
+    return Diagnostic("E0611", f"{most}, which is beyond 32-bit floats", span, remedy)
+
+
 def nothing_left(low: int, high: int, span: Span) -> Diagnostic:
     """A truncated draw of which no value lies between the ends."""
     message = f"nothing of this draw lies in {low} .. {high}"

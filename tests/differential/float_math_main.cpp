@@ -35,7 +35,8 @@ void append(std::vector<std::int64_t>& out, Pair pair) {
        {math::exp(a), math::exp2(a), math::log(a), math::log2(a), math::sqrt(a), math::pow(a, b),
         math::hypot(a, b), math::abs(a), math::sign(a), math::min(a, b), math::max(a, b),
         math::clamp(a, -1.5F, 2.0F), math::sin(a), math::cos(a), math::tan(a), math::asin(a), math::acos(a),
-        math::atan2(a, b), math::from_fixed(static_cast<std::int64_t>(pair.a) * 65537 - pair.b)}) {
+        math::atan2(a, b), math::from_fixed(static_cast<std::int64_t>(pair.a) * 65537 - pair.b),
+        math::from_fixed<-9>(static_cast<std::int64_t>(pair.a) * 65537 - pair.b)}) {
     out.push_back(math::canonical_bits(x));
   }
   const auto i = static_cast<std::int32_t>(pair.a);
@@ -49,6 +50,10 @@ void append(std::vector<std::int64_t>& out, Pair pair) {
   }
   out.push_back(math::to_fixed(a));
   out.push_back(math::to_fixed(i));
+  out.push_back(math::to_fixed<-9>(a));
+  out.push_back(math::to_fixed<-9>(i));
+  out.push_back(math::to_fixed<50>(a));
+  out.push_back(math::to_fixed<50>(i));
   out.push_back(static_cast<std::int64_t>(math::threshold(a)));
   for (const double x :
        {math::normal_cdf(static_cast<double>(a)), math::normal_quantile(static_cast<double>(a)),

@@ -87,7 +87,7 @@ def expected_columns(pairs: npt.NDArray[np.float32]) -> list[npt.NDArray[np.int6
         *(fe.exp(a), fe.exp2(a), fe.log(a), fe.log2(a), fe.sqrt(a), fe.pow(a, b), fe.hypot(a, b), np.abs(a)),
         *(fm.sign(a), fm.minimum(a, b), fm.maximum(a, b), fm.clamp(a, low, high)),
         *(ft.sin(a), ft.cos(a), ft.tan(a), ft.asin(a), ft.acos(a), ft.atan2(a, b)),
-        fm.from_fixed(words[:, 0] * 65537 - words[:, 1]),
+        *(fm.from_fixed(words[:, 0] * 65537 - words[:, 1], bits) for bits in (24, -9)),
     ]
     ints = [
         *(fm.floordiv(i, j), fm.mod(i, j), fm.floordiv(i, divisor), fm.mod(i, divisor)),
@@ -97,6 +97,7 @@ def expected_columns(pairs: npt.NDArray[np.float32]) -> list[npt.NDArray[np.int6
             fm.sign(i),
             fm.to_fixed(a),
             fm.to_fixed(i),
+            *(fm.to_fixed(x, bits) for bits in (-9, 50) for x in (a, i)),
             fm.threshold(a),
         ),
     ]

@@ -85,3 +85,58 @@ def test_policies_of_the_solver_play_the_same_episodes_as_planners() -> None:
     assert returns["blind"] == pytest.approx(returns["default"])  # both only listen
     assert found["value"]["lower"] < 19.372 < found["value"]["upper"] + 0.02
     assert found["steps"] == 30 and found["left_out"] == pytest.approx(0.95**30)
+
+
+LARGE = """discount: 0.9
+values: cost
+states: a b
+actions: go
+observations: x
+start: a
+T: go
+uniform
+O: go
+uniform
+R: go : a : * : * 2.5e7
+"""
+SMALL = """model Small
+enum Act {{ a, b }}
+discount 0.9
+action act: Act
+element coin {{
+  hidden heads: bool
+  init heads ~ bernoulli(0.5)
+  heads' = heads
+}}
+observe side: bool ~ noisy(coin.heads', 0.7)
+reward gain = match act {{ a => {most}  b => {least} }}
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "value"),
+    [
+        ("large.POMDP", LARGE, -1.375e8),
+        ("small.pomdp", SMALL.format(most="2e-8", least="0.00000001"), 2e-7),
+        ("smaller.pomdp", SMALL.format(most="1.5e-30", least="1e-30"), 1.5e-29),
+        ("some.pomdp", SMALL.format(most="0.00002", least="0.00001"), 2e-4),
+    ],
+)
+def test_rewards_have_any_scale(name: str, text: str, value: float, tmp_path: Path) -> None:
+    model = tmp_path / name
+    model.write_text(text)
+    done = solve(str(model), "--json")
+    assert done.returncode == Exit.OK, done.stderr
+    found = json.loads(done.stdout)
+    assert found["lower"] == pytest.approx(value, rel=1e-3)
+    assert found["upper"] == pytest.approx(value, rel=1e-3)
+
+
+def test_a_param_far_beyond_its_declared_value_is_a_model_error(tmp_path: Path) -> None:
+    model, params = tmp_path / "fees.pomdp", tmp_path / "fees.json"
+    text = SMALL.format(most="fee", least="0.5").replace("discount", "param fee: float = 2.0\ndiscount")
+    model.write_text(text + "bound upper = 1e9\nbound tail = 0.0\n")
+    params.write_text('{"fee": 1e8}')
+    done = solve(str(model), "--param", str(params))
+    assert done.returncode == Exit.DIFFERENT
+    assert "a reward is not a number, or beyond the range of rewards" in done.stderr

@@ -92,19 +92,17 @@ def saturate_fixed(x: Array) -> Array:
     return np.minimum(np.maximum(x, -_FIXED_LIMIT), _FIXED_LIMIT)
 
 
-def to_fixed(x: Array) -> Array:
-    """Return a reward term in fixed point: floats half to even, saturated, 0 for NaN."""
-    if x.dtype.kind != "f":
-        return saturate_fixed(x.astype(np.int64) << FIXED_BITS)
+def to_fixed(x: Array, bits: int = FIXED_BITS) -> Array:
+    """Return a reward term in fixed point: half to even, saturated, 0 for NaN."""
     with quiet():
-        scaled = np.rint(double(x) * 2.0**FIXED_BITS)
+        scaled = np.rint(x.astype(np.float64) * 2.0**bits)
         limit = float(_FIXED_LIMIT)
         return np.where(np.isnan(scaled), 0.0, np.clip(scaled, -limit, limit)).astype(np.int64)
 
 
-def from_fixed(x: npt.ArrayLike) -> Array:
+def from_fixed(x: npt.ArrayLike, bits: int = FIXED_BITS) -> Array:
     """Return a fixed-point reward as float32."""
-    return single(np.asarray(x, dtype=np.int64).astype(np.float64) * 2.0**-FIXED_BITS)
+    return single(np.asarray(x, dtype=np.int64).astype(np.float64) * 2.0**-bits)
 
 
 def threshold(p: npt.ArrayLike) -> Array:

@@ -14,7 +14,6 @@ import numpy as np
 from hypgen.dsl import ir
 from hypgen.dsl.interpret.evaluate.values import Array, Frame, State, combinations
 from hypgen.dsl.interpret.floats.philox import PhiloxDraws, Stream, derive
-from hypgen.dsl.interpret.floats.scalar_functions import FIXED_BITS
 from hypgen.dsl.interpret.interpreter import Interpreter
 from hypgen.dsl.interpret.sampling.findings import Moment, Place
 from hypgen.dsl.interpret.sampling.sample_model import Progress, Visit, Walk
@@ -251,7 +250,7 @@ def _play(walk: Walk, run: _Repeated, key: tuple[int, int], progress: Progress) 
         alive &= action >= 0
         taken = np.maximum(action, 0)
         step = run.step(state, taken, draws)
-        returns += np.where(alive, weight * step.reward.astype(np.float64) * 2.0**-FIXED_BITS, 0.0)
+        returns += np.where(alive, weight * step.reward.astype(np.float64) * 2.0**-model.reward_bits, 0.0)
         seen = run.observe(state, taken, draws, step.after)
         history = run.advance_history(state, taken, seen, step.after, history)
         state = step.after

@@ -11,7 +11,6 @@ import numpy as np
 from hypgen.dsl import ir
 from hypgen.dsl.interpret.evaluate.values import Array, History, State
 from hypgen.dsl.interpret.floats.philox import PhiloxDraws, Stream, derive
-from hypgen.dsl.interpret.floats.scalar_functions import FIXED_BITS
 from hypgen.dsl.interpret.interpreter import Step, pick_legal
 from hypgen.dsl.interpret.sampling.findings import Finding, Findings
 from hypgen.dsl.interpret.sampling.sample_bounds import BoundsCheck
@@ -91,7 +90,8 @@ class Walk:
             step = run.step(state, taken, draws)
             run.watch.active = run.watch.active & ~step.terminal
             earned = step.reward[run.watch.active | step.terminal & ~stuck]
-            self.least_reward = min(self.least_reward, float(earned.min(initial=0)) * 2.0**-FIXED_BITS)
+            least = float(earned.min(initial=0)) * 2.0**-self.model.reward_bits
+            self.least_reward = min(self.least_reward, least)
             seen = run.observe(state, taken, draws, step.after)
             self._keep(state, history, time, taken, stuck, step, words)
             self.visited += min(self.lanes, self.samples - self.visited)

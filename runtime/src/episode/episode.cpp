@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hypgen/episode/episode.hpp"
 
-#include "hypgen/model/model.hpp"
-
 namespace hypgen {
 
 EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int visible_count,
@@ -35,9 +33,8 @@ EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int vi
       return episode;
     }
     const WorldStep step = world.step(decision.action);
-    const double reward = from_fixed_sum(step.result.reward);
-    episode.discounted_return += weight * reward;
-    episode.undiscounted_return += reward;
+    episode.discounted_return += weight * step.reward;
+    episode.undiscounted_return += step.reward;
     episode.steps = t + 1;
     episode.success = episode.success || step.result.success;
     const Clock::time_point start = Clock::now();
@@ -49,7 +46,7 @@ EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int vi
     record.episode = run;
     record.step = t;
     record.decision = decision;
-    record.reward = reward;
+    record.reward = step.reward;
     record.terminal = step.result.terminal;
     record.observation.assign(step.key.begin(), step.key.end());
     record.belief_status = is_kept ? believed : Status::kNotKept;

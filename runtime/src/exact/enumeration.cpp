@@ -64,7 +64,7 @@ class Enumerator {
     if (!model_.step(from.data(), action, kMostPaths, outcomes_)) {
       return "a step can go in more than " + number(kMostPaths) + " ways" + remedy();
     }
-    if (outcomes_.error) return "a reward is not a number" + so_far();
+    if (outcomes_.error) return "a reward is not a number, or beyond the range of rewards" + so_far();
     const std::uint32_t steps = horizon_ > 0 ? from.back() + 1 : 0;
     const bool ends = horizon_ > 0 && steps == static_cast<std::uint32_t>(horizon_);
     merged_.clear();

@@ -27,7 +27,7 @@ std::vector<Option> option_table(ExactOptions& options) {
   return {
       number("--time", "SECONDS", "time to solve, once all states are known (60)", 0.0, 1e9, options.time),
       number("--gap", "GAP",
-             "stop where upper and lower bound are so close, relative to a value above 1 (0.001)", 0.0, 1e9,
+             "stop where upper and lower bound are so close, relative to the value's size (0.001)", 0.0, 1e9,
              options.gap),
       mebibytes("--memory", "memory in MiB (4096)", limits.bytes),
       integer("--max-states", "N", "most states (1000000)", 1, 1000 * kMillion, limits.states),

@@ -151,6 +151,7 @@ void IntervalSearch::bound_simply() {
   const StateValues mdp = mdp_values(split_, going);
   const StateValues worst = worst_values(split_, going);
   largest_value_ = split_.largest_reward();
+  if (largest_value_ > 0.0) result_.least_size = std::min(1.0, largest_value_);
   for (const StateValues* values : {&mdp, &worst}) {
     for (const double value : *values) largest_value_ = std::max(largest_value_, std::abs(value));
   }
@@ -225,8 +226,7 @@ void IntervalSearch::bound_start() {
 }
 
 bool IntervalSearch::is_close() const {
-  const double size = std::max({1.0, std::abs(result_.lower), std::abs(result_.upper)});
-  return result_.upper - result_.lower <= options_.gap * size;
+  return result_.upper - result_.lower <= options_.gap * result_.size();
 }
 
 // The successor whose interval is wider than the target by most, weighted; -1 if none is.

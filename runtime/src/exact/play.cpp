@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "hypgen/exact/filter.hpp"
-#include "hypgen/model/model.hpp"
 
 namespace hypgen::exact {
 EpisodeRecord play_episode(const ExactModel& model, const AlphaPolicy& policy, World& world,
@@ -31,9 +30,8 @@ EpisodeRecord play_episode(const ExactModel& model, const AlphaPolicy& policy, W
       return episode;
     }
     const WorldStep step = world.step(action);
-    const double reward = from_fixed_sum(step.result.reward);
-    episode.discounted_return += weight * reward;
-    episode.undiscounted_return += reward;
+    episode.discounted_return += weight * step.reward;
+    episode.undiscounted_return += step.reward;
     episode.steps = t + 1;
     episode.success = episode.success || step.result.success;
     if (step.result.terminal) {

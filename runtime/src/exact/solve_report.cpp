@@ -34,7 +34,7 @@ std::string interval(double lower, double upper) {
 // A simple bound for people: digits below a millionth of the model's values are those of sweeps that end
 // early.
 double rounded(double bound, const IntervalResult& result) {
-  const double unit = 1e-6 * std::max({1.0, std::abs(result.mdp), std::abs(result.lower)});
+  const double unit = 1e-6 * std::max({result.least_size, std::abs(result.mdp), std::abs(result.lower)});
   return std::round(bound / unit) * unit + 0.0;
 }
 

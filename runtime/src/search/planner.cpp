@@ -33,6 +33,7 @@ TreeOptions tree_options(const PlannerOptions& options, const ModelDescriptor& m
   TreeOptions result;
   result.max_depth = options.depth;
   result.discount = model.discount;
+  result.reward_bits = model.reward_bits;
   result.pruning = is_pomcp ? 0.0 : options.pruning;
   result.threads = std::min(options.threads, threads);
   result.counts_actions = is_pomcp || options.exploration > 0.0;
@@ -127,8 +128,8 @@ void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decisio
   note_rollouts(Clock::now() - sampled, count);
   if (root.status != Status::kOk) return;
   const double share = 1.0 / root.row.count;
-  decision.lower = share * from_fixed_sum(root.row.lower_sum);
-  decision.upper = share * from_fixed_sum(root.row.upper_sum);
+  decision.lower = share * search_.tree().number(root.row.lower_sum);
+  decision.upper = share * search_.tree().number(root.row.upper_sum);
   root_actions_.clear();
   if (options_.mode == Mode::kRollout) {
     plan_rollout(belief, key, decision, root);

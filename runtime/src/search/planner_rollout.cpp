@@ -133,7 +133,7 @@ std::size_t Planner::take_gains(Decision& decision) {
         actions_.push_back(slice.actions[i].action);
       }
       candidates_[next].samples += slice.count;
-      candidates_[next].gain += from_fixed_sum(slice.gains[i].sum);
+      candidates_[next].gain += search_.tree().number(slice.gains[i].sum);
       candidates_[next].gain_square += slice.gains[i].square_sum;
     }
   }

@@ -114,7 +114,7 @@ void SearchThread::run() {
 }
 
 Status SearchThread::advance() {
-  if (tree_.root().child->gap() <= shared_.options.gap) return Status::kConverged;
+  if (tree_.root().child->gap() <= shared_.options.gap * tree_.scale()) return Status::kConverged;
   const bool has_started_all = shared_.trials.load(std::memory_order_relaxed) >= shared_.options.trial_limit;
   if (has_started_all && size_ == 0) return Status::kTrialLimit;
   if (has_started_all || size_ == queue_.size()) return apply_oldest();

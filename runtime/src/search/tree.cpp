@@ -30,6 +30,8 @@ Tree::Tree(const TreeOptions& options)
     : pool_(options.memory_bytes, options.threads),
       makers_(options.threads, Maker(pool_)),
       pruning_(options.pruning),
+      unit_(math::power_of_two(-options.reward_bits)),
+      scale_(reward_scale(options.reward_bits)),
       counts_actions_(options.counts_actions),
       keeps_values_(options.keeps_values) {
   double power = 1.0;
@@ -65,12 +67,12 @@ bool Tree::reset(const ChildRow& row) {
 // Gives the number of groups whose bounds crossed: 0 or 1.
 std::uint64_t Tree::make_child(Child* place, const ChildRow& row, int depth) const {
   const double share = weight(depth);
-  const double lower = share * from_fixed_sum(row.lower_sum);
-  double upper = share * from_fixed_sum(row.upper_sum);
+  const double lower = share * number(row.lower_sum);
+  double upper = share * number(row.upper_sum);
   std::uint64_t crossed = 0;
   if (upper < lower) {
     // Bounds that differ by rounding alone have not crossed.
-    crossed = lower - upper > kRounding * (share * row.count + std::abs(upper));
+    crossed = lower - upper > kRounding * (share * row.count * scale_ + std::abs(upper));
     upper = lower;
   }
   // A subtree costs lambda at least, or is the default policy.
@@ -125,7 +127,7 @@ Expansion* Tree::make_expansion(Maker& maker, const LeafResult& result) const {
 }
 
 double Tree::row_lower(const ActionRow& row, int depth) const {
-  return weight(depth) * from_fixed_sum(row.reward_sum) + weight(depth + 1) * from_fixed_sum(row.lower_sum);
+  return weight(depth) * number(row.reward_sum) + weight(depth + 1) * number(row.lower_sum);
 }
 
 // Sets the upper bounds of a leaf's actions from the rows' sums; gives the largest lower bound.
@@ -134,9 +136,9 @@ double Tree::set_uppers(Expansion& expansion, int depth) const {
   double best = -std::numeric_limits<double>::infinity();
   for (std::uint32_t a = 0; a < expansion.action_count; ++a) {
     const ActionRow& row = expansion.rows[a];
-    const double reward = reward_share * from_fixed_sum(row.reward_sum);
-    best = std::max(best, reward + share * from_fixed_sum(row.lower_sum));
-    new (expansion.uppers() + a) std::atomic<double>(reward + share * from_fixed_sum(row.upper_sum));
+    const double reward = reward_share * number(row.reward_sum);
+    best = std::max(best, reward + share * number(row.lower_sum));
+    new (expansion.uppers() + a) std::atomic<double>(reward + share * number(row.upper_sum));
   }
   return best;
 }
@@ -148,7 +150,7 @@ bool Tree::set_regularised_uppers(std::size_t thread, Node& node, Expansion& exp
   for (std::uint32_t a = 0; a < expansion.action_count; ++a) {
     ActionTable* const table = make_table(thread, expansion, node.depth, a);
     if (table == nullptr) return false;
-    const double reward = weight(node.depth) * from_fixed_sum(expansion.rows[a].reward_sum);
+    const double reward = weight(node.depth) * number(expansion.rows[a].reward_sum);
     double upper_sum = reward - pruning_, lower_sum = reward - pruning_, plain_sum = reward;
     for (const Child& child : *table) {
       upper_sum += child.upper.load();
@@ -226,6 +228,7 @@ Node* Tree::visit(std::size_t thread, Node& parent, std::uint32_t action, Action
 
 std::uint64_t Tree::signature(std::uint64_t seed) const {
   Signature hash(seed);
+  if (scale_ != 1.0) hash.add(unit_);
   for_each_node([&](const Node& node) {
     const Child& child = *node.child;
     hash.add(std::uint64_t{node.parent != nullptr ? node.parent->number : kNoIndex});

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "hypgen/model/model.hpp"
-
 namespace hypgen {
 
 namespace {
@@ -17,7 +15,9 @@ constexpr double kDrift = 1e-9;
 class TreeCheck {
  public:
   TreeCheck(const Tree& tree, bool may_be_closed)
-      : tree_(tree), may_be_closed_(may_be_closed), tolerance_(kDrift * (1.0 + scale(*tree.root().child))) {}
+      : tree_(tree),
+        may_be_closed_(may_be_closed),
+        tolerance_(kDrift * (tree.scale() + scale(*tree.root().child))) {}
 
   std::string run() {
     tree_.for_each_node([&](const Node& node) {
@@ -75,7 +75,7 @@ class TreeCheck {
   const char* check_table(const Node& node, const Expansion& expansion, std::uint32_t action,
                           const ActionTable& table) const {
     const ActionRow& row = expansion.rows[action];
-    const double reward = tree_.weight(node.depth) * from_fixed_sum(row.reward_sum) - tree_.pruning();
+    const double reward = tree_.weight(node.depth) * tree_.number(row.reward_sum) - tree_.pruning();
     double upper = expansion.uppers()[action].load() - reward, lower = table.lower.load() - reward;
     std::uint32_t count = 0;
     std::uint64_t visits = 0;
@@ -86,7 +86,7 @@ class TreeCheck {
       count += child.count;
       visits += child.visits();
       const ChildRow& group = expansion.child_rows[row.first_child + i];
-      const double first_upper = tree_.weight(node.depth + 1) * from_fixed_sum(group.upper_sum);
+      const double first_upper = tree_.weight(node.depth + 1) * tree_.number(group.upper_sum);
       if (child.upper.load() > std::max(child.lower.load(), first_upper)) return "a child's upper bound rose";
     }
     if (!(std::abs(upper) <= tolerance_)) return "an action's upper bound is not the sum of its children's";

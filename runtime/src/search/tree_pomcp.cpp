@@ -9,7 +9,6 @@
 #include <limits>
 
 #include "hypgen/math/scalar_functions.hpp"
-#include "hypgen/model/model.hpp"
 #include "hypgen/search/monotone.hpp"
 #include "hypgen/search/search_thread.hpp"
 
@@ -67,7 +66,7 @@ void Tree::add_return(Node& from) {
   for (Node* node = &from; node->parent != nullptr; node = node->parent) {
     const Node& parent = *node->parent;
     Expansion& expansion = *parent.expanded();
-    const double reward = weight(parent.depth) * from_fixed_sum(expansion.rows[node->action].reward_sum);
+    const double reward = weight(parent.depth) * number(expansion.rows[node->action].reward_sum);
     value = reward + value * parent.child->count / node->child->count;
     add(expansion.value_sums()[node->action], value);
   }

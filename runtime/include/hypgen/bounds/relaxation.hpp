@@ -54,7 +54,8 @@ struct Group {
   StepResult (*step)(const Params&, const Fixed&, const State&, int action, exact::EnumeratingDraws&, State&);
   float (*declared)(const Params&, const Fixed&, const State&);  // a bound on the whole; null: none
   float* table;
-  std::int32_t rows = 1;  // of the table: state i is in row i % rows
+  std::int32_t rows = 1;         // of the table: state i is in row i % rows
+  int reward_bits = kFixedBits;  // of the model's rewards
 
   float& entry(std::int32_t i) const { return table[i % rows * (states / rows) + i / rows]; }
 };
@@ -68,7 +69,10 @@ template <class Params, class Fixed, class State>
 class Enumeration {
  public:
   Enumeration(const Group<Params, Fixed, State>& group, const Params& params)
-      : group_(group), params_(params), place_(static_cast<std::size_t>(group.states), 0) {}
+      : group_(group),
+        params_(params),
+        unit_(math::power_of_two(-group.reward_bits)),
+        place_(static_cast<std::size_t>(group.states), 0) {}
 
   // Gives all outcomes; false if there are too many, or a reward is NaN.
   bool run(Outcomes& outcomes) {
@@ -119,8 +123,8 @@ class Enumeration {
       result.terminal = true;
       if (action >= 0) result = group_.step(params_, fixed, state, action, draws_, next);
       const double probability = draws_.probability();
-      if (result.error) return false;
-      reward += probability * from_fixed_sum(result.reward);
+      if (result.is_broken()) return false;
+      reward += probability * unit_ * static_cast<double>(result.reward);
       paths += 1.0;
       if (comparisons_ + paths * paths > kMostComparisons) return false;
       if (!result.terminal) lead_to(group_.index(fixed, next), probability, first, outcomes);
@@ -143,6 +147,7 @@ class Enumeration {
 
   const Group<Params, Fixed, State>& group_;
   const Params& params_;
+  double unit_;                     // what 1 stands for in a reward
   std::vector<std::size_t> place_;  // of each state among the outcomes, where it was met last
   exact::EnumeratingDraws draws_;
   double comparisons_ = 0.0;

@@ -26,7 +26,8 @@ __device__ void write_gains(const Batch<M>& batch, const LeafTask& task, std::ui
       const std::int64_t difference =
           one_ply_return(batch, first_item + a * task.count + i) - one_ply_return(batch, baseline + i);
       gain.sum += difference;
-      gain.square_sum += from_fixed_sum(difference) * from_fixed_sum(difference);
+      gain.square_sum +=
+          from_fixed_sum<kRewardBits<M>>(difference) * from_fixed_sum<kRewardBits<M>>(difference);
     }
     gains[a] = gain;
   }

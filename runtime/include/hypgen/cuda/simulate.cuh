@@ -48,7 +48,7 @@ struct Lane {
   __device__ bool idle() const { return item.phase == Phase::kIdle; }
 
   __device__ void finish(float lower) {
-    batch.lowers[item.number] = math::to_fixed(lower);
+    batch.lowers[item.number] = math::to_fixed<kRewardBits<M>>(lower);
     if (item.nan || math::is_nan(lower)) atomicOr(&batch.flags[item.leaf], kNanFlag);
     item.phase = Phase::kIdle;
   }
@@ -106,7 +106,7 @@ struct Lane {
     if (step.terminal || (search.at_horizon && item.depth >= search.depth_limit)) return finish(0.0F);
     const float upper = M::upper(*batch.params, fixed(), item.state);
     item.nan |= math::is_nan(upper);
-    const std::int64_t most = math::to_fixed(upper);
+    const std::int64_t most = math::to_fixed<kRewardBits<M>>(upper);
     batch.uppers[item.number] = most;
     if (M::kHasLower && item.depth < search.depth_limit) {
       return finish(M::lower(*batch.params, fixed(), item.state, item.history));
@@ -115,7 +115,7 @@ struct Lane {
     if (batch.tasks[item.leaf].rolled == kRollsAll) return finish(0.0F);  // the second pass knows better
     const float least = floor();
     finish(least);
-    batch.lowers[item.number] = min(most, math::to_fixed(least));
+    batch.lowers[item.number] = min(most, math::to_fixed<kRewardBits<M>>(least));
   }
 
   // The second pass: what the default policy earns from there.
@@ -136,7 +136,7 @@ struct Lane {
     typename M::Key key{};
     if (item.action != kNoStep) {
       found = step;
-      item.nan = step.error;
+      item.nan = step.is_broken();
       if (kNeedsKey && !step.terminal) {
         key = M::observe(*batch.params, fixed(), item.state, item.action, draws, next);
         if constexpr (kNeedsHistory) {

@@ -10,10 +10,11 @@
 
 namespace hypgen {
 
-// What a step of the world gives back; `key` is the observation, valid until the next step, and
+// What a step of the world gives back; `reward` is the result's as a number, and `key` is the observation, valid until the next step, and
 // zeroes after a terminal one.
 struct WorldStep {
   StepResult result;
+  double reward;
   KeyWords key;
 };
 
@@ -56,7 +57,7 @@ class ModelWorld final : public World {
     const StepResult result = M::step(params_, fixed_, state_, action, draws, next);
     seen_ = result.terminal ? typename M::Key{} : M::observe(params_, fixed_, state_, action, draws, next);
     state_ = next;
-    return {result, words_of(seen_)};
+    return {result, from_fixed_sum<kRewardBits<M>>(result.reward), words_of(seen_)};
   }
 
  private:

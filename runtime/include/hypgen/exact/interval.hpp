@@ -7,6 +7,8 @@
 // by `IntervalResult::slack`, a bound of what all rounding together can have changed.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -20,7 +22,7 @@ namespace hypgen::exact {
 
 struct IntervalOptions {
   double seconds = 60.0;
-  double gap = 1e-3;  // upper - lower at which to stop, times the value's size where that is above 1
+  double gap = 1e-3;  // upper - lower at which to stop, relative to `IntervalResult::size`
   std::size_t bytes = std::size_t{2} << 30;  // of beliefs, vectors and points together
 };
 
@@ -30,6 +32,7 @@ enum class IntervalEnd { kConverged, kTime, kMemory, kRounding, kStopped };
 struct IntervalResult {
   double lower = 0.0;
   double upper = 0.0;
+  double least_size = 1.0;  // 1, or what a step can be worth at the most if that is less
   // At the start, weighted over starts: upper bounds ...
   double mdp = 0.0;
   double qmdp = 0.0;
@@ -44,6 +47,8 @@ struct IntervalResult {
   double seconds = 0.0;
   IntervalEnd end = IntervalEnd::kTime;
 
+  // What differences are small or large against.
+  double size() const { return std::max({least_size, std::abs(lower), std::abs(upper)}); }
   bool converged() const { return end == IntervalEnd::kConverged; }
 };
 

@@ -83,8 +83,8 @@ class TypedOutcomeModel final : public OutcomeModel {
       const StepResult result = M::step(params_, from.fixed, from.state, action, draws, next.state);
       typename M::Key key{};
       if (!result.terminal) key = M::observe(params_, from.fixed, from.state, action, draws, next.state);
-      out.reward += draws.probability() * from_fixed_sum(result.reward);
-      out.error |= result.error;
+      out.reward += draws.probability() * from_fixed_sum<kRewardBits<M>>(result.reward);
+      out.error |= result.is_broken();
       if (!result.terminal) {
         add(draws.probability(), next, out);
         const KeyWords words = words_of(key);

@@ -291,7 +291,7 @@ class CpuWorker {
         Outcome& outcome = outcomes_[a * count + i];
         typename M::State next;
         const StepResult step = M::step(params_, fixed, member.state, actions[a], words, next);
-        rollout_.note_error(step.error);
+        rollout_.note_error(step.is_broken());
         outcome.reward = step.reward;
         outcome.key = {};
         outcome.bounds = {0, 0};
@@ -410,7 +410,7 @@ class CpuWorker {
     for (std::size_t i = 0; i < count; ++i) {
       const std::int64_t gain = one_ply_return(outcomes[i]) - baseline_[i];
       total.sum += gain;
-      total.square_sum += from_fixed_sum(gain) * from_fixed_sum(gain);
+      total.square_sum += from_fixed_sum<kRewardBits<M>>(gain) * from_fixed_sum<kRewardBits<M>>(gain);
     }
     gains_.push_back(total);
   }

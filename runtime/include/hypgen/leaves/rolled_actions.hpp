@@ -10,20 +10,20 @@
 #include <cstdint>
 
 #include "hypgen/core/config.hpp"
-#include "hypgen/model/model.hpp"
 
 namespace hypgen {
 
 constexpr std::uint32_t kRollsAll = UINT32_MAX;  // in place of a number of actions
 
-// What an action promises a leaf: rewards and discounted upper bounds, summed over its scenarios.
+// What an action promises a leaf: rewards and discounted upper bounds, summed over its scenarios. The unit is
+// that of the sums.
 HYPGEN_FN double promise(std::int64_t reward_sum, std::int64_t upper_sum, double discount) {
-  return from_fixed_sum(reward_sum) + discount * from_fixed_sum(upper_sum);
+  return static_cast<double>(reward_sum) + discount * static_cast<double>(upper_sum);
 }
 
 // Whether rolling an action out can raise the leaf's lower bound.
 HYPGEN_FN bool can_raise(double promised, std::int64_t leaf_lower_sum) {
-  return promised > from_fixed_sum(leaf_lower_sum);
+  return promised > static_cast<double>(leaf_lower_sum);
 }
 
 }  // namespace hypgen

@@ -42,8 +42,8 @@ class Rollout {
     const float floor = at_horizon_ ? floors_[static_cast<std::size_t>(depth_limit_ - depth)]
                                     : M::tail(params_, fixed, state);
     nan_ |= math::is_nan(upper) || math::is_nan(floor);
-    const std::int64_t most = math::to_fixed(upper);
-    return {most, std::min(most, math::to_fixed(floor))};
+    const std::int64_t most = math::to_fixed<kRewardBits<M>>(upper);
+    return {most, std::min(most, math::to_fixed<kRewardBits<M>>(floor))};
   }
 
   void begin_search(const SearchSetup& setup) {
@@ -64,7 +64,7 @@ class Rollout {
       lower = default_return(fixed, state, history, scenario, depth);
     }
     nan_ |= math::is_nan(upper) || math::is_nan(lower);
-    return {math::to_fixed(upper), math::to_fixed(lower)};
+    return {math::to_fixed<kRewardBits<M>>(upper), math::to_fixed<kRewardBits<M>>(lower)};
   }
 
   std::uint64_t steps() const { return steps_; }

@@ -20,7 +20,7 @@
 
 namespace hypgen::math {
 
-/// Fraction bits of a reward in fixed point.
+/// Fraction bits of a reward in fixed point, where the model does not say otherwise.
 inline constexpr int kFixedBits = 24;
 
 /// `0 - x`. g++ 12 takes that for `-x` where x comes of an integer, which is -0 in place of 0.
@@ -106,21 +106,43 @@ inline constexpr std::int64_t kFixedLimit = std::int64_t{1} << 48;
 
 HYPGEN_FN std::int64_t saturate_fixed(std::int64_t x) { return clamp(x, -kFixedLimit, kFixedLimit); }
 
+/// Whether a step's sum has left the range of rewards in fixed point.
+HYPGEN_FN bool is_saturated(std::int64_t x) { return x >= kFixedLimit || x <= -kFixedLimit; }
+
+/// 2^exponent.
+HYPGEN_FN constexpr double power_of_two(int exponent) {
+  double power = 1.0;
+  for (int i = 0; i < exponent; ++i) power *= 2.0;
+  for (int i = 0; i > exponent; --i) power *= 0.5;
+  return power;
+}
+
 /// A float reward term in fixed point: half to even, saturated, 0 for NaN.
+template <int kBits = kFixedBits>
 HYPGEN_FN std::int64_t to_fixed(float x) {
-  const double scaled = std::rint(static_cast<double>(x) * 16777216.0);
+  constexpr double kScale = power_of_two(kBits);
+  const double scaled = std::rint(static_cast<double>(x) * kScale);
   if (scaled != scaled) return 0;
   constexpr double kLimit = static_cast<double>(kFixedLimit);
   return static_cast<std::int64_t>(clamp(scaled, -kLimit, kLimit));
 }
 
-/// An int reward term in fixed point.
+/// An int reward term in fixed point, likewise.
+template <int kBits = kFixedBits>
 HYPGEN_FN std::int64_t to_fixed(std::int32_t x) {
-  return saturate_fixed(std::int64_t{x} * (std::int64_t{1} << kFixedBits));
+  if constexpr (kBits >= 0 && kBits < 32) {
+    return saturate_fixed(std::int64_t{x} * (std::int64_t{1} << kBits));
+  } else {
+    constexpr double kScale = power_of_two(kBits);
+    constexpr double kLimit = static_cast<double>(kFixedLimit);
+    return static_cast<std::int64_t>(clamp(std::rint(x * kScale), -kLimit, kLimit));
+  }
 }
 
+template <int kBits = kFixedBits>
 HYPGEN_FN float from_fixed(std::int64_t x) {
-  return static_cast<float>(static_cast<double>(x) * 5.9604644775390625e-08);
+  constexpr double kUnit = power_of_two(-kBits);
+  return static_cast<float>(static_cast<double>(x) * kUnit);
 }
 
 /// T(p): a uniform 32-bit word is below it with probability p. In [0, 2^32]; 0 for NaN.

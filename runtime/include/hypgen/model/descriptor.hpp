@@ -122,7 +122,8 @@ struct ModelDescriptor {
   std::string file;  // base name of the model file
   std::string hash;  // SHA-256 of the model's text with all settings
   double discount = 0.95;
-  int horizon = 0;  // 0: none
+  int horizon = 0;       // 0: none
+  int reward_bits = 24;  // fraction bits of rewards in fixed point
   bool has_success = false;
   bool factored = false;   // a belief may be kept factor by factor
   bool rolls_out = false;  // leaves are bounded from below by rollouts, and not in closed form

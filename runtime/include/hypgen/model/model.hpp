@@ -28,6 +28,7 @@
 //   int kVisibleCount;   // visible variables
 //   int kVariableCount;  // all variables
 //   float kLeastReward;  // optional: no step earns less
+//   int kRewardBits;     // optional: fraction bits of rewards in fixed point, kFixedBits without it
 //
 // Params. On the host only.
 //   bool load(const ParamValues&, Params&, std::string& error);  // false: bad values, named in `error`
@@ -127,8 +128,14 @@
 
 namespace hypgen {
 
-// Rewards and returns are summed as int64 with this many fraction bits, so their order does not matter.
+// Rewards and returns are summed as int64 in fixed point, so their order does not matter.
 using math::kFixedBits;
+
+// The fraction bits of a model's rewards in fixed point.
+template <class M, class = void>
+inline constexpr int kRewardBits = kFixedBits;
+template <class M>
+inline constexpr int kRewardBits<M, std::void_t<decltype(M::kRewardBits)>> = M::kRewardBits;
 
 // The outcome of a step, but for the next state.
 struct StepResult {
@@ -136,6 +143,9 @@ struct StepResult {
   bool terminal;        // the episode ends
   bool success;         // `success when` held
   bool error;           // a reward term was NaN
+
+  // A model error: the reward is not known.
+  HYPGEN_FN bool is_broken() const { return error || math::is_saturated(reward); }
 };
 
 // Whether `upper` may be tighter than the bound that the model declares.
@@ -156,9 +166,15 @@ struct DeclaresLower : std::bool_constant<M::kHasLower> {};
 template <class M>
 struct DeclaresLower<M, std::enable_if_t<M::kLooksUpPolicy>> : std::false_type {};
 
-// The number that a fixed-point sum stands for.
+// 1 in a model of the usual scale of rewards, otherwise what that 1 would be: absolute tolerances are meant
+// for the usual scale, and are multiplied by it.
+HYPGEN_FN double reward_scale(int reward_bits) { return math::power_of_two(kFixedBits - reward_bits); }
+
+// The number that a fixed-point sum of so many fraction bits stands for.
+template <int kBits = kFixedBits>
 HYPGEN_FN double from_fixed_sum(std::int64_t sum) {
-  return static_cast<double>(sum) * (1.0 / (std::int64_t{1} << kFixedBits));
+  constexpr double kUnit = math::power_of_two(-kBits);
+  return static_cast<double>(sum) * kUnit;
 }
 
 }  // namespace hypgen

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "hypgen/model/descriptor.hpp"
+#include "hypgen/model/model.hpp"
 
 namespace hypgen {
 
@@ -13,6 +14,7 @@ ModelDescriptor describe() {
   descriptor.action_count = M::kActionCount;
   descriptor.visible_count = M::kVisibleCount;
   descriptor.variable_count = M::kVariableCount;
+  descriptor.reward_bits = kRewardBits<M>;
   descriptor.factored = M::kFactored;
   descriptor.rolls_out = !M::kHasLower;
   return descriptor;

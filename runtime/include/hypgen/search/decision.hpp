@@ -46,7 +46,7 @@ struct PlannerOptions {
   std::uint32_t rolled_at_root = 16;                                      // the same at the root, if more
   std::size_t in_flight = 1;                                              // F, trials at a time; 1 is DESPOT
   std::size_t threads = 1;                                                // N, of the search
-  double gap = 1e-3;  // the search ends when the root's bounds are this close
+  double gap = 1e-3;  // the search ends when the root's bounds are this close, times reward_scale
   // kRollout leaves the default policy's action for one that gains at least so many standard errors.
   double gain_errors = 1.0;
   double patience = 10.0;                           // seconds of silence after which an evaluator has failed

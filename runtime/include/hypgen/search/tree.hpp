@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "hypgen/leaves/leaf_evaluator.hpp"
+#include "hypgen/math/scalar_functions.hpp"
 #include "hypgen/memory/chunk_pool.hpp"
 #include "hypgen/search/search_counts.hpp"
 #include "hypgen/search/tree_data.hpp"
@@ -33,8 +34,9 @@ struct TreeOptions {
   double discount = 0.95;
   double pruning = 0.0;  // lambda, the regularisation constant
   std::size_t threads = 1;
-  bool counts_actions = false;  // the tree counts the trials that took each action
-  bool keeps_values = false;    // the tree sums their returns; not together with regularisation
+  bool counts_actions = false;         // the tree counts the trials that took each action
+  bool keeps_values = false;           // the tree sums their returns; not together with regularisation
+  int reward_bits = math::kFixedBits;  // fraction bits of the rows' sums
 
   // The memory that an expansion takes in a typical tree, where an action has two groups.
   std::size_t expansion_bytes(std::size_t actions) const;
@@ -156,6 +158,10 @@ class Tree {
   double pruning() const { return pruning_; }
   // The weight of one scenario at a depth in the root's value: gamma^depth / K.
   double weight(int depth) const;
+  // The number that a sum of the rows stands for.
+  double number(std::int64_t sum) const { return static_cast<double>(sum) * unit_; }
+  // What absolute tolerances are multiplied by (`reward_scale`).
+  double scale() const { return scale_; }
 
   // `nodes` counts the nodes that a thread has made. `crossed` counts the groups that it made with an upper
   // bound below the lower one.
@@ -205,6 +211,8 @@ class Tree {
   Node* root_ = nullptr;
   std::vector<double> discounts_;
   double pruning_;
+  double unit_;   // what 1 stands for in the rows' sums
+  double scale_;  // `reward_scale` of the model
   bool counts_actions_;
   bool keeps_values_;
   double scenario_share_ = 0.0;  // 1 / K

@@ -114,7 +114,8 @@ class BoundsChecker {
     bool holds(std::size_t count) const {
       const auto n = static_cast<double>(count);
       const double variance = std::max(0.0, squares - room * room / n) / (n - 1.0);
-      return mean(count) >= -kSigmas * std::sqrt(variance / n) - kRounding * std::max(1.0, largest);
+      return mean(count) >=
+             -kSigmas * std::sqrt(variance / n) - kRounding * std::max(reward_scale(kRewardBits<M>), largest);
     }
   };
 
