@@ -31,12 +31,26 @@ std::int64_t canonical_bits(double x) {
 void append(std::vector<std::int64_t>& out, Pair pair) {
   const float a = from_float_bits(pair.a);
   const float b = from_float_bits(pair.b);
-  for (const float x :
-       {math::exp(a), math::exp2(a), math::log(a), math::log2(a), math::sqrt(a), math::pow(a, b),
-        math::hypot(a, b), math::abs(a), math::sign(a), math::min(a, b), math::max(a, b),
-        math::clamp(a, -1.5F, 2.0F), math::sin(a), math::cos(a), math::tan(a), math::asin(a), math::acos(a),
-        math::atan2(a, b), math::from_fixed(static_cast<std::int64_t>(pair.a) * 65537 - pair.b),
-        math::from_fixed<-9>(static_cast<std::int64_t>(pair.a) * 65537 - pair.b)}) {
+  for (const float x : {math::exp(a),
+                        math::exp2(a),
+                        math::log(a),
+                        math::log2(a),
+                        math::sqrt(a),
+                        math::pow(a, b),
+                        math::hypot(a, b),
+                        math::abs(a),
+                        math::sign(a),
+                        math::min(a, b),
+                        math::max(a, b),
+                        math::clamp(a, -1.5F, 2.0F),
+                        math::sin(a),
+                        math::cos(a),
+                        math::tan(a),
+                        math::asin(a),
+                        math::acos(a),
+                        math::atan2(a, b),
+                        math::from_fixed(static_cast<std::int64_t>(pair.a) * 65537 - pair.b),
+                        math::from_fixed<-9>(static_cast<std::int64_t>(pair.a) * 65537 - pair.b)}) {
     out.push_back(math::canonical_bits(x));
   }
   const auto i = static_cast<std::int32_t>(pair.a);
