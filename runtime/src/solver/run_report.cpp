@@ -2,6 +2,7 @@
 #include "hypgen/solver/run_report.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 
@@ -21,6 +22,12 @@ __attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ..
 }
 
 std::string row(const char* name, const std::string& value) { return format("%-28s", name) + value + "\n"; }
+
+// A return or its interval: four decimals, or six digits where these would not tell the scale of rewards.
+std::string worth(double value, double returns) {
+  const double size = std::abs(returns);
+  return format(size != 0.0 && (size < 0.1 || size >= 1e9) ? "%.6g" : "%.4f", value);
+}
 
 std::string counted(const std::map<Status, std::uint64_t>& statuses) {
   std::string text;
@@ -148,10 +155,11 @@ std::string table(const RunTotals& totals, bool has_success, const std::vector<s
   const double episodes = static_cast<double>(totals.returns.size());
   std::string text =
       row("episodes", format("%zu (%s)", totals.returns.size(), counted(totals.episode_statuses).c_str()));
+  const double mean = totals.returns.mean();
   const std::string interval = totals.returns.size() < 2
                                    ? "(no interval: one episode)"
-                                   : format("+- %.4f (95%%)", totals.returns.interval95());
-  text += row("discounted return", format("%.4f ", totals.returns.mean()) + interval);
+                                   : "+- " + worth(totals.returns.interval95(), mean) + " (95%)";
+  text += row("discounted return", worth(mean, mean) + " " + interval);
   if (has_success && episodes > 0) {
     text += row("success rate", format("%.3f", static_cast<double>(totals.successes) / episodes));
   }
