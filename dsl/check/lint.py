@@ -14,6 +14,7 @@ from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.reads import reached
+from hypgen.dsl.ir.undefined import never_finite
 from hypgen.dsl.messages import e03_types, w_warnings
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.report import Mistake
@@ -28,6 +29,7 @@ _Name = tuple[str | None, str]
 def warnings(file: ast.ModelFile, model: ir.Model, program: Program) -> list[Diagnostic]:
     """Return the warnings for a model without mistakes, by position; ``file`` is as the author wrote it."""
     found = [*_unused(file), *_float_equalities(program), *_reversible(model), *_idle(model)]
+    found += [*_behind(model), *_endless(model)]
     return sorted(dict.fromkeys(found), key=lambda d: (d.span is not None and d.span, d.code))
 
 
@@ -113,6 +115,18 @@ def _idle(model: ir.Model) -> Iterator[Diagnostic]:
             yield w_warnings.idle_reward(reward.name, reward.span)
 
 
+# Bounds -----------------------------------------------------------------------------------------
+
+
+def _endless(model: ir.Model) -> Iterator[Diagnostic]:
+    """Yield the declared bounds that are infinite, or no number, in every state."""
+    params = {p.name: p for p in model.params}
+    for name in ("upper", "lower", "tail"):
+        bound: ir.Expr | None = getattr(model, name)
+        if bound is not None and name in model.spans and (why := never_finite(bound, params)):
+            yield w_warnings.endless_bound(name, why, model.spans[name])
+
+
 # Floats ------------------------------------------------------------------------------------------
 
 
@@ -149,6 +163,39 @@ def _reversible(model: ir.Model) -> Iterator[Diagnostic]:
             if draw is not None:
                 yield w_warnings.shown_draw(observation.name, draw.name, observation.span, draw.span)
                 break
+
+
+def _behind(model: ir.Model) -> Iterator[Diagnostic]:
+    """Yield the observations that read of hidden variables only what they were before the step.
+
+    One whose variables some steps leave alone may mean that, as when a sample spoils the rock that is
+    seen. So may one that reads a let, which is drawn before the step.
+    """
+    variables = {v.name: v for v in model.variables}
+    moving = {a.variable for a in model.updates if not _may_keep(a.dist, a.variable)}
+    functions = {f.name: f for f in model.functions}
+    for observation in model.observations:
+        nodes = list(reached((observation.dist,), functions, {}))
+        reads = [(x.variable, x.primed or primed) for x, primed in nodes if isinstance(x, ir.StateRead)]
+        hidden = [(name, primed) for name, primed in reads if not variables[name].visible]
+        if not hidden or any(isinstance(node, ir.LetRead) for node, _ in nodes):
+            continue
+        if all(name in moving and not primed for name, primed in hidden):
+            yield w_warnings.state_before(observation.name, hidden[0][0], observation.span)
+
+
+def _may_keep(node: ir.Dist | ir.Expr, variable: str) -> bool:
+    """Return whether an update leaves its variable as it is in some case."""
+    match node:
+        case ir.Certain(_, value):
+            return _may_keep(value, variable)
+        case ir.IfDist(_, _, a, b) | ir.If(_, _, a, b) | ir.Binary(_, "and" | "or" | "min" | "max", a, b):
+            return _may_keep(a, variable) or _may_keep(b, variable)
+        case ir.LetDist(_, _, _, body) | ir.LetIn(_, _, _, body):
+            return _may_keep(body, variable)
+        case ir.StateRead(variable=name, primed=primed):
+            return name == variable and not primed
+    return False
 
 
 def _certain(dist: ir.Dist) -> Iterator[ir.Expr]:

@@ -156,10 +156,24 @@ def no_probability(what: str, least: float, most: float, span: Span) -> Diagnost
     return Diagnostic("E0606", message, span, "a probability lies in 0 .. 1")
 
 
-def unlimited_reward(bound: str, reward: str, span: Span) -> Diagnostic:
-    """A reward that keeps a bound from being derived."""
+_KEPT_DEFINED = {
+    "sqrt": "sqrt(max(.., 0))",
+    "log": "log(max(.., 0.001))",
+    "log2": "log2(max(.., 0.001))",
+    "asin": "asin(clamp(.., -1, 1))",
+    "acos": "acos(clamp(.., -1, 1))",
+    "/": ".. / max(.., 0.001)",
+    "**": "max(.., 0.001) ** ..",
+}
+
+
+def unlimited_reward(bound: str, reward: str, undefined: str | None, span: Span) -> Diagnostic:
+    """A reward that keeps a bound from being derived; ``undefined``: what in it may have no value."""
     message = f"bound {bound} cannot be derived: nothing limits the reward '{reward}'"
     remedy = f"declare it: bound {bound} = .., or limit the reward with clamp(.., low, high)"
+    if undefined is not None:
+        message += f", as '{undefined}' in it may have no value"
+        remedy = f"keep what it is of in range, as in {_KEPT_DEFINED[undefined]}; clamp lets NaN through"
     return Diagnostic("E0607", message, span, remedy)
 
 

@@ -46,3 +46,34 @@ def idle_reward(reward: str, span: Span) -> Diagnostic:
         span,
         "let it depend on the state or the action, or end episodes with `terminal when`",
     )
+
+
+def state_before(observation: str, variable: str, span: Span) -> Diagnostic:
+    """An observation of the state that the step has left."""
+    return Diagnostic(
+        "W07",
+        f"'{observation}' shows the state before the step: it reads '{variable}', which the step changes",
+        span,
+        f"an observation comes after the step: write {variable}' for the value that the step gives",
+    )
+
+
+def endless_bound(bound: str, why: str, span: Span) -> Diagnostic:
+    """A bound that is infinite or no number."""
+    return Diagnostic("W08", f"bound {bound} is no finite number: {why}", span, "give a finite number")
+
+
+def never_paid(reward: str, steps: int, span: Span) -> Diagnostic:
+    """A reward that sampling never saw paid."""
+    return Diagnostic(
+        "W09",
+        f"reward '{reward}' was 0 in every one of {steps:,} sampled steps",
+        span,
+        "does it read x, before the step, where x' is meant? If it is only rare, take more samples",
+    )
+
+
+def zero_divisor(operator: str, span: Span | None) -> Diagnostic:
+    """A division of ints by 0, which sampling finds."""
+    message = f"the divisor of '{operator}' is 0, and so the result is 0"
+    return Diagnostic("W10", message, span, "guard it: if d == 0 then .. else .., or divide by max(d, 1)")

@@ -31,7 +31,7 @@ from support.paths import ROOT
 FOLDER = ROOT / "cli" / "show" / "errors"
 _SAYS = re.compile(r"(?ms)^says = ('''.*?'''|\"[^\n]*\")$")
 FIFTH = ir.Const(PROB, 0.2)
-SAMPLED = {"W04", *(code for code in entries() if code.startswith("C"))}
+SAMPLED = {"W04", "W09", "W10", *(code for code in entries() if code.startswith("C"))}
 
 
 def draws_of_one_id() -> str:

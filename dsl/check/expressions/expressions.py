@@ -167,7 +167,8 @@ def _arithmetic(node: ast.Binary, scope: Scope) -> ir.Expr:
                 raise Mistake(e03_types.integer_division_of_float(node.op, n.span))
     if op in ("div", "floordiv", "mod") and operators.ends(right.type) == (0, 0):
         raise Mistake(e06_ranges.division_by_zero(node.right.span))
-    return operators.arithmetic(op, left, right)
+    found = operators.arithmetic(op, left, right)
+    return placed(found, node.span) if op in ("floordiv", "mod") else found
 
 
 def _power(node: ast.Binary, scope: Scope) -> ir.Expr:

@@ -11,6 +11,7 @@ from hypgen.dsl import ir
 from hypgen.dsl.check.parts.declarations import element_scope
 from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.ir import operators
+from hypgen.dsl.ir.undefined import may_be_undefined
 from hypgen.dsl.messages import e06_ranges, e08_parts
 from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast
@@ -28,7 +29,7 @@ def derived(name: str, model: ir.Model, program: Program) -> ir.Expr:
     if model.discount == 1 and model.horizon is None:
         raise Mistake(e08_parts.infinite_return(model.spans["discount"]))
     action = None if upper else _constant_action(model, program)
-    step = sum(_term(r, upper, action, name, program) for r in model.rewards)
+    step = sum(_term(r, upper, action, name, model, program) for r in model.rewards)
     if not operators.is_false(model.terminal) or model.horizon is not None:
         step = max(step, 0.0) if upper else min(step, 0.0)  # an episode may end at once
     total = step * model.horizon if model.discount == 1 and model.horizon else step / (1 - model.discount)
@@ -43,7 +44,9 @@ def _outward(value: float, upper: bool) -> float:
     return found
 
 
-def _term(reward: ir.Reward, upper: bool, action: ir.Const | None, name: str, program: Program) -> float:
+def _term(
+    reward: ir.Reward, upper: bool, action: ir.Const | None, name: str, model: ir.Model, program: Program
+) -> float:
     value = reward.value
     if action is not None:
         scope = replace(element_scope(program, reward.element, None), evaluate=True, action=action)
@@ -51,7 +54,8 @@ def _term(reward: ir.Reward, upper: bool, action: ir.Const | None, name: str, pr
             value = scope.check(_source(reward, program))
     end = operators.ends(value.type)[1 if upper else 0]
     if math.isinf(end):
-        raise Mistake(e06_ranges.unlimited_reward(name, reward.name, reward.span))
+        undefined = may_be_undefined((value,), {f.name: f for f in model.functions})
+        raise Mistake(e06_ranges.unlimited_reward(name, reward.name, undefined, reward.span))
     return end * (1 if reward.binder is None else size_of(reward.binder.type))
 
 

@@ -102,6 +102,10 @@ class Findings:
             state = tuple(_describe(self._model, moment(), place))
             self._found[key] = Finding(diagnostic, count, state)
 
+    def add_whole(self, diagnostic: Diagnostic) -> None:
+        """Add a finding about all that was sampled, which no one state shows."""
+        self._found[diagnostic.code, diagnostic.span] = Finding(diagnostic, 1, ())
+
     def all(self) -> list[Finding]:
         """Return the findings in the order of their places."""
         nowhere = Span("", 0, 0, 0, 0)

@@ -16,6 +16,8 @@ from hypgen.dsl.interpret.sampling.findings import Finding, Findings
 from hypgen.dsl.interpret.sampling.sample_bounds import BoundsCheck
 from hypgen.dsl.interpret.sampling.watched_interpreter import WatchedInterpreter
 from hypgen.dsl.interpret.value_text import action_text
+from hypgen.dsl.ir import operators
+from hypgen.dsl.ir.reads import reached
 from hypgen.dsl.messages import c_sampling, w_warnings
 
 _CHOICE_SITE = ir.Site("check:choice").id
@@ -24,6 +26,8 @@ _KEPT_SITE = ir.Site("check:kept").id
 
 # Bounds on the lanes: few enough for episodes to grow long, many enough to be worth numpy's calls.
 _LEAST_LANES, _MOST_LANES, _MOST_ENTRIES = 64, 4096, 4_000_000
+# Steps to wonder about a reward that none of them paid; one that reads what a step leads to may be rare.
+_ENOUGH_STEPS, _ENOUGH_FOR_RARE = 1000, 100_000
 _KEPT_A_STEP, _KEPT_STEPS = 2, 128
 
 Progress = Callable[[str, int, int], None]
@@ -51,6 +55,7 @@ class Walk:
         self.seed = seed
         self.visited = 0
         self.episodes = 0
+        self.steps = 0  # taken from visited states
         self.visits: list[Visit] = []
         self._findings = Findings(model)
         self.least_reward = 0.0
@@ -87,6 +92,7 @@ class Walk:
             taken = np.where(stuck, 0, action)
             run.watch.active = run.watch.active & ~stuck
             self._bounds.add(state, history, run.watch.active)
+            self.steps += int(run.watch.active.sum())
             step = run.step(state, taken, draws)
             run.watch.active = run.watch.active & ~step.terminal
             earned = step.reward[run.watch.active | step.terminal & ~stuck]
@@ -108,6 +114,19 @@ class Walk:
                 time = np.where(ended, 0, time)
             progress("walking", self.visited, self.samples)
         self._bounds.flush()
+        self._judge_rewards()
+
+    def _judge_rewards(self) -> None:
+        """Add a finding for each reward that was never paid, unless it cannot be or little was seen."""
+        functions = {f.name: f for f in self.model.functions}
+        lets = {x.name: x for x in self.model.lets}
+        for reward in self.model.rewards:
+            if reward.name in self._interpreter.paid or operators.ends(reward.value.type) == (0, 0):
+                continue
+            reads = (node for node, _ in reached((reward.value,), functions, lets))
+            looks_ahead = any(isinstance(node, ir.StateRead) and node.primed for node in reads)
+            if self.steps >= (_ENOUGH_FOR_RARE if looks_ahead else _ENOUGH_STEPS):
+                self._findings.add_whole(w_warnings.never_paid(reward.name, self.steps, reward.span))
 
     def _act(self, state: State, history: History, draws: PhiloxDraws, words: PhiloxDraws) -> Array:
         """Return each lane's action, -1 where none is legal; half of the lanes mostly follow the policy."""

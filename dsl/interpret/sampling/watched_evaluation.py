@@ -19,10 +19,12 @@ from hypgen.dsl import ir
 from hypgen.dsl.interpret.evaluate.distributions import Evaluator
 from hypgen.dsl.interpret.evaluate.values import Array, Frame, Word, combinations
 from hypgen.dsl.interpret.sampling.findings import Findings, Moment, Place
-from hypgen.dsl.messages import c_sampling
+from hypgen.dsl.ir import operators
+from hypgen.dsl.messages import c_sampling, w_warnings
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Span
 
+_DIVISIONS = {"floordiv": "//", "mod": "%"}
 _ROUNDING = 1e-6  # by which a probability computed in float32 may miss 0 or 1
 
 
@@ -118,6 +120,16 @@ class Watch(Evaluator):
                 e,
             )
         return result
+
+    def _binary(self, e: ir.Binary, frame: Frame) -> Array:
+        if e.op in _DIVISIONS and operators.ends(e.right.type)[0] <= 0 <= operators.ends(e.right.type)[1]:
+            self.note(
+                lambda _, span: w_warnings.zero_divisor(_DIVISIONS[e.op], span),
+                self.value(e.right, frame) == 0,
+                frame,
+                e,
+            )
+        return super()._binary(e, frame)
 
     def _extremum(self, e: ir.Quantified, frame: Frame) -> Array:
         if e.otherwise is None and e.condition is not None:

@@ -30,6 +30,7 @@ class WatchedInterpreter(Interpreter):
         self.watch = Watch(model, {}, findings)
         super().__init__(model, lanes=lanes, evaluator=self.watch)
         self._rewards = {id(r.value): r for r in model.rewards}
+        self.paid: set[str] = set()  # rewards that were not 0 in some lane that counts
         named = ("legal", "terminal", "success", "upper", "lower", "tail")
         self.places = {
             name: Place(model.spans.get(name), (getattr(model, name),))
@@ -120,6 +121,8 @@ class WatchedInterpreter(Interpreter):
                 ~(np.abs(value.astype(np.float64)) <= _LARGEST_REWARD),
                 frame,
             )
+        if reward.name not in self.paid and np.any((value != 0) & self.watch.active):
+            self.paid.add(reward.name)
         return value
 
     def _check_bound(self, name: str, value: Array, frame: Frame) -> None:

@@ -59,7 +59,7 @@ GROUP = """\
 
 def test_every_code_has_its_entry() -> None:
     files = [path for layer in ("dsl", "codegen", "cli") for path in (ROOT / layer).rglob("*.py")]
-    code = re.compile(r'"([EC]0\d{3}|W0\d)"')
+    code = re.compile(r'"([EC]0\d{3}|W\d\d)"')
     used = {found for file in files for found in code.findall(file.read_text())}
     assert used == set(ENTRIES)
 

@@ -154,3 +154,49 @@ def test_compile_prints_a_line_for_each(tmp_path: Path, capsys: pytest.CaptureFi
     path = str(tmp_path / "m.pomdp")
     assert main.run(["compile", path, "--emit-only", "-o", str(tmp_path / "out")]) == 0
     assert capsys.readouterr().err == f"{path}:6:1: warning[W01]: 'n' is a const that nothing uses\n"
+
+
+MOVES = """hidden at: Cell
+  init at ~ uniform(Cell)
+  at' = %s"""
+
+
+@pytest.mark.parametrize(
+    ("moves", "shown", "is_told"),
+    [
+        ("wrap(at + 1)", "noisy(room.at, 0.9)", True),
+        ("wrap(at + 1)", "noisy(if act == go then room.at' else room.at, 0.9)", False),
+        ("wrap(at + 1)", "noisy(ahead(), 0.9)", True),
+        ("if act == go then 0 else at", "noisy(room.at, 0.9)", False),  # what act == go spoils is seen before
+        ("wrap(at + 1)", "noisy(room.before, 0.9)", False),  # a let is of the state before on purpose
+    ],
+)
+def test_observations_of_the_state_before_the_step(
+    moves: str, shown: str, is_told: bool, tmp_path: Path
+) -> None:
+    bottom = f"""fn ahead(): Cell = if room.at == 3 then 0 else room.at
+observe felt: Cell ~ {shown}
+reward r = ahead() + room.before"""
+    found = warned(tmp_path, member=MOVES % moves + "\n  let before = at", bottom=bottom)
+    told = "W07 'felt' shows the state before the step: it reads 'room.at', which the step changes"
+    assert found == [told] * is_told
+
+
+@pytest.mark.parametrize(
+    ("bound", "why"),
+    [
+        ("log(0)", "'log' of 0 is not finite"),
+        ("1e30 * 1e30", "'*' of 1e+30 and 1e+30 is not finite"),
+        ("sqrt(p - 1)", "'sqrt' of -0.75 is not finite"),
+        ("2 + (if p > 1 then 1 else 1 / (p - p))", "'/' of 1 and 0 is not finite"),
+        ("if room.x == 0 then log(0) else 1", ""),
+        ("log(p) / room.x", ""),
+    ],
+)
+def test_bounds_that_are_never_finite(bound: str, why: str, tmp_path: Path) -> None:
+    found = warned(
+        tmp_path,
+        "param p: float = 0.25\n",
+        bottom=f"bound upper = {bound}\nreward r = if room.x == 0 and p > 0 then 1 else 0",
+    )
+    assert found == ([f"W08 bound upper is no finite number: {why}"] if why else [])
