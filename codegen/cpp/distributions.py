@@ -5,7 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 
+from hypgen.codegen.cpp import masses
 from hypgen.codegen.cpp.expressions import ADD, TERNARY, Append, ExprPrinter
 from hypgen.codegen.cpp.laws import bin_density_text, bin_text, count_text, draw_text
 from hypgen.codegen.cpp.sink import Sink
@@ -17,6 +19,23 @@ from hypgen.dsl.ir.walk import negated
 from hypgen.dsl.types import Bool, Type, low_of, size_of
 
 
+@dataclass(frozen=True)
+class Word:
+    """The word of a draw as C++: ``plain`` of 32 bits, ``fine`` with the 31 bits below it."""
+
+    plain: str
+    fine: str
+
+    @staticmethod
+    def of(site: str, index: str) -> Word:
+        """Return the word that a site of the model draws."""
+        return Word(f"draws.word(Site::{site}, {index})", f"dist::fine(draws, Site::{site}, {index})")
+
+    def to(self, is_plain: bool) -> str:
+        """Return one of both."""
+        return self.plain if is_plain else self.fine
+
+
 class DistPrinter:
     """Prints samplers and densities through the printer of the function that they stand in."""
 
@@ -26,8 +45,8 @@ class DistPrinter:
 
     # Sampling ------------------------------------------------------------------------------------
 
-    def sample(self, dist: ir.Dist, word: str, sink: Sink) -> None:
-        """Append statements that give ``sink`` the value drawn with ``word``, a C++ expression."""
+    def sample(self, dist: ir.Dist, word: Word, sink: Sink) -> None:
+        """Append statements that give ``sink`` the value drawn with ``word``."""
         printer = self.printer
         match dist:
             case ir.Certain(value=value):
@@ -51,34 +70,36 @@ class DistPrinter:
             case ir.LetDist(name=name, value=value, body=body):
                 printer.declare(name, value, body)
                 self.sample(body, word, sink)
-            case ir.Bernoulli(probability=probability):
-                self.code.add(sink(f"dist::bernoulli({word}, {printer.text(probability)})"))
+            case ir.Bernoulli(probability=p, complement=q):
+                drawn = word.to(masses.is_plain(p, q, printer.context.model))
+                self.code.add(sink(f"dist::bernoulli({drawn}, {masses.text(p, q, printer)})"))
             case ir.Uniform(type=type_):
-                self.code.add(sink(_value(f"dist::uniform({word}, {size_of(type_)})", type_)))
-            case ir.Noisy(type=type_, value=value, probability=probability):
+                self.code.add(sink(_value(f"dist::uniform({word.plain}, {size_of(type_)})", type_)))
+            case ir.Noisy(type=type_, value=value):
                 code = code_of(printer.text(value, ADD), type_)
-                chosen = f"dist::noisy({word}, {code}, {printer.text(probability)}, {size_of(type_)})"
+                drawn = word.to(self._is_plain_noise(dist))
+                chosen = f"dist::noisy({drawn}, {code}, {self._noise(dist)}, {size_of(type_)})"
                 self.code.add(sink(_value(chosen, type_)))
             case ir.Table():
                 self._sample_table(dist, word, sink)
             case ir.UniformSet():
                 self._sample_set(dist, word, sink)
             case ir.UniformInt() | ir.Counted():
-                self.code.add(sink(count_text(dist, word, "", printer)))
+                self.code.add(sink(count_text(dist, word.plain, "", printer)))
             case ir.Continuous():
-                self.code.add(sink(draw_text(dist, word, printer)))
+                self.code.add(sink(draw_text(dist, word.plain, printer)))
             case ir.Binned():
-                self.code.add(sink(bin_text(dist, word, printer)))
+                self.code.add(sink(bin_text(dist, word.plain, printer)))
             case ir.Weighted():
                 self._sample_weighted(dist, word, sink)
             case ir.Widened(dist=inner):
                 self.sample(inner, word, sink)
             case nodes.WeightedPick(value=value):
                 drawn = printer.scope.unique("word")
-                self.code.add(f"const auto {drawn} = {word};")
+                self.code.add(f"const auto {drawn} = {word.plain};")
                 self._at_position(_position(drawn, dist.bounds()), value, sink)
             case nodes.UniformPick(count=count, value=value):
-                self._at_position(f"dist::uniform({word}, {printer.text(count)})", value, sink)
+                self._at_position(f"dist::uniform({word.plain}, {printer.text(count)})", value, sink)
             case _:
                 raise TypeError(f"no sampler for {type(dist).__name__}")
 
@@ -89,31 +110,48 @@ class DistPrinter:
         self.printer.bind(nodes.POSITION, local)
         self.printer.emit(value, sink)
 
-    def _sample_table(self, dist: ir.Table, word: str, sink: Sink) -> None:
+    def _is_plain_noise(self, dist: ir.Noisy) -> bool:
+        """Return whether a 32-bit word tells the value, and surely the others too."""
+        if not masses.is_plain(dist.probability, dist.complement, self.printer.context.model):
+            return False
+        others = size_of(dist.type) - 1
+        return others < 2 or masses.leaves(dist.probability) >= others * masses.PART
+
+    def _noise(self, dist: ir.Noisy) -> str:
+        if self._is_plain_noise(dist):
+            return self.printer.text(dist.probability)
+        return masses.mass_text(dist.probability, dist.complement, self.printer)
+
+    def _sample_table(self, dist: ir.Table, word: Word, sink: Sink) -> None:
         printer = self.printer
         entries, last = dist.entries, dist.rest
         if last is None:
             entries, last = entries[:-1], entries[-1][0]
-        if len(entries) == 1 and not needs_statements(entries[0][0], last):
-            value, probability = entries[0]
-            first = f"dist::bernoulli({word}, {printer.text(probability)})"
-            texts = printer.text(value, TERNARY + 1), printer.text(last, TERNARY + 1)
-            self.code.add(sink(f"{first} ? {texts[0]} : {texts[1]}"))
-            return
         if not entries:
             printer.emit(last, sink)
             return
+        plain = masses.is_plain_table(dist, printer.context.model)
+        shares = [printer.text(p) for _, p in entries] if plain else masses.table_texts(dist, printer)
+        if len(entries) == 1 and not needs_statements(entries[0][0], last):
+            first = f"dist::bernoulli({word.to(plain)}, {shares[0]})"
+            texts = printer.text(entries[0][0], TERNARY + 1), printer.text(last, TERNARY + 1)
+            self.code.add(sink(f"{first} ? {texts[0]} : {texts[1]}"))
+            return
         drawn = printer.scope.unique("word")
-        self.code.add(f"const auto {drawn} = {word};")
+        self.code.add(f"const auto {drawn} = {word.to(plain)};")
         bounds: list[str] = []
-        for _, probability in entries:
-            share = f"math::threshold({printer.text(probability)})"
+        for share in shares:
             name = printer.scope.unique("below")
-            self.code.add(f"const std::uint64_t {name} = {' + '.join([*bounds[-1:], share])};")
+            if plain:
+                end = " + ".join([*bounds[-1:], f"math::threshold({share})"])
+            else:
+                end = f"dist::up_to({bounds[-1]}, {share})" if bounds else share
+            self.code.add(f"const std::uint64_t {name} = {end};")
             bounds.append(name)
+        reached = "{} < {}" if plain else "{}.below({})"
         for position, ((value, _), bound) in enumerate(zip(entries, bounds, strict=True)):
             chained = "else if" if position and not sink.returns else "if"
-            with self.printer.block(f"{chained} ({drawn} < {bound})"):
+            with self.printer.block(f"{chained} ({reached.format(drawn, bound)})"):
                 printer.emit(value, sink)
             if sink.returns:
                 self.code.join()
@@ -122,7 +160,7 @@ class DistPrinter:
                 stack.enter_context(self.printer.block("else"))
             printer.emit(last, sink)
 
-    def _sample_set(self, dist: ir.UniformSet, word: str, sink: Sink) -> None:
+    def _sample_set(self, dist: ir.UniformSet, word: Word, sink: Sink) -> None:
         """Count the matches, then go to the one that the word picks."""
         printer, code = self.printer, self.code
         count, left = printer.scope.unique("count"), printer.scope.unique("left")
@@ -134,7 +172,7 @@ class DistPrinter:
         with ExitStack() as stack:
             if not sink.returns:
                 stack.enter_context(printer.block("else"))
-            code.add(f"std::int32_t {left} = dist::uniform({word}, {count});")
+            code.add(f"std::int32_t {left} = dist::uniform({word.plain}, {count});")
             if sink.returns and len(dist.binders) == 1:
                 self._matches(dist, lambda: self._return_at(dist, left, sink))
                 code.add(f"return {printer.first(ir.Binder('', dist.type))};")
@@ -143,11 +181,10 @@ class DistPrinter:
             self._matches(dist, lambda: self._pick_at(dist, left, picked))
             code.add(sink(picked))
 
-    def _sample_weighted(self, dist: ir.Weighted, word: str, sink: Sink) -> None:
+    def _sample_weighted(self, dist: ir.Weighted, word: Word, sink: Sink) -> None:
         """Add up the weights, then go to the first match that the word does not pass."""
         printer, code, binder = self.printer, self.code, dist.binders[0]
-        drawn, everything, passed, picked = map(printer.scope.unique, ("word", "all", "passed", "picked"))
-        code.add(f"const auto {drawn} = {word};")
+        everything, picked = map(printer.scope.unique, ("all", "picked"))
         code.add(f"dist::WeightSum {everything};")
         code.add(f"{scalar(binder.type)} {picked} = {printer.first(binder)};")
         self._matches(
@@ -157,14 +194,15 @@ class DistPrinter:
         with ExitStack() as stack:
             if dist.otherwise is not None:
                 with printer.block(f"if ({everything}.empty())"):
-                    self.sample(dist.otherwise, drawn, sink)
+                    self.sample(dist.otherwise, word, sink)
                 if not sink.returns:
                     stack.enter_context(printer.block("else"))
-            code.add(f"dist::WeightSum {passed};")
-            reach = f"{drawn} < {passed}.words_of_all({everything}.sum())"
+            drawn, walk = map(printer.scope.unique, ("word", "walk"))
+            code.add(f"const auto {drawn} = {word.fine};")
+            code.add(f"dist::WeightWalk {walk}({everything});")
 
             def search() -> None:
-                condition = f"{passed}.add({printer.text(dist.weight)}) && {reach}"
+                condition = f"{walk}.add({printer.text(dist.weight)}) && {drawn}.below({walk}.until())"
                 self._pick_if(condition, picked, binder, "break;")
 
             self._matches(dist, search)
@@ -223,21 +261,15 @@ class DistPrinter:
             case ir.LetDist(name=name, value=local, body=body):
                 printer.declare(name, local, body)
                 self.density(body, value, sink)
-            case ir.Bernoulli(probability=probability):
-                code.add(sink(f"dist::bernoulli_density({value}, {printer.text(probability)})"))
+            case ir.Bernoulli(probability=p, complement=q):
+                code.add(sink(f"dist::bernoulli_density({value}, {masses.text(p, q, printer)})"))
             case ir.Uniform(type=type_):
                 code.add(sink(f"1.0 / {size_of(type_)}.0"))
-            case ir.Noisy(type=type_, value=center, probability=probability):
-                same, p = self._is(center, value), printer.text(probability)
-                code.add(sink(f"dist::noisy_density({same}, {p}, {size_of(type_)})"))
-            case ir.Table(entries=entries, rest=rest):
-                masses = printer.scope.unique("masses")
-                code.add(f"dist::Masses {masses};")
-                for entry, probability in entries:
-                    code.add(f"{masses}.take({printer.text(probability)}, {self._is(entry, value)});")
-                last = entries[-1][0] if rest is None else rest
-                code.add(f"{masses}.take_rest({self._is(last, value)});")
-                code.add(sink(f"{masses}.density()"))
+            case ir.Noisy(type=type_, value=center):
+                same = self._is(center, value)
+                code.add(sink(f"dist::noisy_density({same}, {self._noise(dist)}, {size_of(type_)})"))
+            case ir.Table():
+                self._table_density(dist, value, sink)
             case ir.UniformSet():
                 self._set_density(dist, value, sink)
             case ir.UniformInt() | ir.Counted():
@@ -255,18 +287,32 @@ class DistPrinter:
                     sink,
                 )
             case nodes.WeightedPick(probabilities=probabilities, value=picked):
-                masses = printer.scope.unique("masses")
-                code.add(f"dist::Masses {masses};")
+                sums = printer.scope.unique("masses")
+                code.add(f"dist::Masses {sums};")
                 for number, probability in enumerate(probabilities):
                     printer.bind(nodes.POSITION, str(number))
-                    code.add(f"{masses}.take({printer.text(probability)}, {self._is(picked, value)});")
+                    code.add(f"{sums}.take({printer.text(probability)}, {self._is(picked, value)});")
                 printer.bind(nodes.POSITION, str(len(probabilities)))
-                code.add(f"{masses}.take_rest({self._is(picked, value)});")
-                code.add(sink(f"{masses}.density()"))
+                code.add(f"{sums}.take_rest({self._is(picked, value)});")
+                code.add(sink(f"{sums}.density()"))
             case nodes.UniformPick():
                 self._uniform_pick_density(dist, value, sink)
             case _:
                 raise TypeError(f"no density for {type(dist).__name__}")
+
+    def _table_density(self, dist: ir.Table, value: str, sink: Sink) -> None:
+        printer, code = self.printer, self.code
+        if masses.is_plain_table(dist, printer.context.model):  # the last entry's share matters to none
+            shares = [printer.text(p) for _, p in dist.entries]
+        else:
+            shares = masses.table_texts(dist, printer)
+        sums = printer.scope.unique("masses")
+        code.add(f"dist::Masses {sums};")
+        for (entry, _), share in zip(dist.entries, shares, strict=False):
+            code.add(f"{sums}.take({share}, {self._is(entry, value)});")
+        last = dist.entries[-1][0] if dist.rest is None else dist.rest
+        code.add(f"{sums}.take_rest({self._is(last, value)});")
+        code.add(sink(f"{sums}.density()"))
 
     def _set_density(self, dist: ir.UniformSet, value: str, sink: Sink) -> None:
         printer, code = self.printer, self.code
@@ -294,15 +340,14 @@ class DistPrinter:
 
     def _weighted_density(self, dist: ir.Weighted, value: str, sink: Sink) -> None:
         printer, code, binder = self.printer, self.code, dist.binders[0]
-        part = printer.scope.unique("part")
-        code.add(f"dist::WeightShare {part};")
-
-        def tally() -> None:
-            weight = printer.text(dist.weight)
-            code.add(f"{part}.add({weight}, {value} == {printer.locals[binder.name]});")
-
-        self._matches(dist, tally)
-        with printer.block(f"if ({part}.empty())"):
+        everything, likeliest, walk, found = map(printer.scope.unique, ("all", "likeliest", "walk", "found"))
+        code.add(f"dist::WeightSum {everything};")
+        code.add(f"{scalar(binder.type)} {likeliest} = {printer.first(binder)};")
+        self._matches(
+            dist,
+            lambda: self._pick_if(f"{everything}.add({printer.text(dist.weight)})", likeliest, binder),
+        )
+        with printer.block(f"if ({everything}.empty())"):
             if dist.otherwise is not None:
                 self.density(dist.otherwise, value, sink)
             else:
@@ -310,7 +355,18 @@ class DistPrinter:
         with ExitStack() as stack:
             if not sink.returns:
                 stack.enter_context(printer.block("else"))
-            code.add(sink(f"{part}.density()"))
+            code.add(f"dist::WeightWalk {walk}({everything});")
+            code.add(f"std::uint64_t {found} = 0;")
+
+            def search() -> None:
+                is_value = f"{value} == {printer.locals[binder.name]}"
+                with printer.block(f"if ({walk}.add({printer.text(dist.weight)}) && {is_value})"):
+                    code.add(f"{found} = {walk}.until() - {walk}.before();")
+                code.join()
+
+            self._matches(dist, search)
+            rest = f"{value} == {likeliest} ? dist::kWhole - {walk}.until() : 0"
+            code.add(sink(f"dist::share_of({found} + ({rest}))"))
 
     def _uniform_pick_density(self, dist: nodes.UniformPick, value: str, sink: Sink) -> None:
         printer, code = self.printer, self.code

@@ -9,7 +9,7 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 
 from hypgen.codegen.cpp import template_data
-from hypgen.codegen.cpp.distributions import DistPrinter
+from hypgen.codegen.cpp.distributions import DistPrinter, Word
 from hypgen.codegen.cpp.expressions import Context, ExprPrinter
 from hypgen.codegen.cpp.sink import RETURN, Sink
 from hypgen.codegen.cpp.text import scalar, wrapped
@@ -79,7 +79,7 @@ class Builder:
 
     def sampled(self, dist: ir.Dist, site: str, index: str, sink: Sink = RETURN) -> Builder:
         """Let the body draw from ``dist``."""
-        self.dist.sample(dist, f"draws.word(Site::{site}, {index})", sink)
+        self.dist.sample(dist, Word.of(site, index), sink)
         return self
 
     @contextmanager

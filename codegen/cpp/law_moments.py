@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from hypgen.codegen.cpp import masses
 from hypgen.codegen.cpp.expressions import ExprPrinter
 from hypgen.dsl import ir
 
@@ -20,11 +21,15 @@ def add_law(dist: ir.Dist, mixture: str, printer: ExprPrinter) -> None:
         case ir.Exponential(mean=mean):
             code.add(f"{mixture}.exponential({printer.text(mean)});")
         case ir.Table(entries=entries, rest=rest):
+            if masses.is_plain_table(dist, printer.context.model):
+                taken = [printer.text(p) for _, p in (entries if rest is not None else entries[:-1])]
+            else:
+                taken = masses.table_texts(dist, printer)
             shares = printer.scope.unique("shares")
             code.add(f"moments::Shares {shares};")
-            for value, probability in entries if rest is not None else entries[:-1]:
+            for (value, _), mass in zip(entries, taken, strict=False):
                 share = printer.scope.unique("share")
-                code.add(f"const double {share} = {shares}.take({printer.text(probability)});")
+                code.add(f"const double {share} = {shares}.take({mass});")
                 code.add(f"{mixture}.certain({printer.text(value)}, {share});")
             last = entries[-1][0] if rest is None else rest
             code.add(f"{mixture}.certain({printer.text(last)}, {shares}.rest());")

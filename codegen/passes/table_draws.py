@@ -8,12 +8,18 @@ from __future__ import annotations
 
 from hypgen.codegen.layout.nodes import POSITION, UniformPick, WeightedPick
 from hypgen.dsl import ir
+from hypgen.dsl.ir import masses
 from hypgen.dsl.ir.walk import rename_bound, substitute
 from hypgen.dsl.types import BOOL, Bool, Int, size_of
 
 
 def weighted(dist: ir.Table) -> WeightedPick | None:
-    """Return ``dist`` as a pick, its value a choice by position; None where a weight is no constant."""
+    """Return ``dist`` as a pick, its value a choice by position.
+
+    None where a weight is no constant, or one of which words do not tell the mass.
+    """
+    if not masses.in_words(dist):
+        return None
     probabilities = tuple(p for _, p in dist.entries)
     values = [v for v, _ in dist.entries]
     if dist.rest is None:

@@ -140,9 +140,9 @@ class MomentBeliefs:
                 mixture.exponential(share, value(dist.mean, frame))
             case ir.Table():
                 shares = Shares()
-                entries = dist.entries if dist.rest is not None else dist.entries[:-1]
-                for entry, probability in entries:
-                    part = shares.take(value(probability, frame))
+                masses = self._evaluator.masses(dist, frame)
+                for (entry, _), mass in zip(dist.entries, masses, strict=False):
+                    part = shares.take(mass)
                     mixture.certain(share * part, value(entry, frame))
                 last = dist.entries[-1][0] if dist.rest is None else dist.rest
                 mixture.certain(share * shares.rest(), value(last, frame))

@@ -73,11 +73,11 @@ class Binomial(Counted):
 class Weighted(Dist):
     """A value of the one binder, with probability in proportion to ``weight``, a float.
 
-    A match has ``condition`` true and a weight above 0. s_i is the sum of the weights (as doubles) of the
-    matches up to i, S the sum of all: match i is the first with w < R(s_i / S), the last match takes what is
-    left. Without a match ``otherwise`` is drawn from the same word (without it, the binder's first value).
-    Density: R(s_i / S) - R(s_(i-1) / S) words over 2^32, where s of no matches is 0 and the last's R(s / S)
-    is 2^32.
+    A match has ``condition`` true and a weight above 0. S is the sum, from 0, of the matches' weights as
+    doubles, and c = (2^63 * (1 - 2^-32)) / S. Each match has the mass trunc(double(weight) * c), 0 if that is
+    not finite: it is the first with W < the sum of the masses up to it. What all leave of 2^63 goes to the
+    likeliest, the first with the largest weight. Without a match ``otherwise`` is drawn from the same word
+    (without it, the binder's first value). Density: the masses that give the value, over 2^63.
     """
 
     binders: tuple[Binder, ...]

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import TypeVar
 
 from hypgen.dsl.messages.source import Span
@@ -25,9 +26,13 @@ class Expr:
 
 @dataclass(frozen=True)
 class Const(Expr):
-    """A constant: bool, int (or code), or a float that float32 holds exactly."""
+    """A constant: bool, int (or code), or a float that float32 holds exactly.
+
+    ``exact`` is the number that the text says, where float32 has rounded it; probabilities read it.
+    """
 
     value: bool | int | float
+    exact: Fraction | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -282,8 +287,12 @@ class Quantified(Expr):
 
 # Distributions -----------------------------------------------------------------------------------
 #
-# Each is sampled from one 32-bit word w by inverse CDF. T(p) = trunc(double(p) * 2^32) clamped to
-# [0, 2^32] is the threshold of a probability p (NaN gives 0).
+# Each is sampled by inverse CDF from one 32-bit word w or, where probabilities count, from the 63 bits
+# W = w * 2^31 + (v >> 1), where v is a second word of the same draw. As W is only compared, v is made only
+# where w ties. M(p) = trunc(double(p) * 2^63) clamped to [0, 2^63] is the mass of a probability p (NaN gives
+# 0). It is a whole number of words, 2^31 each, for each float32 from 2^-9 up. Beside p may stand its
+# complement q, an expression for 1 - p: if q < 2^-9, the mass is 2^63 - M(q). A constant's mass is that of
+# its exact number where float32 does not hold it well (``masses.of_constant``).
 
 
 @dataclass(frozen=True)
@@ -303,9 +312,10 @@ class Certain(Dist):
 
 @dataclass(frozen=True)
 class Bernoulli(Dist):
-    """true where w < T(p). Density: T(p) / 2^32, or what is left."""
+    """true where W < M(p). Density: M(p) / 2^63, or what is left."""
 
     probability: Expr
+    complement: Expr | None = None
 
 
 @dataclass(frozen=True)
@@ -332,25 +342,32 @@ class UniformSet(Dist):
 class Table(Dist):
     """Values with weights; ``rest`` (or the last entry, if None) takes what is left.
 
-    With t_i = T(p_i), entry i is the first with w < t_0 + ... + t_i, cumulated in 64 bits. Density of v: the
-    number of words that give it, over 2^32.
+    With m_i = M(p_i), entry i is the first with W < m_0 + ... + m_i, where sums end at 2^63. Without
+    ``rest``, where the last m_i is below 2^54 (a probability of 2^-9), the likeliest entry (the first with
+    the largest m_i) is given what the other masses leave of 2^63. Where all p_i are constants,
+    ``masses.of_table`` has the masses. ``complements`` is empty or has the complement of each p_i that has
+    one. Density of v: the masses that give it, over 2^63.
     """
 
     entries: tuple[tuple[Expr, Expr], ...]
     rest: Expr | None
+    complements: tuple[Expr | None, ...] = ()
 
 
 @dataclass(frozen=True)
 class Noisy(Dist):
     """``value`` with probability p, else uniformly one of the n - 1 others.
 
-    With t = T(p): ``value`` if w < t; otherwise the other numbered ((w - t) * (n - 1)) / (2^32 - t), counted
-    in ascending order and passing over ``value``. If n is 1, ``value``. Density: t / 2^32, or
-    ((2^32 - t) / 2^32) / (n - 1); 1 if n is 1.
+    With t = M(p) and r = 2^63 - t: ``value`` if W < t; otherwise one of the others, counted in ascending
+    order and passing over ``value``. If t = 2^31 * t' and r >= (n - 1) * 2^45, it is the one numbered
+    ((w - t') * (n - 1)) / (2^32 - t'). If not, the others get equal parts of r, in order, of which the first
+    r mod (n - 1) are larger by 1. If n is 1, ``value``. Density: t / 2^63, or (r / 2^63) / (n - 1); 1 if n
+    is 1.
     """
 
     value: Expr
     probability: Expr
+    complement: Expr | None = None
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,10 @@ positions: a result whose interval leaves int32 is for the caller to refuse.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable
 from dataclasses import replace
+from fractions import Fraction
 
 from hypgen.dsl import ir
 from hypgen.dsl.ir import evaluate
@@ -30,6 +32,9 @@ from hypgen.dsl.types import (
 )
 from hypgen.dsl.types.units import Unit
 
+_EXACT = {"add": operator.add, "sub": operator.sub, "mul": operator.mul, "div": operator.truediv}
+_MOST_BITS = 4096  # of an exact number's denominator
+
 TRUE, FALSE = ir.Const(BOOL, True), ir.Const(BOOL, False)
 
 
@@ -43,17 +48,21 @@ def integer(value: int) -> ir.Const:
     return ir.Const(Int(value, value), value)
 
 
-def real(value: float, unit: Unit | None = None) -> ir.Const:
-    """Return a constant float, rounded to float32; without a unit it takes on any."""
+def real(value: float, unit: Unit | None = None, exact: Fraction | None = None) -> ir.Const:
+    """Return a constant float, rounded to float32; without a unit it takes on any.
+
+    ``exact`` is the number before it was rounded, where that is known.
+    """
     value = intervals.float32(value)
-    return ir.Const(Float(value, value, unit=unit), value)
+    kept = None if exact is None or exact == value else exact
+    return ir.Const(Float(value, value, unit=unit), value, exact=kept)
 
 
-def literal(value: bool | int | float) -> ir.Const:
+def literal(value: bool | int | float, exact: Fraction | None = None) -> ir.Const:
     """Return the constant for a Python value."""
     if isinstance(value, bool):
         return boolean(value)
-    return integer(value) if isinstance(value, int) else real(value)
+    return integer(value) if isinstance(value, int) else real(value, exact=exact)
 
 
 def is_true(e: ir.Expr) -> bool:
@@ -172,7 +181,18 @@ def folded(op: str, unit: Unit | None, *operands: ir.Expr) -> ir.Const | None:
     """Return an operator on constants as a float; None where an operand varies or there is no value."""
     values = _constants(operands)
     result = None if values is None else evaluate.value_of(op, FLOAT, *values)
-    return None if result is None else real(result, unit)
+    return None if result is None else real(result, unit, _exactly(op, operands))
+
+
+def _exactly(op: str, operands: tuple[ir.Expr, ...]) -> Fraction | None:
+    """Return the number that an operator gives on constants before any is rounded; None for no fraction."""
+    if op not in _EXACT:
+        return None
+    numbers = [Fraction(e.value) if e.exact is None else e.exact for e in operands if isinstance(e, ir.Const)]
+    if op == "div" and not numbers[1]:
+        return None
+    found: Fraction = _EXACT[op](*numbers)
+    return found if found.denominator.bit_length() < _MOST_BITS else None
 
 
 def _constants(operands: tuple[Node, ...]) -> list[evaluate.Value] | None:

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from fractions import Fraction
 
 from hypgen.dsl.messages.source import Span
 
@@ -57,9 +58,10 @@ class Expr(Node):
 
 @dataclass(frozen=True)
 class Literal(Expr):
-    """``3``, ``0.5``, ``true`` or a string."""
+    """``3``, ``0.5``, ``true`` or a string; ``exact`` is the number that a decimal says."""
 
     value: bool | int | float | str
+    exact: Fraction | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 from lark import Token, Tree
@@ -286,7 +287,8 @@ class _Builder:
         if math.isinf(value):
             self._number_too_large(span)
             value = 0.0
-        return ast.Literal(span, value)
+        # A number that double takes for 0 may have an exponent of any size.
+        return ast.Literal(span, value, Fraction(digits) if value else None)
 
     def string(self, span: Span, text: Token) -> ast.Literal:
         return ast.Literal(span, text[1:-1])

@@ -68,7 +68,7 @@ void append(std::vector<std::int64_t>& out, Pair pair) {
   out.push_back(math::to_fixed<-9>(i));
   out.push_back(math::to_fixed<50>(a));
   out.push_back(math::to_fixed<50>(i));
-  out.push_back(static_cast<std::int64_t>(math::threshold(a)));
+  out.push_back(static_cast<std::int64_t>(math::mass(a)));
   for (const double x :
        {math::normal_cdf(static_cast<double>(a)), math::normal_quantile(static_cast<double>(a)),
         math::normal_of_word(pair.a), math::exponential_of_word(pair.a)}) {

@@ -98,7 +98,7 @@ def expected_columns(pairs: npt.NDArray[np.float32]) -> list[npt.NDArray[np.int6
             fm.to_fixed(a),
             fm.to_fixed(i),
             *(fm.to_fixed(x, bits) for bits in (-9, 50) for x in (a, i)),
-            fm.threshold(a),
+            fm.mass(a),
         ),
     ]
     doubles = [

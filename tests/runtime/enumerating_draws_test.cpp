@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 #include <utility>
 #include <vector>
@@ -125,6 +126,120 @@ TEST(EnumeratingDraws, GivesTheEntriesOfATable) {
   const std::map<int, double> expected = {{0, 0.25}, {1, 0.125}, {2, 0.625}};
   EXPECT_EQ(law_of(by_position), expected);
   EXPECT_EQ(law_of(by_comparison), expected);
+}
+
+// A draw of 63 bits has the law of its density, to the last of them; `bits` are driven by word and second word.
+template <class Sample, class Density>
+void expect_fine_density(const Sample& sample, const Density& density, int low, int high) {
+  auto law =
+      law_of([&](EnumeratingDraws& draws) { return static_cast<int>(sample(dist::fine(draws, 7, 0))); });
+  for (int value = low; value <= high; ++value) {
+    EXPECT_DOUBLE_EQ(law[value], density(value)) << value;
+  }
+}
+
+// What a sampler gives for 63 bits.
+template <class Sample>
+auto drawn(const Sample& sample, std::uint64_t bits) {
+  const std::uint32_t words[] = {static_cast<std::uint32_t>(bits >> 31),
+                                 static_cast<std::uint32_t>(bits << 1)};
+  RecordedDraws draws(words, 2);
+  return static_cast<int>(sample(dist::fine(draws, 7, 0)));
+}
+
+TEST(EnumeratingDraws, GivesRareOutcomes) {
+  for (const double p : {1e-15, 1e-10, 0.0, 1e-3, 0.25, 0.9999, 1.0}) {
+    const std::uint64_t mass = dist::mass(static_cast<float>(p));
+    const auto sample = [=](const auto& word) { return dist::bernoulli(word, mass); };
+    expect_fine_density(sample, [=](int value) { return dist::bernoulli_density(value != 0, mass); }, 0, 1);
+    if (mass == 0 || mass == dist::kWhole) continue;
+    EXPECT_EQ(drawn(sample, mass - 1), 1);
+    EXPECT_EQ(drawn(sample, mass), 0);
+    const std::uint64_t complement = dist::mass(1.0F - static_cast<float>(p), static_cast<float>(p));
+    if (p < 1e-9) {
+      EXPECT_EQ(complement, dist::kWhole - mass);
+    }
+  }
+}
+
+TEST(EnumeratingDraws, GivesRareNoise) {
+  for (const double q : {1e-15, 1e-10, 1e-5, 0.25, 0.9}) {
+    for (const int count : {1, 2, 5, 1000}) {
+      const std::uint64_t mass = dist::mass(1.0F - static_cast<float>(q), static_cast<float>(q));
+      const int value = 1 % count;
+      const auto law = law_of(
+          [&](EnumeratingDraws& draws) { return dist::noisy(dist::fine(draws, 7, 0), value, mass, count); });
+      ASSERT_EQ(law.size(), static_cast<std::size_t>(count));
+      std::uint64_t end = mass;
+      for (const auto& [drawn_value, probability] : law) {
+        const double density = dist::noisy_density(drawn_value == value, mass, count);
+        EXPECT_NEAR(probability, density, density * 1e-3);
+        if (drawn_value == value) continue;
+        const auto sample = [&](const auto& word) { return dist::noisy(word, value, mass, count); };
+        end += static_cast<std::uint64_t>(std::ldexp(probability, 63));
+        EXPECT_EQ(drawn(sample, end - 1), drawn_value);
+        if (drawn_value < count - 1) {
+          EXPECT_GT(drawn(sample, end), drawn_value);
+        }
+      }
+    }
+  }
+}
+
+// As generated code decides a table whose entries are known when a model runs.
+TEST(EnumeratingDraws, GivesTheLikeliestWhatTheOthersLeave) {
+  const auto expect_law = [](std::vector<float> p) {
+    std::uint64_t masses[] = {dist::mass(p[0]), dist::mass(p[1]), dist::mass(p[2])};
+    dist::settle(masses);
+    const auto sample = [&](const auto& word) {
+      const std::uint64_t below = masses[0], below_2 = dist::up_to(below, masses[1]);
+      return word.below(below) ? 0 : word.below(below_2) ? 1 : 2;
+    };
+    const auto density = [&](int value) {
+      dist::Masses sums;
+      for (int i = 0; i < 2; ++i) sums.take(masses[i], value == i);
+      sums.take_rest(value == 2);
+      return sums.density();
+    };
+    expect_fine_density(sample, density, 0, 2);
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(density(i), p[i], 1e-6 * p[i]) << i;
+    if (p[2] > 0.0F) {
+      EXPECT_EQ(drawn(sample, dist::kWhole - 1), 2);
+    }
+    if (p[2] > 0.0F && p[2] < 1e-3F) {
+      EXPECT_EQ(drawn(sample, dist::kWhole - masses[2]), 2);
+      EXPECT_EQ(drawn(sample, dist::kWhole - masses[2] - 1), masses[1] == 0 ? 0 : 1);
+    }
+  };
+  expect_law({1.0F, 1e-10F, 1e-15F});
+  expect_law({1e-15F, 1.0F, 1e-10F});
+  expect_law({1e-15F, 1e-10F, 1.0F});
+  expect_law({0.7F, 0.3F, 1e-12F});
+  expect_law({0.7F, 0.3F, 0.0F});
+  expect_law({0.5F, 0.25F, 0.25F});
+}
+
+TEST(EnumeratingDraws, WeighsRareCandidates) {
+  const std::vector<float> weights = {3.0F, 1e-15F, 0.0F, 5.0F, 1e-9F, 2.0F};
+  dist::WeightSum sum;
+  int likeliest = 0;
+  for (int i = 0; i < 6; ++i) {
+    if (sum.add(weights[i])) likeliest = i;
+  }
+  ASSERT_EQ(likeliest, 3);
+  const auto law = law_of([&](EnumeratingDraws& draws) {
+    const auto word = dist::fine(draws, 7, 0);
+    dist::WeightWalk walk(sum);
+    for (int i = 0; i < 6; ++i) {
+      if (walk.add(weights[i]) && word.below(walk.until())) return i;
+    }
+    return likeliest;
+  });
+  ASSERT_EQ(law.size(), 5U);
+  for (const auto& [i, probability] : law) {
+    const double expected = static_cast<double>(weights[i]) / (10.0 + 1e-9 + 1e-15);
+    EXPECT_NEAR(probability, expected, 1e-4 * expected) << i;
+  }
 }
 
 TEST(EnumeratingDraws, ReadsADrawTwiceAsOne) {

@@ -3,7 +3,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
+
 from hypgen.dsl import ir
+from hypgen.dsl.interpret.evaluate.values import Word
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import BOOL, FLOAT, INT, PROB, Enum, Float, Int, Type, Variant
 
@@ -15,6 +20,11 @@ ROW = Int(0, 2)
 ROCK = Int(0, 1)
 READING = Enum("Reading", (Variant("nothing"), Variant("looks_good"), Variant("looks_bad")))
 ROCK_ACT = Enum("Act", (Variant("east"), Variant("west"), Variant("sample"), Variant("check", ROCK)))
+
+
+def word(first: Any, second: Any = 0) -> Word:
+    """Return the word of a draw, in each lane, and the one that decides where it ties."""
+    return Word(lambda: np.asarray(first, np.uint64), lambda: np.asarray(second, np.uint64))
 
 
 def span(line: int, file: str = "sample.pomdp") -> Span:

@@ -18,7 +18,7 @@ from hypgen.dsl.check.scope.let_bindings import let_dist
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.terms import matching
-from hypgen.dsl.ir import operators
+from hypgen.dsl.ir import masses, operators
 from hypgen.dsl.ir.nodes import placed
 from hypgen.dsl.messages import e03_calls, e03_types, e07_draws
 from hypgen.dsl.messages.report import Mistake, gather, unreachable
@@ -144,7 +144,7 @@ def _bernoulli(node: ast.Call, scope: Scope, target: Type | None, what: str) -> 
     if target not in (None, BOOL):
         assert target is not None
         raise Mistake(e03_types.mismatch(what, target, BOOL, node.span))
-    return ir.Bernoulli(BOOL, p)
+    return ir.Bernoulli(BOOL, p, masses.complement(p))
 
 
 def _noisy(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.Dist:
@@ -156,7 +156,8 @@ def _noisy(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.D
         value = check_as(node.arguments[0], scope, target, what)
     t = target or value.type
     require_finite(t, node.span, "a noisy draw")
-    return ir.Noisy(t, value, probability(node.arguments[1], scope))
+    p = probability(node.arguments[1], scope)
+    return ir.Noisy(t, value, p, masses.complement(p))
 
 
 def _uniform(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.Dist:
@@ -180,7 +181,10 @@ def _table(node: ast.TableLiteral, scope: Scope, target: Type | None, what: str)
     weights = gather([partial(probability, p, scope) for _, p in node.entries])
     _check_sum(node, weights)
     rest = None if node.rest is None else checked[-1]
-    return ir.Table(target, tuple(zip(checked, weights, strict=False)), rest)
+    complements = tuple(map(masses.complement, weights))
+    return ir.Table(
+        target, tuple(zip(checked, weights, strict=False)), rest, complements if any(complements) else ()
+    )
 
 
 def _check_sum(node: ast.TableLiteral, weights: list[ir.Expr]) -> None:

@@ -167,10 +167,10 @@ def _clamped_int(low: int, high: int, span: Span, dist: ir.Dist) -> ir.Dist:
         case ir.Uniform(Int(least, most)):
             t = Int(min(max(least, low), high), min(max(most, low), high))
             return ir.UniformInt(t, operators.integer(least), operators.integer(most))
-        case ir.Table(_, entries, rest):
+        case ir.Table(_, entries, rest, complements):
             forced = tuple((operators.clamp(v, low, high), p) for v, p in entries)
             last = None if rest is None else operators.clamp(rest, low, high)
-            return ir.Table(Int(low, high), forced, last)
+            return ir.Table(Int(low, high), forced, last, complements)
         case ir.UniformSet(_, binders, condition, value, otherwise):
             other = None if otherwise is None else changed(otherwise, partial(_clamped_int, low, high, span))
             result = ir.UniformSet(

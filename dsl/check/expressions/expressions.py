@@ -41,12 +41,12 @@ def check(node: ast.Expr, scope: Scope, expected: Type | None = None) -> ir.Expr
 
 def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:
     match node:
-        case ast.Literal(span, value):
+        case ast.Literal(span, value, exact):
             if isinstance(value, str):
                 raise Mistake(e03_values.string_in_expression(span))
             if math.isinf(intervals.float32(value)):
                 raise Mistake(e06_ranges.beyond_float32(value, span))
-            return operators.literal(value)
+            return operators.literal(value, exact)
         case ast.Name() | ast.Member() | ast.Index():
             return references.check(node, scope, expected)
         case ast.Unary():

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from hypgen.dsl.foreign.enumerated.dump import Enumerated, Outcome
 
-ROUNDING = 1e-9  # what probabilities lack of 1 by no more than this is nothing
-_DIGITS = 10  # to which laws are compared: their entries are quotients
+ROUNDING = 1e-12  # what probabilities lack of 1 by no more than this is nothing
+_DIGITS = 10  # to which laws are compared, so that rare entries count: they are quotients
 
 Law = tuple[tuple[int, float], ...]  # (observation, probability)
 
@@ -55,7 +55,7 @@ class SplitStates:
         result = []
         for following, ways in sorted(reached.items()):
             total = sum(p for _, _, p in ways)
-            law = tuple((o, round(p / total, _DIGITS)) for o, _, p in sorted(ways))
+            law = tuple((o, float(f"{p / total:.{_DIGITS}g}")) for o, _, p in sorted(ways))
             laws = self._laws[following][action]
             if law not in laws:
                 laws.append(law)

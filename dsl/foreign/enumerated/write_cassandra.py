@@ -142,5 +142,5 @@ def _names(wanted: Sequence[str], letter: str) -> list[str]:
 
 def _number(number: float) -> str:
     """Return a number as text; of a probability 15 digits."""
-    text = repr(round(number, 15) if abs(number) < 1 else number)
+    text = repr(float(f"{number:.15g}") if abs(number) < 1 else number)
     return text.removesuffix(".0")

@@ -11,6 +11,8 @@ from hypgen.dsl.foreign.tables.foreign_model import Row
 TOLERANCE = 1.01e-4
 # What `--normalise` scales unless told otherwise: beyond, a row is wrong and not rounded.
 ROUGH = 0.01
+# A table's last entry is written as what the others leave. Next to one below this, that is the likeliest.
+_RARE = 2.0**-9
 # The language takes a row that is off by as much as it is.
 _EXACT = 2e-6
 
@@ -27,3 +29,11 @@ def normalised(entries: Iterable[tuple[int, float]]) -> Row:
     if abs(total - 1) <= _EXACT or not kept:
         return tuple(kept)
     return tuple((v, p / total) for v, p in kept)
+
+
+def in_order(row: Row) -> Row:
+    """Return a row as it is written: its likeliest entry last, where another's probability is small."""
+    if min(p for _, p in row) >= _RARE:
+        return row
+    likeliest = max(row, key=lambda entry: entry[1])
+    return (*(entry for entry in row if entry is not likeliest), likeliest)

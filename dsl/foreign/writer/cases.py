@@ -9,6 +9,7 @@ from typing import TypeVar
 
 from hypgen.dsl.foreign.tables.foreign_model import Row
 from hypgen.dsl.foreign.tables.numbers import shown
+from hypgen.dsl.foreign.tables.rows import in_order
 
 Entry = TypeVar("Entry")
 WIDTH = 100
@@ -41,6 +42,7 @@ def row_text(row: Row, values: Values) -> str | None:
         return f"uniform({values.type_name})"
     if len(row) > MOST_ENTRIES:
         return None
+    row = in_order(row)
     entries = [f"{values.names[v]}: {shown(p)}" for v, p in row[:-1]]
     return "{ " + ", ".join(entries) + f", else {values.names[row[-1][0]]} }}"
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from hypgen.dsl.foreign.tables.foreign_model import Row
 from hypgen.dsl.foreign.tables.names import Names, type_name
 from hypgen.dsl.foreign.tables.numbers import shown
+from hypgen.dsl.foreign.tables.rows import in_order
 from hypgen.dsl.foreign.writer.cases import EQUAL, WIDTH
 
 _LENGTHS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
@@ -150,8 +151,9 @@ class _Rows:
         chances: list[str] = []
         for row, length in zip(self.listed, lengths, strict=True):
             firsts.append(str(len(values)))
+            ordered = in_order(row)
             for number in range(length):
-                following, probability = row[min(number, len(row) - 1)]
+                following, probability = ordered[min(number, len(row) - 1)]
                 values.append(self.values[following])
                 chances.append(shown(probability) if number < len(row) else "0")
         padding = most - lengths[-1]  # so that an entry and those behind it are within the table

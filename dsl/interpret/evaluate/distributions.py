@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Distributions of the IR: a draw from one 32-bit word, and the density of a value, in each lane.
+"""Distributions of the IR: a draw from random bits, and the density of a value, in each lane.
 
-Densities are doubles that count the words which give a value, so that sampler and filter agree exactly.
+Densities are doubles that count the masses which give a value, so that sampler and filter agree exactly.
 """
 
 from __future__ import annotations
@@ -13,16 +13,18 @@ import numpy as np
 
 from hypgen.dsl import ir
 from hypgen.dsl.interpret.evaluate.continuous import ContinuousLaws
-from hypgen.dsl.interpret.evaluate.counts import share, words_of
+from hypgen.dsl.interpret.evaluate.masses import Masses
 from hypgen.dsl.interpret.evaluate.values import Array, Frame, Word, as_type, combinations, from_position
-from hypgen.dsl.interpret.floats.scalar_functions import threshold
+from hypgen.dsl.interpret.floats.scalar_functions import WHOLE, after, part, share_of
 from hypgen.dsl.types import Int, low_of, size_of
 
 _SHIFT = np.uint64(32)
-_RANGE = np.uint64(2**32)
+_WORD = np.uint64(31)  # bits of a mass that lie below a word
+_WEIGHED = 2.0**63 * (1 - 2.0**-32)  # the mass of all weights; what is left goes to the likeliest
+_LEAST_PART = np.uint64(2**45)  # of what another than a noisy value gets by words alone
 
 
-class Evaluator(ContinuousLaws):
+class Evaluator(ContinuousLaws, Masses):
     """The values of a model's expressions, and the draws and densities of its distributions."""
 
     def sample(self, dist: ir.Dist, frame: Frame, word: Word) -> Array:
@@ -31,7 +33,7 @@ class Evaluator(ContinuousLaws):
             case ir.Certain():
                 return self.value(dist.value, frame)
             case ir.Bernoulli():
-                return np.asarray(word() < threshold(self.value(dist.probability, frame)))
+                return word.below(self.mass(dist.probability, dist.complement, frame))
             case ir.Uniform():
                 return from_position(
                     (word() * np.uint64(size_of(dist.type)) >> _SHIFT).astype(np.int64), dist.type
@@ -66,8 +68,8 @@ class Evaluator(ContinuousLaws):
             case ir.Certain():
                 return np.where(self.value(dist.value, frame) == value, 1.0, 0.0)
             case ir.Bernoulli():
-                width = threshold(self.value(dist.probability, frame))
-                return share(np.where(value, width, _RANGE - width))
+                mass = self.mass(dist.probability, dist.complement, frame)
+                return share_of(np.where(value, mass, WHOLE - mass))
             case ir.Uniform():
                 return np.asarray(1.0 / size_of(dist.type))
             case ir.UniformSet():
@@ -152,93 +154,120 @@ class Evaluator(ContinuousLaws):
         last = np.where(value == dist.type.high, low + count - 1, np.minimum(low + count - 1, value))
         return np.asarray(np.maximum(last - first + 1, 0).astype(np.float64) / count.astype(np.float64))
 
-    def _weights(self, dist: ir.Weighted, frame: Frame) -> list[tuple[Array, Array, Array]]:
-        """Return, for each value of the binder, the value, where it can be drawn, and the sum up to it."""
+    def _weights(
+        self, dist: ir.Weighted, frame: Frame
+    ) -> tuple[list[tuple[Array, Array, Array]], Array, Array]:
+        """Return the binder's values, where each can be drawn, with its mass; their sum; the likeliest."""
         found = []
         total: Array = np.zeros(())
+        largest: Array = np.zeros((), dtype=np.float32)
+        likeliest: Array | None = None
         for _, _, values in combinations(dist.binders):
             inner = frame.bind(values)
             weight = self.value(dist.weight, inner)
             match = self.holds(dist.condition, inner) & (weight > 0.0)
             total = np.where(match, total + weight.astype(np.float64), total)
-            found.append((values[dist.binders[0].name], match, total))
-        return found
+            value = values[dist.binders[0].name]
+            likeliest = value if likeliest is None else np.where(match & (weight > largest), value, likeliest)
+            largest = np.where(match & (weight > largest), weight, largest)
+            found.append((value, match, weight))
+        assert likeliest is not None
+        with np.errstate(all="ignore"):
+            scale = _WEIGHED / total
+            return [(v, match, part(w, scale)) for v, match, w in found], total, likeliest
 
     def _sample_weighted(self, dist: ir.Weighted, frame: Frame, word: Word) -> Array:
-        found, draw = self._weights(dist, frame), word()
-        total = found[-1][2]
-        result = found[0][0]
-        for value, match, _ in found:
-            result = np.where(match, value, result)  # the last match, unless one before it is hit
-        for value, match, until in reversed(found):
-            result = np.where(match & (draw < words_of(until / total)), value, result)
+        found, total, result = self._weights(dist, frame)
+        until: Any = np.uint64(0)
+        taken: Any = np.zeros((), dtype=np.bool_)
+        for value, match, mass in found:
+            until = np.where(match, after(until, mass), until)
+            take = ~taken & match & word.below(until)
+            result = np.where(take, value, result)
+            taken = taken | take
         if dist.otherwise is not None:
             result = np.where(total > 0.0, result, self.sample(dist.otherwise, frame, word))
         return as_type(result, dist.type)
 
     def _density_of_weighted(self, dist: ir.Weighted, frame: Frame, value: Array) -> Array:
-        found = self._weights(dist, frame)
-        total = found[-1][2]
-        words: Array = np.zeros((), dtype=np.uint64)
-        before: Array = np.zeros(())
-        later: Array = np.zeros((), dtype=np.bool_)
-        for candidate, match, until in reversed(found):
-            end = np.where(later, words_of(until / total), _RANGE)
-            words = np.where(match & (candidate == value), end, words)
-            later = later | match
-        for candidate, match, until in found:
-            words = np.where(match & (candidate == value), words - words_of(before / total), words)
-            before = until
+        found, total, likeliest = self._weights(dist, frame)
+        until: Any = np.uint64(0)
+        masses: Any = np.uint64(0)
+        for candidate, match, mass in found:
+            end = np.where(match, after(until, mass), until)
+            masses = np.where(candidate == value, masses + (end - until), masses)
+            until = end
+        masses = np.where(likeliest == value, masses + (WHOLE - until), masses)
         if dist.otherwise is not None:
             empty = self.density(dist.otherwise, frame, value)
         else:
             empty = np.where(found[0][0] == value, 1.0, 0.0)
-        return np.where(total > 0.0, share(words), empty)
+        return np.where(total > 0.0, share_of(masses), empty)
 
     # Tables ----------------------------------------------------------------------------------
 
     def _sample_table(self, dist: ir.Table, frame: Frame, word: Word) -> Array:
-        entries = [(self.value(v, frame), threshold(self.value(p, frame))) for v, p in dist.entries]
-        draw = word()
-        result = entries[-1][0] if dist.rest is None else self.value(dist.rest, frame)
-        total: Any = np.uint64(0)
-        taken: Any = np.zeros(draw.shape, dtype=np.bool_)
-        for value, width in entries:
-            total = total + width
-            take = ~taken & (draw < total)
+        values = [self.value(v, frame) for v, _ in dist.entries]
+        result = values[-1] if dist.rest is None else self.value(dist.rest, frame)
+        until: Any = np.uint64(0)
+        taken: Any = np.zeros((), dtype=np.bool_)
+        for value, mass in zip(values, self.masses(dist, frame), strict=False):
+            until = after(until, mass)
+            take = ~taken & word.below(until)
             result = np.where(take, value, result)
             taken = taken | take
-        return as_type(result, dist.type)
+        shape = np.broadcast_shapes(np.shape(result), word().shape)
+        return as_type(np.broadcast_to(result, shape), dist.type)
 
     def _density_of_table(self, dist: ir.Table, frame: Frame, value: Array) -> Array:
-        words: Array = np.zeros((), dtype=np.uint64)
-        total: Array = np.zeros((), dtype=np.uint64)
-        for entry, weight in dist.entries:
-            end = np.minimum(total + threshold(self.value(weight, frame)), _RANGE)
-            words = np.where(self.value(entry, frame) == value, words + (end - total), words)
-            total = end
-        rest = dist.entries[-1][0] if dist.rest is None else dist.rest
-        return share(np.where(self.value(rest, frame) == value, words + (_RANGE - total), words))
+        masses: Array = np.zeros((), dtype=np.uint64)
+        until: Array = np.zeros((), dtype=np.uint64)
+        values = [self.value(v, frame) for v, _ in dist.entries]
+        for entry, mass in zip(values, self.masses(dist, frame), strict=False):
+            end = after(until, mass)
+            masses = np.where(entry == value, masses + (end - until), masses)
+            until = end
+        rest = values[-1] if dist.rest is None else self.value(dist.rest, frame)
+        return share_of(np.where(rest == value, masses + (WHOLE - until), masses))
 
     # Noisy values ----------------------------------------------------------------------------
 
     def _sample_noisy(self, dist: ir.Noisy, frame: Frame, word: Word) -> Array:
         exact = self.value(dist.value, frame)
-        size = size_of(dist.type)
-        if size == 1:
+        others = size_of(dist.type) - 1
+        if others == 0:
             return exact
-        draw, width = word(), threshold(self.value(dist.probability, frame))
-        room = np.where(width < _RANGE, _RANGE - width, np.uint64(1))
-        beyond = np.where(draw < width, np.uint64(0), draw - width)
-        other = (beyond * np.uint64(size - 1) // room).astype(np.int64)
+        mass = self.mass(dist.probability, dist.complement, frame)
+        other = self._other(word, mass, np.uint64(others)).astype(np.int64)
         position = exact.astype(np.int64) - low_of(dist.type)
         other = other + (other >= position)
-        return as_type(np.where(draw < width, exact, from_position(other, dist.type)), dist.type)
+        return as_type(np.where(word.below(mass), exact, from_position(other, dist.type)), dist.type)
+
+    @staticmethod
+    def _other(word: Word, mass: Array, others: np.uint64) -> Array:
+        """Return which of the others is drawn in lanes where the value is not."""
+        room = WHOLE - mass
+        by_words = (mass & np.uint64(2**31 - 1) == 0) & (room >= others * _LEAST_PART)
+        draw, first = word(), mass >> _WORD
+        beyond = np.where(draw < first, np.uint64(0), draw - first)
+        result: Array = beyond * others // np.maximum(room >> _WORD, np.uint64(1))
+        if np.all(by_words):
+            return result
+        whole = word.whole()
+        beyond = np.where(whole < mass, np.uint64(0), whole - mass)
+        size, larger = room // others, room % others
+        after_larger = beyond - np.minimum(beyond, larger * (size + np.uint64(1)))
+        by_parts = np.where(
+            beyond < larger * (size + np.uint64(1)),
+            beyond // (size + np.uint64(1)),
+            larger + after_larger // np.maximum(size, np.uint64(1)),
+        )
+        return np.where(by_words, result, by_parts)
 
     def _density_of_noisy(self, dist: ir.Noisy, frame: Frame, value: Array) -> Array:
         exact = self.value(dist.value, frame)
         size = size_of(dist.type)
         if size == 1:
             return np.where(exact == value, 1.0, 0.0)
-        width = threshold(self.value(dist.probability, frame))
-        return np.where(exact == value, share(width), share(_RANGE - width) / (size - 1))
+        mass = self.mass(dist.probability, dist.complement, frame)
+        return np.where(exact == value, share_of(mass), share_of(WHOLE - mass) / (size - 1))

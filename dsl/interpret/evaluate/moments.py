@@ -11,11 +11,10 @@ import numpy as np
 
 from hypgen.dsl.interpret.evaluate.values import Array
 from hypgen.dsl.interpret.floats.exponentials import exp2_inside, log_double
-from hypgen.dsl.interpret.floats.scalar_functions import threshold
+from hypgen.dsl.interpret.floats.scalar_functions import WHOLE, after, share_of
 
 POINTS = 32
 _MOST_SWEEPS = 4
-_ALL = np.uint64(2**32)
 
 
 class Sums:
@@ -162,20 +161,20 @@ class Mixture:
 
 
 class Shares:
-    """The shares of a table's entries, which are shares of words."""
+    """The shares of a table's entries, which are shares of their masses."""
 
     def __init__(self) -> None:
-        self._words: Array = np.zeros((), dtype=np.uint64)
+        self._until: Array = np.zeros((), dtype=np.uint64)
 
-    def take(self, probability: Array) -> Array:
+    def take(self, mass: Array) -> Array:
         """Return the share of the next entry."""
-        before = self._words
-        self._words = np.minimum(before + threshold(probability), _ALL)
-        return (self._words - before).astype(np.float64) * 2.0**-32
+        before = self._until
+        self._until = after(before, mass)
+        return share_of(self._until - before)
 
     def rest(self) -> Array:
         """Return what is left."""
-        return (_ALL - self._words).astype(np.float64) * 2.0**-32
+        return share_of(WHOLE - self._until)
 
 
 class Update:

@@ -23,7 +23,33 @@ from hypgen.dsl.types import Bool, Float, Type, low_of, size_of
 Array = npt.NDArray[Any]
 State = dict[str, Array]
 History = dict[str, Array]
-Word = Callable[[], Words]
+_SECOND = 1 << 31  # in the index of a draw's second word
+_LOW_BITS = np.uint64(31)
+_LOW = np.uint64(2**31 - 1)
+
+
+@dataclass(frozen=True)
+class Word:
+    """The word of a draw, which a certain value never asks for, and the 31 bits below it."""
+
+    first: Callable[[], Words]
+    second: Callable[[], Words]
+
+    def __call__(self) -> Words:
+        """Return the 32-bit word in each lane."""
+        return self.first()
+
+    def below(self, mass: Array) -> Array:
+        """Return whether the draw's 63 bits are below ``mass``; makes the second word where that decides."""
+        word, high, low = self.first(), mass >> _LOW_BITS, mass & _LOW
+        ties = (word == high) & (low > 0)
+        if not ties.any():
+            return np.asarray(word < high)
+        return np.asarray((word < high) | (ties & (self.second() >> np.uint64(1) < low)))
+
+    def whole(self) -> Words:
+        """Return all 63 bits."""
+        return (self.first() << _LOW_BITS) | (self.second() >> np.uint64(1))
 
 
 @dataclass(frozen=True)
@@ -57,7 +83,7 @@ class Frame:
         """Return how to get the word of a draw, which a certain value never asks for."""
         draws = self.draws
         assert draws is not None, "this part of a model does not draw"
-        return lambda: draws.word(site, index)
+        return Word(lambda: draws.word(site, index), lambda: draws.word(site, index | _SECOND))
 
 
 def dtype_of(t: Type) -> npt.DTypeLike:

@@ -17,6 +17,7 @@ from hypgen.dsl.interpret.floats.bits import Array, double, quiet, single
 
 FIXED_BITS = 24
 _FIXED_LIMIT = 2**48
+WHOLE = np.uint64(2**63)  # the mass of all outcomes
 _INT32 = np.int32
 
 # Numbers of either kind --------------------------------------------------------------------------
@@ -84,7 +85,7 @@ def round_to_int(x: npt.ArrayLike, low: int, high: int) -> Array:
     return _saturate(np.rint(double(x)), low, high)
 
 
-# Fixed point and thresholds ----------------------------------------------------------------------
+# Fixed point and masses --------------------------------------------------------------------------
 
 
 def saturate_fixed(x: Array) -> Array:
@@ -105,12 +106,28 @@ def from_fixed(x: npt.ArrayLike, bits: int = FIXED_BITS) -> Array:
     return single(np.asarray(x, dtype=np.int64).astype(np.float64) * 2.0**-bits)
 
 
-def threshold(p: npt.ArrayLike) -> Array:
-    """Return T(p): a uniform 32-bit word is below it with probability p. In [0, 2^32]; 0 for NaN."""
+def mass(p: npt.ArrayLike) -> Array:
+    """Return M(p): 63 random bits are below it with probability p. In [0, 2^63]; 0 for NaN."""
     with quiet():
-        scaled = double(p) * 2.0**32
+        scaled = double(p) * 2.0**63
         positive = np.where(scaled > 0.0, scaled, 0.0)
-        return np.where(positive < 2.0**32, positive, 2.0**32).astype(np.uint64)
+        return np.where(positive < 2.0**63, positive, 2.0**63).astype(np.uint64)
+
+
+def share_of(mass: npt.ArrayLike) -> Array:
+    """Return the probability of a mass."""
+    return np.asarray(mass).astype(np.float64) * 2.0**-63
+
+
+def after(until: Array, mass: Array) -> Array:
+    """Return where a mass that starts at ``until`` ends: not beyond the whole."""
+    return until + np.minimum(mass, WHOLE - until)
+
+
+def part(weight: Array, scale: Array) -> Array:
+    """Return the mass of a weight; 0 where that is not finite."""
+    found = weight.astype(np.float64) * scale
+    return np.where(found < 2.0**63, found, 0.0).astype(np.uint64)
 
 
 def canonical_bits(x: npt.ArrayLike) -> Array:

@@ -12,6 +12,7 @@
 #include "hypgen/core/config.hpp"
 #include "hypgen/math/exponentials.hpp"
 #include "hypgen/math/scalar_functions.hpp"
+#include "hypgen/random/fine_words.hpp"
 
 namespace hypgen::moments {
 
@@ -171,21 +172,20 @@ class Mixture {
   bool still_ = true;
 };
 
-/// The shares of a table's entries, which are shares of words.
+/// The shares of a table's entries, which are shares of their masses.
 class Shares {
  public:
-  HYPGEN_FN double take(float probability) {
-    const std::uint64_t before = words_;
-    words_ += math::threshold(probability);
-    if (words_ > kAll) words_ = kAll;
-    return static_cast<double>(words_ - before) * 2.3283064365386963e-10;
+  HYPGEN_FN double take(float probability) { return take(math::mass(probability)); }
+  HYPGEN_FN double take(std::uint64_t mass) {
+    const std::uint64_t before = until_;
+    until_ = dist::up_to(before, mass);
+    return dist::share_of(until_ - before);
   }
 
-  HYPGEN_FN double rest() const { return static_cast<double>(kAll - words_) * 2.3283064365386963e-10; }
+  HYPGEN_FN double rest() const { return dist::share_of(dist::kWhole - until_); }
 
  private:
-  static constexpr std::uint64_t kAll = std::uint64_t{1} << 32;
-  std::uint64_t words_ = 0;
+  std::uint64_t until_ = 0;
 };
 
 /// Bayes' rule by adaptive quadrature (Naylor and Smith, 1982): where the posterior is narrower than the

@@ -99,7 +99,7 @@ HYPGEN_FN std::int32_t round_to_int(float x, std::int32_t low, std::int32_t high
   return detail::saturate(std::rint(static_cast<double>(x)), low, high);
 }
 
-// Fixed point and thresholds -----------------------------------------------------------------------------
+// Fixed point, thresholds and masses ---------------------------------------------------------------------
 
 /// Where rewards in fixed point saturate: terms of either kind, and a step's sum.
 inline constexpr std::int64_t kFixedLimit = std::int64_t{1} << 48;
@@ -150,6 +150,13 @@ HYPGEN_FN std::uint64_t threshold(float p) {
   const double scaled = static_cast<double>(p) * 4294967296.0;
   if (!(scaled > 0.0)) return 0;
   return scaled < 4294967296.0 ? static_cast<std::uint64_t>(scaled) : std::uint64_t{4294967296};
+}
+
+/// M(p): 63 random bits are below it with probability p. In [0, 2^63]; 0 for NaN.
+HYPGEN_FN std::uint64_t mass(float p) {
+  const double scaled = static_cast<double>(p) * 9223372036854775808.0;
+  if (!(scaled > 0.0)) return 0;
+  return scaled < 9223372036854775808.0 ? static_cast<std::uint64_t>(scaled) : std::uint64_t{1} << 63;
 }
 
 }  // namespace hypgen::math

@@ -4,7 +4,8 @@
 // What becomes of a random word is decided by comparing it. So a word may stand for an interval of words: a
 // comparison that holds in a part of it splits it there, and the code runs once for either side. What runs is
 // the text that also draws at random, and a probability is the share of words that lead there, clipped and
-// rounded probabilities included. Words that nobody compares split nothing.
+// rounded probabilities included. Words that nobody compares split nothing. An interval is one of 63 bits: a
+// second word (fine_words.hpp) is the lower end of the first.
 //
 //   EnumeratingDraws draws;
 //   do {
@@ -17,6 +18,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "hypgen/random/fine_words.hpp"
 #include "hypgen/random/word_thresholds.hpp"
 
 namespace hypgen::exact {
@@ -26,8 +28,10 @@ class EnumeratingDraws;
 // Stands for an interval of words. Copies are the same word; `~` gives it counted from the other end.
 class EnumeratedWord {
  public:
-  friend bool operator<(EnumeratedWord word, std::uint64_t bound) { return word.is_below(bound); }
-  friend bool operator>=(EnumeratedWord word, std::uint64_t bound) { return !word.is_below(bound); }
+  friend bool operator<(EnumeratedWord word, std::uint64_t bound) {
+    return word.is_below(bound << dist::kLowBits);
+  }
+  friend bool operator>=(EnumeratedWord word, std::uint64_t bound) { return !(word < bound); }
   friend EnumeratedWord operator~(EnumeratedWord word) {
     return {word.draws_, word.number_, !word.mirrored_};
   }
@@ -48,6 +52,25 @@ class EnumeratedWord {
     return low;
   }
   friend std::uint32_t typical(EnumeratedWord word) { return word.middle(); }
+
+  // What fine_words.hpp has for plain words.
+  template <class Fine>
+  friend bool is_below(EnumeratedWord word, std::uint64_t mass, const Fine& /*fine*/) {
+    return word.is_below(mass);
+  }
+  template <class Fine>
+  friend std::uint64_t piece_at(EnumeratedWord word, const dist::Pieces& pieces, const Fine& /*fine*/) {
+    std::uint64_t low = 0;
+    for (std::uint64_t high = pieces.count - 1; low < high;) {
+      const std::uint64_t middle = low + (high - low) / 2;
+      if (word.is_below(pieces.end(middle))) {
+        high = middle;
+      } else {
+        low = middle + 1;
+      }
+    }
+    return low;
+  }
 
  private:
   friend class EnumeratingDraws;
@@ -84,7 +107,7 @@ class EnumeratingDraws {
   // Of the path so far.
   double probability() const {
     double product = 1.0;
-    for (const Drawn& drawn : drawn_) product *= dist::share(drawn.high - drawn.low);
+    for (const Drawn& drawn : drawn_) product *= dist::share_of(drawn.high - drawn.low);
     return product;
   }
 
@@ -104,12 +127,12 @@ class EnumeratingDraws {
  private:
   friend class EnumeratedWord;
   enum class Side : std::uint8_t { kBelow, kAbove };
-  // A word: any of low .. high - 1.
+  // A word: any 63 bits of low .. high - 1.
   struct Drawn {
     std::uint32_t site = 0;
     std::uint32_t index = 0;
     std::uint64_t low = 0;
-    std::uint64_t high = dist::kWords;
+    std::uint64_t high = dist::kWhole;
   };
 
   void rewind() {
@@ -134,12 +157,13 @@ class EnumeratingDraws {
 
 inline bool EnumeratedWord::is_below(std::uint64_t bound) const {
   if (!mirrored_) return draws_->is_below(number_, bound);
-  return bound >= dist::kWords || !draws_->is_below(number_, dist::kWords - bound);
+  return bound >= dist::kWhole || !draws_->is_below(number_, dist::kWhole - bound);
 }
 
 inline std::uint32_t EnumeratedWord::middle() const {
   const EnumeratingDraws::Drawn& drawn = draws_->drawn_[number_];
-  const auto word = static_cast<std::uint32_t>(drawn.low + (drawn.high - drawn.low) / 2);
+  const std::uint64_t bits = drawn.low + (drawn.high - drawn.low) / 2;
+  const auto word = static_cast<std::uint32_t>(bits >> dist::kLowBits);
   return mirrored_ ? ~word : word;
 }
 

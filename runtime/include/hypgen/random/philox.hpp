@@ -51,6 +51,9 @@ HYPGEN_FN StreamKey derive(std::uint64_t seed, StreamKind kind, std::uint64_t nu
 // Draw number 2^20 run + step of the plan streams.
 HYPGEN_FN std::uint64_t plan_number(std::uint64_t run, std::uint64_t step) { return (run << 20) + step; }
 
+// In the index of a draw's second word (random/fine_words.hpp). No draw has so many members.
+inline constexpr std::uint32_t kSecondWord = std::uint32_t{1} << 31;
+
 // The draws of one scenario in one step. Keeps its latest block, as members of a family share blocks, and
 // every action of a step draws the same words.
 class PhiloxDraws {

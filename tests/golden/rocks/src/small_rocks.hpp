@@ -139,11 +139,11 @@ struct SmallRocks : NoHistory, NotFactored {
     if (Act::is_check(act)) {
       const std::int32_t r = Act::argument_of_check(act);
       if (next.rock_good(r)) {
-        return dist::bernoulli(draws.word(Site::observe_reading, 0), accuracy(params, next, r))
-            ? Reading::looks_good : Reading::looks_bad;
+        return dist::bernoulli(dist::fine(draws, Site::observe_reading, 0), dist::mass(accuracy(params, next,
+            r))) ? Reading::looks_good : Reading::looks_bad;
       }
-      return dist::bernoulli(draws.word(Site::observe_reading, 0), accuracy(params, next, r))
-          ? Reading::looks_bad : Reading::looks_good;
+      return dist::bernoulli(dist::fine(draws, Site::observe_reading, 0), dist::mass(accuracy(params, next,
+          r))) ? Reading::looks_bad : Reading::looks_good;
     }
     return Reading::nothing;
   }
@@ -157,12 +157,12 @@ struct SmallRocks : NoHistory, NotFactored {
       const std::int32_t r = Act::argument_of_check(act);
       if (next.rock_good(r)) {
         dist::Masses masses;
-        masses.take(accuracy(params, next, r), value == Reading::looks_good);
+        masses.take(dist::mass(accuracy(params, next, r)), value == Reading::looks_good);
         masses.take_rest(value == Reading::looks_bad);
         return masses.density();
       }
       dist::Masses masses;
-      masses.take(accuracy(params, next, r), value == Reading::looks_bad);
+      masses.take(dist::mass(accuracy(params, next, r)), value == Reading::looks_bad);
       masses.take_rest(value == Reading::looks_good);
       return masses.density();
     }

@@ -102,7 +102,8 @@ struct Tiger : NoHistory {
   HYPGEN_FN static std::int32_t observe_heard(const Params& params, std::int32_t act, D& draws,
       const State& next) {
     if (act == Act::listen) {
-      return dist::noisy(draws.word(Site::observe_heard, 0), next.room_tiger(), params.hearing, 2);
+      return dist::noisy(dist::fine(draws, Site::observe_heard, 0), next.room_tiger(),
+          dist::mass(params.hearing), 2);
     }
     return dist::uniform(draws.word(Site::observe_heard, 0), 2);
   }
@@ -112,7 +113,7 @@ struct Tiger : NoHistory {
   // tiger.pomdp:19
   HYPGEN_FN static double density_heard(const Params& params, std::int32_t act, const State& next,
       std::int32_t value) {
-    if (act == Act::listen) return dist::noisy_density(value == next.room_tiger(), params.hearing, 2);
+    if (act == Act::listen) return dist::noisy_density(value == next.room_tiger(), dist::mass(params.hearing), 2);
     return 1.0 / 2.0;
   }
 

@@ -107,7 +107,7 @@ struct WandererOf : NoHistory, NotFactored {
   // sample.pomdp:13
   template <class D>
   HYPGEN_FN static bool bot_slips(const Params& params, D& draws, std::int32_t b) {
-    return dist::bernoulli(draws.word(Site::let_bot_slips, b), params.slip[b]);
+    return dist::bernoulli(dist::fine(draws, Site::let_bot_slips, b), dist::mass(params.slip[b]));
   }
 
   // Element updates -------------------------------------------------------------------------------------

@@ -145,7 +145,7 @@ def test_tables_are_indexed_from_the_low_of_their_types() -> None:
 def draws_and_densities(dist: ir.Dist, v: Any = 0) -> tuple[Array, dict[Any, float]]:
     evaluate = evaluator()
     frame = Frame(np.arange(LANES), {}, locals={"v": np.int32(v)})
-    drawn = np.broadcast_to(evaluate.sample(dist, frame, lambda: WORDS), (LANES,))
+    drawn = np.broadcast_to(evaluate.sample(dist, frame, ir_samples.word(WORDS)), (LANES,))
     candidates = (
         [False, True]
         if isinstance(dist.type, Bool)
@@ -202,8 +202,8 @@ def test_a_set_whose_condition_differs_by_lane() -> None:
     last = np.full(4, 2**32 - 1, dtype=np.uint64)
     first = np.zeros(4, dtype=np.uint64)
     evaluate = evaluator()
-    assert evaluate.sample(uniform_set(above), frame, lambda: first).tolist() == [0, 2, 3, -1]
-    assert evaluate.sample(uniform_set(above), frame, lambda: last).tolist() == [3, 3, 3, -1]
+    assert evaluate.sample(uniform_set(above), frame, ir_samples.word(first)).tolist() == [0, 2, 3, -1]
+    assert evaluate.sample(uniform_set(above), frame, ir_samples.word(last)).tolist() == [3, 3, 3, -1]
     assert evaluate.density(uniform_set(above), frame, np.int32(3)).tolist() == [0.25, 0.5, 1.0, 0.0]
 
 

@@ -33,7 +33,7 @@ def sample(dist: ir.Dist, words: Array) -> Array:
     evaluator = Evaluator(ir_samples.tiger(), {})
     with np.errstate(all="ignore"):
         return np.broadcast_to(
-            evaluator.sample(dist, Frame(np.arange(len(words)), {}), lambda: words), words.shape
+            evaluator.sample(dist, Frame(np.arange(len(words)), {}), ir_samples.word(words)), words.shape
         )
 
 
@@ -161,7 +161,7 @@ LAWS: dict[str, tuple[ir.Dist, dict[int, float]]] = {
 def test_densities_count_all_words_and_follow_the_law(name: str) -> None:
     dist, want = LAWS[name]
     found = densities(dist)
-    assert sum(found.values()) == 1.0  # exactly: they are multiples of 2^-32
+    assert sum(found.values()) == (pytest.approx(1.0, abs=1e-15) if "weights" in name else 1.0)
     for k, density in found.items():
         assert density == pytest.approx(want.get(k, 0.0), abs=2**-31)
 
@@ -177,6 +177,11 @@ def test_samplers_follow_densities_word_for_word(name: str) -> None:
     want = values[np.searchsorted(ends, words.astype(np.int64), side="right")]
     if name == "no weights but else" or name == "uniform ints":
         assert set(sample(dist, words)) == {k for k, d in found.items() if d}
+    if isinstance(
+        dist, ir.Weighted
+    ):  # what all leave, less than a word, is the likeliest's: test_rare_draws.py
+        far = np.abs(words.astype(np.int64)[:, np.newaxis] - ends).min(axis=1) > 1
+        words, want = words[far], want[far]
     assert np.array_equal(sample(dist, words), want)
 
 
@@ -230,7 +235,7 @@ def test_the_law_may_differ_by_lane() -> None:
     dist = ir.Binomial(NINE, 0, None, ir.Local(NINE, "n"), ir.Local(PROB, "p"))
     words = np.array([7, 2**31, 2**32 - 1, 123456789, 2**30, 99], dtype=np.uint64)
     together = Evaluator(ir_samples.tiger(), {}).sample(
-        dist, Frame(np.arange(6), {}, locals={"n": trials, "p": p}), lambda: words
+        dist, Frame(np.arange(6), {}, locals={"n": trials, "p": p}), ir_samples.word(words)
     )
     alone: list[Any] = [
         sample(binomial(NINE, int(n), float(q)), words[i : i + 1])[0]
@@ -243,5 +248,5 @@ def test_one_word_draws_in_every_lane() -> None:
     """A single episode has one word, and state of one lane."""
     dist = ir.Binned(NINE, ir.Normal(FLOAT, ir.Local(FLOAT, "x"), real(0.5)), real(0.0), real(10.0))
     frame = Frame(np.arange(2), {}, locals={"x": np.array([2.5, 9.5], dtype=np.float32)})
-    drawn = Evaluator(ir_samples.tiger(), {}).sample(dist, frame, lambda: np.uint64(2**31))
+    drawn = Evaluator(ir_samples.tiger(), {}).sample(dist, frame, ir_samples.word(np.uint64(2**31)))
     assert drawn.tolist() == [2, 9]

@@ -89,6 +89,6 @@ def test_rewards_are_exact_in_fixed_point() -> None:
     assert fm.from_fixed(np.array([one // 4, -3 * one])).tolist() == [0.25, -3.0]
 
 
-def test_thresholds_cover_all_words() -> None:
-    p = np.array([0.0, 0.5, 1.0, 2.0, -1.0, math.nan, 2.0**-32, 2.0**-33], dtype=np.float32)
-    assert fm.threshold(p).tolist() == [0, 2**31, 2**32, 2**32, 0, 0, 1, 0]
+def test_masses_cover_the_whole() -> None:
+    p = np.array([0.0, 0.5, 1.0, 2.0, -1.0, math.nan, 2.0**-63, 2.0**-64], dtype=np.float32)
+    assert fm.mass(p).tolist() == [0, 2**62, 2**63, 2**63, 0, 0, 1, 0]
