@@ -138,12 +138,19 @@ void expect_fine_density(const Sample& sample, const Density& density, int low, 
   }
 }
 
-// What a sampler gives for 63 bits.
+// The words of 63 bits.
+struct GivenBits {
+  std::uint64_t bits;
+
+  std::uint32_t word(std::uint32_t /*site*/, std::uint32_t index) {
+    return static_cast<std::uint32_t>((index & kSecondWord) == 0 ? bits >> 31 : bits << 1);
+  }
+};
+
+// What a sampler gives for them.
 template <class Sample>
 auto drawn(const Sample& sample, std::uint64_t bits) {
-  const std::uint32_t words[] = {static_cast<std::uint32_t>(bits >> 31),
-                                 static_cast<std::uint32_t>(bits << 1)};
-  RecordedDraws draws(words, 2);
+  GivenBits draws{bits};
   return static_cast<int>(sample(dist::fine(draws, 7, 0)));
 }
 
@@ -173,7 +180,7 @@ TEST(EnumeratingDraws, GivesRareNoise) {
       std::uint64_t end = mass;
       for (const auto& [drawn_value, probability] : law) {
         const double density = dist::noisy_density(drawn_value == value, mass, count);
-        EXPECT_NEAR(probability, density, density * 1e-3);
+        EXPECT_NEAR(probability, density, density * 1e-3 + 0x1p-63);
         if (drawn_value == value) continue;
         const auto sample = [&](const auto& word) { return dist::noisy(word, value, mass, count); };
         end += static_cast<std::uint64_t>(std::ldexp(probability, 63));
@@ -202,7 +209,7 @@ TEST(EnumeratingDraws, GivesTheLikeliestWhatTheOthersLeave) {
       return sums.density();
     };
     expect_fine_density(sample, density, 0, 2);
-    for (int i = 0; i < 3; ++i) EXPECT_NEAR(density(i), p[i], 1e-6 * p[i]) << i;
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(density(i), p[i], 1e-4 * p[i] + 0x1p-63) << i;
     if (p[2] > 0.0F) {
       EXPECT_EQ(drawn(sample, dist::kWhole - 1), 2);
     }
@@ -238,7 +245,7 @@ TEST(EnumeratingDraws, WeighsRareCandidates) {
   ASSERT_EQ(law.size(), 5U);
   for (const auto& [i, probability] : law) {
     const double expected = static_cast<double>(weights[i]) / (10.0 + 1e-9 + 1e-15);
-    EXPECT_NEAR(probability, expected, 1e-4 * expected) << i;
+    EXPECT_NEAR(probability, expected, 1e-3 * expected) << i;
   }
 }
 
