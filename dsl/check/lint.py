@@ -6,13 +6,15 @@ Names are judged by the text as it was written; a library's are not, for others 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from decimal import Decimal
+from fractions import Fraction
 from functools import partial
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.check.scope.symbols import kind_of
-from hypgen.dsl.ir import operators
+from hypgen.dsl.ir import masses, operators
 from hypgen.dsl.ir.reads import reached
 from hypgen.dsl.ir.undefined import never_finite
 from hypgen.dsl.messages import e03_types, w_warnings
@@ -23,13 +25,14 @@ from hypgen.dsl.syntax import ast
 from hypgen.dsl.syntax.walk import walk
 
 _JUDGED = ast.Const | ast.Param | ast.TypeAlias | ast.EnumDecl | ast.RecordDecl | ast.Function
+_LEAST = Fraction(1, 10**16)  # below, masses are off by more than one part in a thousand
 _Name = tuple[str | None, str]
 
 
 def warnings(file: ast.ModelFile, model: ir.Model, program: Program) -> list[Diagnostic]:
     """Return the warnings for a model without mistakes, by position; ``file`` is as the author wrote it."""
     found = [*_unused(file), *_float_equalities(program), *_reversible(model), *_idle(model)]
-    found += [*_behind(model), *_endless(model)]
+    found += [*_behind(model), *_endless(model), *_rounded(file)]
     return sorted(dict.fromkeys(found), key=lambda d: (d.span is not None and d.span, d.code))
 
 
@@ -99,6 +102,44 @@ def _mentions(
                 yield from ((None, enum) for enum in owners.get(name, ()))
             case ast.Member(_, ast.Name(_, owner) | ast.Index(_, ast.Name(_, owner)), name):
                 yield owner, name
+
+
+# Probabilities -----------------------------------------------------------------------------------
+
+
+def _rounded(file: ast.ModelFile) -> Iterator[Diagnostic]:
+    """Yield the probabilities that float32 takes for 1 before a draw counts them, and the least ones."""
+    for item in file.items:
+        kept = isinstance(item, ast.Const) and isinstance(item.type, ast.TypeName)  # a number: exact in draws
+        if isinstance(item, ast.Const | ast.Param | ast.Function) and not kept:
+            drawn = isinstance(item, ast.Function) and item.rhs.draw
+            if not drawn and any(isinstance(t, ast.TypeName) and t.name == "prob" for t in walk(item.type)):
+                yield from _near_one(item)
+        for part in walk(item):
+            if isinstance(part, ast.TableLiteral):
+                yield from _tiny([weight for _, weight in part.entries])
+            elif isinstance(part, ast.Call) and part.name in ("bernoulli", "noisy"):
+                yield from _tiny(part.arguments[-1:])
+
+
+def _near_one(item: ast.Node) -> Iterator[Diagnostic]:
+    for part in walk(item):
+        exact = part.exact if isinstance(part, ast.Literal) else None
+        if exact is not None and exact < 1 and operators.real(float(exact)).value == 1:
+            yield w_warnings.rounded_probability(_decimal(exact), "1", part.span)
+
+
+def _tiny(weights: Iterable[ast.Node]) -> Iterator[Diagnostic]:
+    for part in weights:
+        if isinstance(part, ast.Literal) and part.exact is not None and 0 < part.exact < _LEAST:
+            nearest = masses.of_constant(operators.real(float(part.exact), exact=part.exact)) / masses.WHOLE
+            yield w_warnings.rounded_probability(_decimal(part.exact), f"{nearest:.3g}", part.span)
+
+
+def _decimal(number: Fraction) -> str:
+    """Return a number's decimals."""
+    digits = Decimal(number.numerator) / Decimal(number.denominator)
+    return f"{digits:.28g}" if number > Fraction(1, 2) else f"{digits:.6g}"
 
 
 # Rewards -----------------------------------------------------------------------------------------

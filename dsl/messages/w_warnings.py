@@ -48,6 +48,18 @@ def idle_reward(reward: str, span: Span) -> Diagnostic:
     )
 
 
+def rounded_probability(number: str, nearest: str, span: Span) -> Diagnostic:
+    """A probability of which rounding loses what it says of a rare outcome."""
+    return Diagnostic(
+        "W06",
+        f"{number} is kept as {nearest}, so that what is rare here never comes or always",
+        span,
+        "keep the probability p of the rare outcome, and write 1 - p; or write the number in the draw itself"
+        if nearest == "1"
+        else "probabilities are kept from 1e-16 up",
+    )
+
+
 def state_before(observation: str, variable: str, span: Span) -> Diagnostic:
     """An observation of the state that the step has left."""
     return Diagnostic(
