@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from hypgen.cli.exit_codes import Exit
+from hypgen.dsl.foreign import reader
 
 pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
@@ -34,6 +35,36 @@ def test_tiger_is_bounded_from_both_sides(tmp_path: Path) -> None:
     assert result["status"] == "converged" and policy.read_text()
     table = solve(TIGER).stdout
     assert "Tiger: 2 states, 3 actions" in table and "the gap that was asked for is reached" in table
+
+
+RARE = """discount: 0.99
+values: cost
+states: fine broken
+actions: go stop
+observations: nothing
+start: fine
+T: go
+0.9999999999 0.0000000001
+0 1
+T: stop
+identity
+O: *
+1
+1
+R: go : broken : * : * 10000000
+R: stop : broken : * : * 10000000
+R: stop : fine : * : * 0.05
+"""
+
+
+def test_a_rare_accident_counts(tmp_path: Path) -> None:
+    """It comes once in 10^10 steps and costs 10^9: more than to stop, which costs 5."""
+    model = tmp_path / "rare.pomdp"
+    model.write_text(reader.import_text("rare.POMDP", RARE.encode(), None, None).text)
+    done = solve(str(model), "--json")
+    assert done.returncode == Exit.OK, done.stderr
+    result = json.loads(done.stdout)
+    assert -5.2 < result["lower"] <= -5 <= result["upper"] < -4.9
 
 
 def test_limits_say_what_was_found() -> None:

@@ -116,6 +116,24 @@ def test_floats_tested_for_equality(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("declared", "kept"),
+    [
+        ("param p: prob = 0.9999999999", ["1"]),
+        ("fn q(c: Cell): prob = if c == 1 then 0.99999999999 else 0.5", ["1"]),
+        ("const row: prob[Cell] = [c in Cell: if c == 1 then 0.9999999999 else 0.5]", ["1"]),
+        ("fn d(): bool ~ { true: 1e-18, else false }", ["9.76e-19"]),
+        ("fn d(): bool ~ bernoulli(0.9999999999)", []),
+        ("const p: prob = 0.9999999999", []),
+        ("param p: prob = 1e-15", []),
+        ("param p: float = 0.9999999999", []),
+    ],
+)
+def test_probabilities_that_rounding_loses(declared: str, kept: list[str], tmp_path: Path) -> None:
+    found = [f for f in warned(tmp_path, declared) if f.startswith("W06")]
+    assert [f.split("is kept as ")[1].split(",")[0] for f in found] == kept
+
+
+@pytest.mark.parametrize(
     "shown", ["room.slip", "slipped()", "room.copy", "if act == go then room.slip else true"]
 )
 def test_observations_that_show_a_draw(shown: str, tmp_path: Path) -> None:

@@ -297,3 +297,17 @@ def test_files_of_others_are_read(path: Path) -> None:
     horizon = 40 if path.stem == "test05" else None
     text = path.read_text(encoding="latin-1")
     laws_of_text(imported(text, horizon)).assert_close(laws_of_cassandra(text), tolerance=2e-5)
+
+
+def test_rare_outcomes_keep_their_numbers() -> None:
+    """What the others leave is the likeliest's, whatever the order of values."""
+    text = imported(
+        ROBOT + "T: go : left\n1e-15 0.3 0.699999999999999\nT: go : middle\n0.9999999999 0 1e-10\n"
+    )
+    assert "{ left: 1e-15, middle: 0.3, else right }" in text
+    assert "{ right: 1e-10, else left }" in text
+    states = " ".join(f"s{i}" for i in range(40))
+    head = f"discount: 0.9\nvalues: reward\nstates: {states}\nactions: a\nobservations: o\nO: * uniform\n"
+    rows = "".join(f"T: a : s{i} : s{i} 0.99999999999\nT: a : s{i} : s{39 - i} 1e-11\n" for i in range(40))
+    table = imported(head + rows)
+    assert "1e-11 1 1e-11 1" in table and "1 1e-11 1 1e-11 1 1e-11 1 1e-11 1 1e-11 1" in table
