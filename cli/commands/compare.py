@@ -137,7 +137,10 @@ def command(
     _print(comparison, left_out(*law, steps), steps, as_json)
     if interrupted:
         return Exit.INTERRUPTED
-    return Exit.OK if any(policy.returns for policy in comparison.policies) else Exit.MISTAKE
+    is_fine = any(p.returns for p in comparison.policies) and not any(
+        p.is_broken for p in comparison.policies
+    )
+    return Exit.OK if is_fine else Exit.MISTAKE
 
 
 def _asked(modes: str | None, known: tuple[str, ...]) -> list[str]:
@@ -186,6 +189,10 @@ def _print(comparison: Comparison, rest: float, steps: int, as_json: bool) -> No
         if value is not None:
             cut = f" ({steps} steps leave out {rest:.2g} of the sum of discounts)" if rest > LEFT_OUT else ""
             click.echo(f"value of the best policy: {outwards(value['lower'], value['upper'])}{cut}")
+    for policy in policies:
+        if policy.unsearched and not policy.is_broken:
+            some = f"{policy.unsearched:,} of {len(policy.seconds):,} steps"
+            say(f"{policy.name}: in {some} there was no time to look ahead; raise --time")
     problems = {policy.problem: "" for policy in policies if policy.problem}
     for problem in problems:
         say(f"{', '.join(policy.name for policy in policies if policy.problem == problem)}: {problem}")

@@ -84,3 +84,4 @@ class Project:
     target: str
     file: str
     hash: str
+    doubtful: tuple[str, ...]  # bounds and rewards that may be no number

@@ -14,6 +14,8 @@ from hypgen.codegen.cpp.key_codes import KeyLayout
 from hypgen.codegen.cpp.text import Code, from_int32, value_of, wrapped
 from hypgen.codegen.layout.naming import Scope
 from hypgen.dsl import ir
+from hypgen.dsl.ir.undefined import may_be_undefined
+from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import (
     Bool,
     Enum,
@@ -39,6 +41,18 @@ def main_view(context: Context, project: template_data.Project) -> template_data
 def exact_view(context: Context, project: template_data.Project) -> template_data.Main:
     """Return the view of ``exact.cpp``, which names the values of states too."""
     return _Descriptor(context).view(project, exact=True)
+
+
+def doubtful_terms(model: ir.Model, file: str) -> Iterator[str]:
+    """Yield the bounds and rewards that may be no number, each with its place in a file."""
+    functions = {f.name: f for f in model.functions}
+    terms: list[tuple[str, ir.Expr | None, Span | None]] = [
+        (f"bound {name}", getattr(model, name), model.spans.get(name)) for name in ("upper", "lower", "tail")
+    ]
+    terms += [(f"reward '{r.name}'", r.value, r.span) for r in model.rewards]
+    for name, value, span in terms:
+        if value is not None and span is not None and may_be_undefined((value,), functions):
+            yield f"{name} ({file}:{span.line})"
 
 
 def _string(text: str) -> str:
@@ -217,6 +231,8 @@ class _Descriptor:
         names = list(itertools.islice(self._variable_names(), _MAX_VARIABLE_NAMES + 1))
         if len(names) <= _MAX_VARIABLE_NAMES:
             lines += wrapped(f"model.variable_names = {{{', '.join(map(_string, names))}}};")
+        if doubtful := ", ".join(map(_string, project.doubtful)):
+            lines += wrapped(f"model.doubtful = {{{doubtful}}};")
         for param in model.params:
             lines += wrapped(f"model.params.push_back({self._param(param)});")
             if isinstance(param.type, Enum | Record):

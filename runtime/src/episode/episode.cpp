@@ -48,6 +48,7 @@ EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int vi
     record.decision = decision;
     record.reward = step.reward;
     record.terminal = step.result.terminal;
+    record.is_broken = step.result.is_broken();
     record.observation.assign(step.key.begin(), step.key.end());
     record.belief_status = is_kept ? believed : Status::kNotKept;
     record.units = belief.health();

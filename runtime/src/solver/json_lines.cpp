@@ -202,6 +202,7 @@ void JsonLines::write_summary(const RunTotals& totals, const std::vector<std::ui
                {"update_seconds_worst", totals.updates.largest()},
                {"depleted_steps", totals.depleted},
                {"surprised_steps", totals.surprised},
+               {"broken_steps", totals.broken},
                {"searches", counts(totals.plan_statuses)},
                {"beliefs", counts(totals.belief_statuses)},
                {"endings", counts(totals.episode_statuses)},

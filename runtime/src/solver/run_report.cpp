@@ -74,11 +74,7 @@ std::string decided_rows(const RunTotals& totals) {
       row("steps decided by", format("tree %llu, one-ply rollouts %llu, default policy %llu",
                                      count(totals.trees), count(totals.compared), count(blind)));
   if (totals.trees > 0) text += row("scenarios of a tree", format("mean %.1f", scenarios));
-  const auto nan = totals.plan_statuses.find(Status::kModelNan);
-  if (nan != totals.plan_statuses.end()) {
-    return text + row("", format("not searched: %llu, as a bound or reward of the model is NaN",
-                                 count(nan->second)));
-  }
+  if (totals.plan_statuses.count(Status::kModelNan) > 0) return text;
   if (2 * totals.trees < steps && totals.mode != "rollout") {
     text += row("", "most steps had no time for a tree: raise --time, or lower --depth");
   }
@@ -93,11 +89,14 @@ std::string decided_rows(const RunTotals& totals) {
 std::string doubt_rows(const RunTotals& totals) {
   if (totals.depleted + totals.surprised + totals.unexplained == 0) return "";
   const auto count = [](std::uint64_t number) { return static_cast<unsigned long long>(number); };
+  const char* const advice =
+      totals.unexplained > 0 ? "particles are too few where none explains what was seen: raise --particles"
+                             : "do not trust the belief there: raise --particles, or mend the model's noise";
   return row("doubtful beliefs",
              format("unexplained %llu, surprised %llu, few values left %llu, of %zu steps",
                     count(totals.unexplained), count(totals.surprised), count(totals.depleted),
                     totals.seconds.size())) +
-         row("", "do not trust the belief there: raise --particles, or mend the model's noise");
+         row("", advice);
 }
 
 }  // namespace
@@ -127,6 +126,7 @@ void RunTotals::add(const StepRecord& step) {
   tree_scenarios += decision.looked == Looked::kTree ? decision.scenarios : 0;
   compared += decision.looked == Looked::kOneStep;
   ++plan_statuses[decision.status];
+  broken += step.is_broken || decision.status == Status::kModelNan;
   ++belief_statuses[step.belief_status];
   updates.add(step.update_seconds);
   bool is_depleted = false, is_surprised = false;
@@ -151,7 +151,26 @@ void RunTotals::add(const EpisodeRecord& episode) {
   ++episode_statuses[episode.status];
 }
 
-std::string table(const RunTotals& totals, bool has_success, const std::vector<std::uint64_t>& leaf_sizes) {
+std::vector<std::string> faults(const RunTotals& totals, const ModelDescriptor& model) {
+  if (totals.broken == 0) return {};
+  const auto nan = totals.plan_statuses.find(Status::kModelNan);
+  const std::uint64_t blind = nan == totals.plan_statuses.end() ? 0 : nan->second;
+  std::vector<std::string> lines = {
+      format("in %llu of %zu steps a bound or reward was no number (NaN), or beyond all rewards",
+             static_cast<unsigned long long>(totals.broken), totals.seconds.size())};
+  if (blind > 0) {
+    lines.push_back(format("%llu of them were not searched: the default policy acted",
+                           static_cast<unsigned long long>(blind)));
+  }
+  std::string terms;
+  for (const std::string& term : model.doubtful) terms += (terms.empty() ? "" : ", ") + term;
+  if (!terms.empty()) lines.push_back("what may be no number: " + terms);
+  lines.push_back("`hypgen check " + model.file + " --samples 1000` shows a state where it is so");
+  return lines;
+}
+
+std::string table(const RunTotals& totals, const ModelDescriptor& model,
+                  const std::vector<std::uint64_t>& leaf_sizes) {
   const double episodes = static_cast<double>(totals.returns.size());
   std::string text =
       row("episodes", format("%zu (%s)", totals.returns.size(), counted(totals.episode_statuses).c_str()));
@@ -160,7 +179,7 @@ std::string table(const RunTotals& totals, bool has_success, const std::vector<s
                                    ? "(no interval: one episode)"
                                    : "+- " + worth(totals.returns.interval95(), mean) + " (95%)";
   text += row("discounted return", worth(mean, mean) + " " + interval);
-  if (has_success && episodes > 0) {
+  if (model.has_success && episodes > 0) {
     text += row("success rate", format("%.3f", static_cast<double>(totals.successes) / episodes));
   }
   text += row("steps an episode", format("%.1f", totals.episode_steps.mean()));
@@ -171,6 +190,11 @@ std::string table(const RunTotals& totals, bool has_success, const std::vector<s
                                              totals.updates.quantile(0.99), totals.updates.largest()));
   }
   text += row("mode", totals.mode);
+  const char* name = "THE MODEL IS BROKEN";
+  for (const std::string& line : faults(totals, model)) {
+    text += row(name, line);
+    name = "";
+  }
   if (totals.belief_statuses.size() > 1) text += row("beliefs", counted(totals.belief_statuses));
   text += doubt_rows(totals);
   if (totals.mode != "default") text += decided_rows(totals);

@@ -22,7 +22,7 @@ namespace hypgen {
 
 namespace {
 
-constexpr int kDone = 0, kFailed = 1, kWrongUse = 2, kInterrupted = 130;
+constexpr int kDone = 0, kFailed = 1, kWrongUse = 2, kBrokenModel = 2, kInterrupted = 130;
 
 int complain(const ModelDescriptor& model, const std::string& message, int code) {
   std::fprintf(stderr, "%s: %s\n", model.name.c_str(), message.c_str());
@@ -118,13 +118,19 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
     lines.write_summary(totals, planner.leaf_sizes());
   }
   std::FILE* const out = options.json_file == "-" ? stderr : stdout;
-  if (!options.quiet) std::fputs(table(totals, model.has_success, planner.leaf_sizes()).c_str(), out);
+  if (!options.quiet) std::fputs(table(totals, model, planner.leaf_sizes()).c_str(), out);
   if (planning.signature)
     std::fprintf(out, "signature %016llx\n", static_cast<unsigned long long>(totals.signature));
   if (!lines.complete())
     return complain(model, options.json_file + ": some lines could not be written", kFailed);
   if (ends) return kFailed;
-  return interrupted() ? kInterrupted : kDone;
+  if (interrupted()) return kInterrupted;
+  if (totals.broken == 0) return kDone;
+  // The table has told it already.
+  if (options.quiet) {
+    for (const std::string& line : faults(totals, model)) complain(model, line, kBrokenModel);
+  }
+  return kBrokenModel;
 }
 
 int solve(const ModelDescriptor& model, int argc, char** argv) {

@@ -21,6 +21,13 @@ LEFT_OUT = 1e-3  # of the sum of discounts, where nothing is said about it
 MOST_STEPS = 300  # of an episode, unless more are asked for
 
 
+_BROKEN = 2  # the exit code of a program whose model or options are wrong
+
+
+class BrokenModelError(RuntimeError):
+    """A bound or reward of the model is no number, or the options are wrong."""
+
+
 @dataclass
 class Policy:
     """The episodes of one policy so far; ``problem`` says why there are no more."""
@@ -29,6 +36,8 @@ class Policy:
     returns: dict[int, float] = field(default_factory=dict)
     steps: list[int] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)  # of planning, a step
+    unsearched: int = 0  # steps in which there was no time to look ahead
+    is_broken: bool = False  # the model is: what is known of it is no number somewhere
     problem: str = ""
 
     @property
@@ -40,6 +49,7 @@ class Policy:
         """Take a line of a program's output."""
         if line["type"] == "step":
             self.seconds.append(line["search_seconds"])
+            self.unsearched += line.get("looked") == "nowhere" and self.name != "default"
         elif line["type"] == "episode" and line["status"] != "interrupted":
             self.returns[line["episode"]] = line["discounted_return"]
             self.steps.append(line["steps"])
@@ -78,6 +88,8 @@ def lines_of(command: Sequence[str], seconds: float | None = None) -> Iterator[d
             complaint = process.stderr.read().strip()
     if interrupts:
         raise KeyboardInterrupt
+    if process.returncode == _BROKEN:
+        raise BrokenModelError(complaint)
     if process.returncode != 0 and not is_over.is_set():
         raise RuntimeError(complaint or f"exit code {process.returncode}")
 
@@ -127,6 +139,7 @@ def play_mode(solver: Path, policy: Policy, options: Sequence[str], show: Callab
                 show(policy)
     except RuntimeError as error:
         policy.problem = str(error)
+        policy.is_broken = isinstance(error, BrokenModelError)
 
 
 def play_exact(
@@ -203,6 +216,7 @@ def numbers(comparison: Comparison) -> dict[str, Any]:
                 "steps": _known(interval(policy.steps)[0]),
                 "planning_seconds": _known(interval(policy.seconds)[0]),
                 "returns": [policy.returns[episode] for episode in sorted(policy.returns)],
+                "unsearched": policy.unsearched,
                 "problem": policy.problem or None,
             }
             for policy in policies

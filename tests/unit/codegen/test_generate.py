@@ -334,3 +334,21 @@ def test_the_descriptor_lists_hidden_variables() -> None:
 
     assert listed("light_dark.pomdp") == '{{"robot.at.x", 0, 1, true}, {"robot.at.y", 1, 1, true}}'
     assert listed("rock_sample.pomdp") == '{{"rock.good", 2, 8, false}}'
+
+
+def test_the_descriptor_lists_what_may_be_no_number(tmp_path: Path) -> None:
+    path = tmp_path / "m.pomdp"
+    path.write_text("""model M
+action act: bool
+discount 0.9
+param p: float = 2
+element room { hidden x: 0 .. 3  init x ~ uniform(0, 3)  x' = x }
+observe seen: bool ~ noisy(room.x' > 1, 0.9)
+reward safe = room.x
+reward root = if act then sqrt(room.x - 1) else 0
+bound upper = 40 / p
+bound tail = 0
+""")
+    text = generate(load(path).model)["src/main.cpp"]
+    assert """doubtful = {"bound upper (m.pomdp:9)", "reward 'root' (m.pomdp:8)"};""" in text
+    assert "doubtful" not in generate(load(EXAMPLES / "tiger.pomdp").model)["src/main.cpp"]

@@ -88,6 +88,22 @@ def test_what_fails_is_said_and_what_it_played_is_kept(program: Path) -> None:
     assert policy.returns == {0: 1.0}
 
 
+def test_steps_without_a_search_are_counted() -> None:
+    policy = Policy("despot")
+    for looked in ("nowhere", "tree", "nowhere", "one_step"):
+        policy.take({"type": "step", "search_seconds": 0.1, "looked": looked})
+    assert policy.unsearched == 2
+
+
+def test_a_model_whose_values_are_no_numbers_is_broken(tmp_path: Path) -> None:
+    program = tmp_path / "broken"
+    program.write_text("#!/bin/sh\necho 'M: no number (NaN)' >&2\nexit 2\n")
+    program.chmod(0o755)
+    policy = Policy("despot")
+    play_mode(program, policy, [], ignore)
+    assert policy.is_broken and policy.problem == "M: no number (NaN)"
+
+
 def test_policies_of_the_exact_solver_play_too(program: Path) -> None:
     seen: list[str] = []
     comparison = Comparison()

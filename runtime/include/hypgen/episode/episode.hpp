@@ -28,6 +28,7 @@ struct StepRecord {
   Decision decision;
   double reward = 0.0;
   bool terminal = false;
+  bool is_broken = false;                  // the reward was no number, or beyond the range of rewards
   std::vector<std::uint64_t> observation;  // the words of its key
   Status belief_status = Status::kOk;
   double effective_sample_size = 0.0;

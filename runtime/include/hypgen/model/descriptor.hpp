@@ -137,6 +137,8 @@ struct ModelDescriptor {
   std::function<std::string(KeyWords)> observation_name;
   // Of the values of all visible variables at the start, those that tell of hidden ones; empty without any.
   std::function<std::string(const std::int32_t*)> first_observation_name;
+  // Bounds and rewards that may be no number, each with its place: "reward 'joy' (m.pomdp:14)".
+  std::vector<std::string> doubtful;
   std::vector<ParamSpec> params;
   std::function<std::unique_ptr<ModelInstance>(const ParamValues&, std::string& error)> create;
   const DeviceSupport* device = nullptr;  // lives as long as the program; null in a solver without CUDA

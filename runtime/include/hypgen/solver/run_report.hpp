@@ -10,6 +10,7 @@
 #include "hypgen/core/statistics.hpp"
 #include "hypgen/episode/episode.hpp"
 #include "hypgen/leaves/leaf_evaluator.hpp"
+#include "hypgen/model/descriptor.hpp"
 
 namespace hypgen {
 
@@ -22,6 +23,7 @@ struct RunTotals {
   std::uint64_t depleted = 0;     // steps after which some unit's particles had few values left
   std::uint64_t surprised = 0;    // steps that saw what the belief had all but excluded
   std::uint64_t unexplained = 0;  // steps that saw what no particle explained
+  std::uint64_t broken = 0;       // steps without a search, or a reward, as a bound or reward was no number
   std::uint64_t successes = 0;
   std::uint64_t trials = 0;
   std::uint64_t expansions = 0;
@@ -66,7 +68,11 @@ struct RunTotals {
   }
 };
 
+// What is wrong with the model, in lines; empty where no bound and reward was anything but a number.
+std::vector<std::string> faults(const RunTotals& totals, const ModelDescriptor& model);
+
 // The table at the end of a run.
-std::string table(const RunTotals& totals, bool has_success, const std::vector<std::uint64_t>& leaf_sizes);
+std::string table(const RunTotals& totals, const ModelDescriptor& model,
+                  const std::vector<std::uint64_t>& leaf_sizes);
 
 }  // namespace hypgen
