@@ -90,8 +90,6 @@ def _exact(model: ir.Model) -> dict[str, Any]:
         {"reason": f"'{name}' is drawn from a continuous law", "line": span.line}
         for name, span in continuous_draws(model)
     ]
-    if model.discount == 1 and model.horizon is None:
-        obstacles.append({"reason": "the discount is 1 and there is no horizon", "line": None})
     bits = _state(model)["bits"] + math.ceil(math.log2(model.horizon or 1))
     return {"obstacles": obstacles, "most_states_log2": bits}
 

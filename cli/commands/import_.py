@@ -27,7 +27,7 @@ from hypgen.cli.output import say, write_whole
     "--horizon",
     metavar="N",
     type=click.IntRange(1, 2**31 - 1),
-    help="End episodes after N steps; a discount of 1 needs it.",
+    help="End episodes after N steps; a discount of 1 may need it.",
 )
 @click.option("--normalise", is_flag=True, help="Scale rows of rounded probabilities to sum to 1.")
 @click.option(

@@ -14,6 +14,7 @@ from hypgen.dsl.foreign.recognise import recognise
 from hypgen.dsl.foreign.tables.foreign_model import ForeignModel
 from hypgen.dsl.foreign.tables.names import model_name
 from hypgen.dsl.foreign.tables.rows import TOLERANCE
+from hypgen.dsl.foreign.writer.shortest_path import shortest_paths
 from hypgen.dsl.foreign.writer.write import write
 from hypgen.dsl.messages import e01_syntax, e09_other_formats
 from hypgen.dsl.messages.diagnostic import ModelError
@@ -42,12 +43,13 @@ def import_text(
     if found is None:  # the beginning alone was readable in another encoding
         raise refusal(path)
     model = (read_cassandra if found.code == e01_syntax.CASSANDRA else read_pomdpx).read(source, tolerance)
-    if model.discount == 1 and horizon is None:
+    paths = shortest_paths(model) if model.discount == 1 and horizon is None else None
+    if isinstance(paths, str):
         limited = shlex.quote(f"{Path(path).stem}_100.pomdp")
         place = model.discount_place
         endless = e09_other_formats.endless_sums if place else e09_other_formats.no_discount
-        raise ModelError([endless(shlex.quote(path), limited, place or found.span)], {path: source})
-    text = write(model, name or model_name(Path(path).stem), Path(path).name, horizon)
+        raise ModelError([endless(paths, shlex.quote(path), limited, place or found.span)], {path: source})
+    text = write(model, name or model_name(Path(path).stem), Path(path).name, horizon, paths)
     if len(text) > MAX_TEXT:
         raise ModelError([e09_other_formats.large_model(len(text), MAX_TEXT, found.span)], {path: source})
     return Imported(model, text)

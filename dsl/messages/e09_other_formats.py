@@ -10,24 +10,26 @@ from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Span
 
 
-def endless_sums(path: str, limited: str, span: Span | None) -> Diagnostic:
-    """A discount of 1 without a horizon; ``limited`` is a name for the model with one.
+def endless_sums(reason: str, path: str, limited: str, span: Span | None) -> Diagnostic:
+    """A discount of 1 without a horizon where, for the ``reason``, values may be infinite.
+
+    ``limited`` is a name for the model with a horizon.
 
     Both names are quoted as a shell needs them.
     """
     return Diagnostic(
         "E0908",
-        "the discount is 1, so that values are sums without end",
+        f"the discount is 1, and {reason}: values are sums without end",
         span,
         f"`hypgen import {path} --horizon 100 -o {limited}` "
         f"ends episodes after 100 steps; then take {limited}",
     )
 
 
-def no_discount(path: str, limited: str, span: Span | None) -> Diagnostic:
+def no_discount(reason: str, path: str, limited: str, span: Span | None) -> Diagnostic:
     """A file that gives no discount, and no horizon; the names are those of ``endless_sums``."""
-    told = endless_sums(path, limited, span)
-    message = "no discount is given, which counts as 1, so that values are sums without end"
+    told = endless_sums(reason, path, limited, span)
+    message = f"no discount is given, which counts as 1, and {reason}: values are sums without end"
     return Diagnostic(told.code, message, span, f"add a line `discount: 0.95`; or {told.remedy}")
 
 

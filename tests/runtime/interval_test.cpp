@@ -8,6 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 
 #include "exact_models.hpp"
 #include "hypgen/exact/alpha_vectors.hpp"
@@ -111,9 +112,10 @@ TEST(Interval, EndsWhereRoundingIsAllThatIsLeft) {
 
 TEST(Interval, StopsWhenAskedTo) {
   ExactModel model = make_tiger();
-  model.discount = 0.999999999;  // sweeps take long
+  model.discount = 0.999;  // a trial after the other, each a bit closer
   IntervalOptions options;
   options.seconds = 20.0;
+  options.gap = 0.0;
   const IntervalSolution solution =
       solve_interval(model, options, [](const IntervalResult&) { return false; });
   EXPECT_EQ(solution.result.end, IntervalEnd::kStopped);
@@ -136,6 +138,80 @@ TEST(Interval, NeedsADiscountOrAHorizon) {
   ExactModel model = make_tiger();
   model.discount = 1.0;
   EXPECT_THROW(solve(model, 1e-3), std::invalid_argument);
+}
+
+// The tiger's arithmetic at a discount near 1: listening until it is heard twice more on one side than on the
+// other, for ever.
+TEST(Interval, IsClosedOverLongEpisodes) {
+  ExactModel model = make_tiger();
+  model.discount = 0.99999;
+  const IntervalResult result = solve(model, 1e-6).result;
+  EXPECT_TRUE(result.converged());
+  EXPECT_NEAR(result.lower, 108376.6, 0.2);
+  EXPECT_NEAR(result.upper, 108376.6, 0.2);
+  EXPECT_LT(result.seconds, 5.0);
+}
+
+// A machine wears out by and by; a repair costs 4. Most of a long run's value comes from repairs in time.
+TEST(Interval, FindsLoopsOfLongEpisodes) {
+  ExactModel model;
+  model.discount = 0.99999;
+  model.observations = 1;
+  set_classes(model, {0, 3});
+  model.starts = {make_start(3, 1.0, {0})};
+  model.actions = {
+      make_action({1.0, 0.6, 0.0}, {{{0, 0, 0.9}, {0, 1, 0.1}}, {{0, 1, 0.9}, {0, 2, 0.1}}, {{0, 2, 1.0}}}),
+      make_action({-4.0, -4.0, -4.0}, {{{0, 0, 1.0}}, {{0, 0, 1.0}}, {{0, 0, 1.0}}})};
+  const IntervalResult result = solve(model, 1e-4).result;
+  // A repair after every n steps, of which the best n is 15.
+  double best = 0.0;
+  for (int n = 1; n < 100; ++n) {
+    double now[3] = {1.0, 0.0, 0.0}, earned = 0.0, weight = 1.0;
+    for (int i = 0; i < n; ++i, weight *= model.discount) {
+      earned += weight * (now[0] + 0.6 * now[1]);
+      now[2] += 0.1 * now[1];
+      now[1] = 0.9 * now[1] + 0.1 * now[0];
+      now[0] *= 0.9;
+    }
+    best = std::max(best, (earned - 4.0 * weight) / (1.0 - weight * model.discount));
+  }
+  EXPECT_TRUE(result.converged());
+  EXPECT_LE(result.lower, best);
+  EXPECT_GE(result.upper, best);
+}
+
+// A goal that is free and never left, at a discount of 1. Fast costs 2, slow costs 1.
+ExactModel make_paths(double near_cost, double near_to_goal) {
+  ExactModel model;
+  model.observations = 2;
+  set_classes(model, {0, 3});
+  model.starts = {make_start(3, 1.0, {0})};
+  const auto row = [](double far, double near, double goal) {
+    std::vector<OutcomeEntry> entries;
+    for (const auto& [next, p, dark] :
+         {std::tuple{0, far, 0.9}, std::tuple{1, near, 0.6}, std::tuple{2, goal, 0.0}}) {
+      if (p * dark > 0.0) entries.push_back({0, next, p * dark});
+      if (p > 0.0) entries.push_back({1, next, p * (1.0 - dark)});
+    }
+    return entries;
+  };
+  model.actions = {
+      make_action({-1.0, near_cost, 0.0},
+                  {row(0.5, 0.5, 0.0), row(0.0, 1.0 - near_to_goal, near_to_goal), row(0.0, 0.0, 1.0)}),
+      make_action({-2.0, -2.0, 0.0}, {row(0.2, 0.5, 0.3), row(0.3, 0.0, 0.7), row(0.0, 0.0, 1.0)})};
+  return model;
+}
+
+TEST(Interval, OfAShortestPathNeedsNoDiscount) {
+  const IntervalResult result = solve(make_paths(-1.0, 0.5), 1e-6).result;
+  EXPECT_TRUE(result.converged());
+  EXPECT_NEAR(result.lower, -3.8, 1e-5);
+  EXPECT_NEAR(result.upper, -3.8, 1e-5);
+}
+
+TEST(Interval, RefusesToGoOnForEverAtNoCost) {
+  EXPECT_THROW(solve(make_paths(0.0, 0.0), 1e-3), std::invalid_argument);
+  EXPECT_NO_THROW(solve(make_paths(0.0, 0.5), 1e-3));
 }
 
 TEST(AlphaPolicy, IsWorthTheLowerEnd) {

@@ -3,22 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hypgen.dsl.foreign.tables.foreign_model import (
-    ForeignModel,
-    Law,
-    Read,
-    combinations,
-    count,
-    drawing_order,
-    position,
-)
+from hypgen.dsl.foreign.tables.foreign_model import ForeignModel, combinations, count
+from hypgen.dsl.foreign.writer import equations
+from hypgen.dsl.foreign.writer.flat_model import FlatModel
 
 _MOST_STATES = 20_000
 _MOST_WORK = 1_000_000  # products of a probability and a value: half a second
-_ENOUGH = 1e-4
+# What an action may be worth is known well enough when the ends differ by less than this part of them.
+_ENOUGH = 1e-5
 
 
 @dataclass(frozen=True)
@@ -32,66 +26,63 @@ class Blind:
 def best_blind(model: ForeignModel, horizon: int | None) -> Blind | None:
     """Return the best of the fixed actions; None where the states are too many to tell."""
     actions = [v.size for v in model.actions]
-    states = [v.size for v in model.states]
-    if count(states) > _MOST_STATES or count(states) * count(actions) > 10 * _MOST_STATES:
+    states = count([v.size for v in model.states])
+    if states > _MOST_STATES or states * count(actions) > 10 * _MOST_STATES:
         return None
-    flat = _Flat(model, states)
-    found: list[Blind] = []
+    flat = FlatModel(model)
+    found: list[tuple[float, float, tuple[int, ...]]] = []
     for action in combinations(actions):
-        values = flat.evaluate(action, horizon, _MOST_WORK // count(actions))
-        if values is None:
+        ends = _value(flat, action, horizon, _MOST_WORK // count(actions))
+        if ends is None:
             return None
-        found.append(Blind(action, sum(p * values[s] for s, p in flat.start)))
-    return max(found, key=lambda b: b.value)
+        found.append((*ends, action))
+    # Of actions that cannot be told apart the first: the one that is surely worth as much as any other.
+    low, high, action = max(found, key=lambda f: f[0])
+    return Blind(action, 0.5 * (low + high))
 
 
-class _Flat:
-    """The product of all state variables, one action at a time."""
+def _value(
+    flat: FlatModel, action: tuple[int, ...], horizon: int | None, work: int
+) -> tuple[float, float] | None:
+    """Return between what the action earns from the start, if it is taken for ever."""
+    steps = flat.reached(action, work)
+    if steps is None:
+        return None
+    number = {state: n for n, state in enumerate(steps)}
+    rows = [[(number[n], p) for n, p in row] for row, _ in steps.values()]
+    gains = [gain for _, gain in steps.values()]
+    start = [(number[s], p) for s, p in flat.start]
+    discount = flat.model.discount
+    exact = None if horizon is not None else equations.values(rows, gains, discount, work)
+    if exact is not None:
+        value = sum(p * exact[s] for s, p in start)
+        return value, value
+    return _swept(rows, gains, start, discount, horizon, work)
 
-    def __init__(self, model: ForeignModel, sizes: list[int]) -> None:
-        self.model, self.sizes = model, sizes
-        self.start = self._joint(model.starts, "state", {})
-        self.following: list[dict[int, int]] = []  # the values of the variables, by state
-        for state in combinations(sizes):
-            self.following.append(dict(enumerate(state)))
 
-    def evaluate(self, action: tuple[int, ...], horizon: int | None, work: int) -> list[float] | None:
-        """Return the value of each state under ``action`` for ever; None if that takes too long."""
-        rows: list[list[tuple[int, float]]] = []
-        gains: list[float] = []
-        entries = 0
-        for values in self.following:
-            known = {"action": dict(enumerate(action)), "state": values}
-            row = self._joint(self.model.transitions, "next", known)
-            entries += len(row)
-            if entries > work:
-                return None
-            rows.append(row)
-            gains.append(sum(p * self._gain({**known, "next": self.following[n]}) for n, p in row))
-        gamma, earned, steps = self.model.discount, gains, 1
-        most = min(horizon or work, work // max(entries, 1))
-        size = max(map(abs, gains), default=0.0)
-        while size * gamma**steps > _ENOUGH and steps < most:
-            earned = [g + gamma * sum(p * earned[n] for n, p in r) for g, r in zip(gains, rows, strict=True)]
-            steps += 1
-        return earned
-
-    def _joint(
-        self, laws: Sequence[Law], kind: str, known: dict[str, dict[int, int]]
-    ) -> list[tuple[int, float]]:
-        """Return a joint law of all variables; reads of ``kind`` are of those drawn before."""
-        partial: list[tuple[dict[int, int], float]] = [({}, 1.0)]
-        for number in drawing_order(laws, kind):
-            extended = []
-            for given, probability in partial:
-                row = laws[number].rows[self._position(laws[number].reads, {**known, kind: given})]
-                extended += [({**given, number: v}, probability * p) for v, p in row]
-            partial = extended
-        numbers = range(len(self.sizes))
-        return [(position([given[n] for n in numbers], self.sizes), p) for given, p in partial]
-
-    def _position(self, reads: Sequence[Read], known: dict[str, dict[int, int]]) -> int:
-        return position([known[r.kind][r.number] for r in reads], self.model.sizes(reads))
-
-    def _gain(self, known: dict[str, dict[int, int]]) -> float:
-        return sum(gain.values[self._position(gain.reads, known)] for gain in self.model.rewards)
+def _swept(
+    rows: list[list[tuple[int, float]]],
+    gains: list[float],
+    start: list[tuple[int, float]],
+    discount: float,
+    horizon: int | None,
+    work: int,
+) -> tuple[float, float]:
+    """Return the ends by sweeps: a change of all states by as much or more goes on like that for ever."""
+    most = max(work // max(sum(map(len, rows)), 1), 1)
+    if horizon is not None:
+        most = min(most, horizon)
+    earned, low, high = gains, 0.0, 0.0
+    for step in range(1, most + 1):
+        later = [g + discount * sum(p * earned[n] for n, p in r) for g, r in zip(gains, rows, strict=True)]
+        value = sum(p * earned[s] for s, p in start)
+        if horizon is not None:
+            low = high = value
+        else:
+            changes = [b - a for a, b in zip(earned, later, strict=True)]
+            low, high = (value + end / (1 - discount) for end in (min(changes), max(changes)))
+            if high - low <= _ENOUGH * max(abs(low), abs(high)):
+                break
+        if step < most:
+            earned = later
+    return low, high

@@ -15,13 +15,17 @@ from hypgen.dsl.foreign.writer import cases, shared_tables
 from hypgen.dsl.foreign.writer.blind_policy import Blind, best_blind
 from hypgen.dsl.foreign.writer.cases import Scrutinee, Values
 from hypgen.dsl.foreign.writer.shared_tables import Index
+from hypgen.dsl.foreign.writer.shortest_path import Paths
 
 _MOST_NAMES = 10_000  # a name is a word for the parser, and those are limited
 
 
-def write(model: ForeignModel, name: str, origin: str, horizon: int | None) -> str:
-    """Return the text of ``model``: called ``name``, from a file called ``origin``."""
-    return _Writer(model, name, origin, horizon).text()
+def write(model: ForeignModel, name: str, origin: str, horizon: int | None, paths: Paths | None) -> str:
+    """Return the text of ``model``: called ``name``, from a file called ``origin``.
+
+    ``paths`` has what a model needs that has neither a horizon nor a discount below 1.
+    """
+    return _Writer(model, name, origin, horizon, paths).text()
 
 
 @dataclass(frozen=True)
@@ -38,8 +42,10 @@ class _Own:
 
 
 class _Writer:
-    def __init__(self, model: ForeignModel, name: str, origin: str, horizon: int | None) -> None:
-        self.model, self.origin = model, origin
+    def __init__(
+        self, model: ForeignModel, name: str, origin: str, horizon: int | None, paths: Paths | None
+    ) -> None:
+        self.model, self.origin, self.paths = model, origin, paths
         self.name = name
         # A discount of 0 counts the first step alone.
         self.discount, self.horizon = (model.discount or 1.0), horizon if model.discount else 1
@@ -52,7 +58,6 @@ class _Writer:
 
     def text(self) -> str:
         """Return the whole text."""
-        blind = best_blind(self.model, self.horizon)
         elements = [self._element(number) for number in range(len(self.states))]
         sensors = [line for number in range(len(self.observations)) for line in self._sensor(number)]
         rewards = [line for gain in self.model.rewards for line in self._reward(gain)]
@@ -64,7 +69,7 @@ class _Writer:
             *elements,
             sensors,
             rewards,
-            [*self._end(), *self._policy(blind)],
+            [*self._end(), *(self._policy() if self.paths is None else self._bounded(self.paths))],
         ]
         return "\n\n".join("\n".join(part) for part in parts if part) + "\n"
 
@@ -78,7 +83,8 @@ class _Writer:
         return [f"# {line}" for line in text]
 
     def _settings(self) -> list[str]:
-        lines = [f"discount {shown(self.discount)}"]
+        # The language keeps a discount as it is written, not as a float32.
+        lines = [f"discount {repr(self.discount).removesuffix('.0')}"]
         return [*lines, f"horizon {self.horizon}"] if self.horizon is not None else lines
 
     def _type(self, wanted: str, variable: Variable) -> Values:
@@ -218,9 +224,26 @@ class _Writer:
         text = " or ".join(f"system.state' == {names[n]}" for n in absorbing)
         return ["# Nothing is earned from here on, whatever is done.", f"terminal when {text}"]
 
-    def _policy(self, blind: Blind | None) -> list[str]:
+    def _bounded(self, paths: Paths) -> list[str]:
+        """Return the default policy and the bounds where nothing but the model ends an episode."""
+        lines = ["# No state is worth more, and none less under the default policy."]
+        lines += [
+            f"bound {name} = {shown(value)}" for name, value in (("upper", paths.upper), ("tail", paths.tail))
+        ]
+        if paths.action is None:
+            return [
+                *lines,
+                "# No policy that always does the same ends everywhere: the default one is uniform.",
+            ]
+        return [*lines, *self._chosen(Blind(paths.action, paths.value))]
+
+    def _policy(self) -> list[str]:
+        blind = best_blind(self.model, self.horizon)
         if blind is None:
             return ["# The model is too large to choose a default policy for it: it is uniform."]
+        return self._chosen(blind)
+
+    def _chosen(self, blind: Blind) -> list[str]:
         chosen = [own.values.names[v] for own, v in zip(self.actions, blind.action, strict=True)]
         text = chosen[0] if len(chosen) == 1 else f"Action({', '.join(chosen)})"
         comment = f"# Of the policies that always do the same, the best from the start: {blind.value:.4g}."

@@ -11,7 +11,8 @@ namespace {
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 std::size_t bytes_of(const AlphaVector& vector) {
-  return sizeof(AlphaVector) + vector.values.size() * sizeof(double) + vector.states.size() * sizeof(int);
+  return sizeof(AlphaVector) + vector.values.size() * sizeof(double) + vector.states.size() * sizeof(int) +
+         vector.plan.size() * sizeof(const AlphaVector*);
 }
 
 // Four sums side by side, as each addition waits for the one before it.
@@ -49,6 +50,7 @@ const AlphaVector* AlphaVectors::add(AlphaVector vector) {
     bytes_ -= bytes_of(*old);
     old->values = {};
     old->states = {};
+    old->plan = {};
     bytes_ += bytes_of(*old);
   }
   vectors_.erase(std::remove_if(vectors_.begin(), vectors_.end(),

@@ -148,16 +148,48 @@ void BeliefGraph::refresh(int at, int chosen) {
   choice.upper = std::min(choice.upper, choice.reward + model_.discount() * sum);
 }
 
-int BeliefGraph::best_choice(int at) {
-  const auto& actions = model_.actions(nodes_[index(at)].of_class);
-  if (nodes_[index(at)].choices.empty()) {
-    BeliefNode& node = nodes_[index(at)];
-    for (std::size_t a = 0; a < actions.size(); ++a) {
-      Choice& choice = node.choices.emplace_back();
-      choice.upper = node.base[a];
-      choice.reward = expected(actions[a].reward, node.belief);
+void BeliefGraph::make_choices(int at) {
+  BeliefNode& node = nodes_[index(at)];
+  if (!node.choices.empty()) return;
+  for (const ClassAction& action : model_.actions(node.of_class)) {
+    Choice& choice = node.choices.emplace_back();
+    choice.upper = node.base[node.choices.size() - 1];
+    choice.reward = expected(action.reward, node.belief);
+  }
+}
+
+void BeliefGraph::open(int at) {
+  make_choices(at);
+  for (std::size_t a = 0; a < nodes_[index(at)].choices.size(); ++a) {
+    if (!nodes_[index(at)].choices[a].expanded) expand(at, static_cast<int>(a));
+  }
+}
+
+void BeliefGraph::lower_upper(int at, double value) {
+  BeliefNode& node = nodes_[index(at)];
+  if (value >= upper(at)) return;
+  node.upper = value;
+  upper_[index(node.of_class)].lower(node.belief, node.base, node.upper, points_made_++, node.point);
+}
+
+void BeliefGraph::lower_convex_bound(int of_class, const std::vector<double>& vectors) {
+  upper_[index(of_class)].lower_convex(vectors);
+}
+
+void BeliefGraph::look_again() {
+  for (BeliefNode& node : nodes_) {
+    node.base = upper_[index(node.of_class)].base(node.belief);
+    node.upper = std::min(node.upper, Sawtooth::largest(node.base));
+    node.points_before = 0;
+    for (std::size_t a = 0; a < node.choices.size(); ++a) {
+      node.choices[a].upper = std::min(node.choices[a].upper, node.base[a]);
     }
   }
+}
+
+int BeliefGraph::best_choice(int at) {
+  const auto& actions = model_.actions(nodes_[index(at)].of_class);
+  make_choices(at);
   std::vector<char> fresh(actions.size(), 0);
   while (true) {
     const auto& choices = nodes_[index(at)].choices;
@@ -200,7 +232,8 @@ AlphaVector BeliefGraph::vector_of(int at, int chosen) {
   const int size = model_.size(node.of_class);
   AlphaVector vector;
   vector.choice = chosen;
-  if (size > kManyStates && node.belief.states.size() < index(size) / 4) vector.states = node.belief.states;
+  if (size > kManyStates && !model_.is_endless() && node.belief.states.size() < index(size) / 4)
+    vector.states = node.belief.states;
   const std::size_t rows = vector.states.empty() ? index(size) : vector.states.size();
   for (std::size_t row = 0; row < rows; ++row) {
     const std::size_t state = vector.states.empty() ? row : index(vector.states[row]);
@@ -216,6 +249,7 @@ AlphaVector BeliefGraph::vector_of(int at, int chosen) {
     }
     vector.values.push_back(action.reward[state] + model_.discount() * sum);
   }
+  if (model_.is_long()) vector.plan = std::move(plan);
   return vector;
 }
 

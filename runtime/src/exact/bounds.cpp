@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+
+#include "hypgen/exact/long_run.hpp"
 
 namespace hypgen::exact {
 namespace {
@@ -101,6 +104,29 @@ double sweep_fib(const SplitModel& model, int of_class, ActionValues& values, st
   return change;
 }
 
+StateValues or_else(StateValues values, StateValues otherwise) {
+  return values.empty() ? std::move(otherwise) : std::move(values);
+}
+
+// Values that are the fast informed bound but for rounding, as bounds.
+ActionValues lifted(const SplitModel& model, ActionValues values) {
+  std::vector<double> sums;
+  double low = 0.0;
+  for (int c = 0; c < model.classes(); ++c) {
+    const auto& actions = model.actions(c);
+    for (int s = 0; s < model.size(c); ++s) {
+      for (std::size_t a = 0; a < actions.size(); ++a) {
+        const double now = fib_value(model, actions[a], index(s), values, sums);
+        low = std::max(low, now - values[index(c)][index(s) * actions.size() + a]);
+      }
+    }
+  }
+  for (auto& of_class : values) {
+    for (double& value : of_class) value += low * model.steps();
+  }
+  return values;
+}
+
 double largest_reward(const SplitModel& model, double sign) {
   double largest = 0.0;
   for (int c = 0; c < model.classes(); ++c) {
@@ -114,7 +140,8 @@ double largest_reward(const SplitModel& model, double sign) {
 }  // namespace
 
 StateValues mdp_values(const SplitModel& model, const KeepGoing& keep_going) {
-  StateValues values = start_values(model, largest_reward(model, 1.0) * model.steps());
+  StateValues values = or_else(model.is_long() ? direct_mdp_values(model, 1.0) : StateValues(),
+                               start_values(model, largest_reward(model, 1.0) * model.steps()));
   sweep_until_still(model, -1.0, values, keep_going, [&](int c, std::size_t s, const StateValues& old) {
     double best = -kInfinity;
     for (const ClassAction& action : model.actions(c)) {
@@ -126,7 +153,9 @@ StateValues mdp_values(const SplitModel& model, const KeepGoing& keep_going) {
 }
 
 StateValues worst_values(const SplitModel& model, const KeepGoing& keep_going) {
-  StateValues values = start_values(model, -largest_reward(model, -1.0) * model.steps());
+  if (model.is_endless()) return random_values(model);
+  StateValues values = or_else(model.is_long() ? direct_mdp_values(model, -1.0) : StateValues(),
+                               start_values(model, -largest_reward(model, -1.0) * model.steps()));
   sweep_until_still(model, 1.0, values, keep_going, [&](int c, std::size_t s, const StateValues& old) {
     double worst = kInfinity;
     for (const ClassAction& action : model.actions(c)) {
@@ -150,6 +179,10 @@ ActionValues qmdp_values(const SplitModel& model, const StateValues& mdp) {
 }
 
 ActionValues fib_values(const SplitModel& model, ActionValues values, const KeepGoing& keep_going) {
+  if (model.is_long() && !model.is_endless()) {
+    ActionValues direct = direct_fib_values(model, values);
+    if (!direct.empty()) return lifted(model, std::move(direct));
+  }
   std::vector<double> sums;
   double most = 0.0;
   for (const auto& of_class : values) most = std::max(most, largest(of_class));
@@ -176,7 +209,16 @@ ClassPolicy blind_policy(const SplitModel& model, int action) {
 }
 
 StateValues policy_values(const SplitModel& model, const ClassPolicy& policy, const KeepGoing& keep_going) {
-  StateValues values = start_values(model, -largest_reward(model, -1.0) * model.steps());
+  StateValues values;
+  if (model.is_long()) {
+    StatePolicy everywhere;
+    for (int c = 0; c < model.classes(); ++c) {
+      everywhere.insert(everywhere.end(), index(model.size(c)), policy[index(c)]);
+    }
+    values = direct_policy_values(model, everywhere);
+    if (values.empty() && model.is_endless()) return {};
+  }
+  values = or_else(std::move(values), start_values(model, -largest_reward(model, -1.0) * model.steps()));
   sweep_until_still(model, 1.0, values, keep_going, [&](int c, std::size_t s, const StateValues& old) {
     if (policy[index(c)] < 0) return 0.0;
     return action_value(model.actions(c)[index(policy[index(c)])], s, model.discount(), old);

@@ -8,6 +8,8 @@
 
 #include "hypgen/exact/belief_graph.hpp"
 #include "hypgen/exact/bounds.hpp"
+#include "hypgen/exact/long_run.hpp"
+#include "hypgen/exact/refinement.hpp"
 #include "hypgen/exact/split_model.hpp"
 
 namespace hypgen::exact {
@@ -22,6 +24,9 @@ constexpr double kNothing = 1e-12;
 constexpr double kSecondsBetweenReports = 0.2;
 // Nodes may take this part of the memory; they are forgotten when they do, and made again from the start.
 constexpr double kNodeShare = 0.6;
+// Where loops are closed by equations, a trial of more steps than this, or one that comes back to a belief,
+// shows nothing that they would not. A trial that showed nothing at all may be longer the next time.
+constexpr std::size_t kLongTrial = 64;
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
@@ -73,6 +78,8 @@ class IntervalSearch {
         progress_(progress),
         graph_(split_),
         starts_(starts_of(model)) {
+    if (split_.is_endless()) split_.limit_steps(steps_to_end(split_));
+    refines_ = split_.is_long() && can_refine(split_);
     result_.mdp = result_.qmdp = result_.fib = result_.upper = split_.most();
     result_.blind = result_.lower = -split_.most();
   }
@@ -82,10 +89,12 @@ class IntervalSearch {
  private:
   void bound_simply();
   void find_best_blind(const StateValues& worst);
+  void add_first_steps(const StateValues& values);
   void add_vectors(const ClassPolicy& policy, const StateValues& values);
   void find_starts();
   void search();
-  void trial(int start_node, double target);
+  void refine();
+  bool trial(int start_node, double target);
   int most_uncertain(int node, int choice, double target);
   void bound_start();
   bool make_room();
@@ -108,6 +117,11 @@ class IntervalSearch {
   double largest_value_ = 0.0;
   double last_report_ = 0.0;
   bool stopped_ = false;
+  bool refines_ = false;
+  std::size_t longest_trial_ = kLongTrial;
+  std::vector<int> points_;  // of the refinement
+  int lower_waits_ = 0;      // refinements until the lower bound has its turn
+  int lower_rests_ = 1;
 };
 
 double IntervalSearch::expected_at_start(const StateValues& values) const {
@@ -168,17 +182,24 @@ void IntervalSearch::bound_simply() {
     graph_.add_class(AlphaVectors(std::vector<double>(from, from + split_.size(c))),
                      Sawtooth(std::move(q[index(c)]), index(split_.size(c)), split_.actions(c).size()));
   }
-  // Any policy is worth at least the worst values, this one too.
-  add_vectors(blind_policy(split_, 0), worst);
+  if (split_.is_endless()) {
+    add_first_steps(worst);
+  } else {
+    // Any policy is worth at least the worst values, this one too.
+    add_vectors(blind_policy(split_, 0), worst);
+  }
   find_best_blind(worst);
 }
 
 void IntervalSearch::find_best_blind(const StateValues& worst) {
+  result_.acts_at_random = split_.is_endless();
   ClassPolicy best_policy = blind_policy(split_, 0);
   StateValues best_values = worst;
   for (int action = 0; action < static_cast<int>(model_.actions.size()) && keep_going(); ++action) {
     ClassPolicy policy = blind_policy(split_, action);
     StateValues values = policy_values(split_, policy, [this] { return keep_going(); });
+    if (values.empty()) continue;
+    result_.acts_at_random = false;
     add_vectors(policy, values);
     if (expected_at_start(values) <= expected_at_start(best_values)) continue;
     best_policy = std::move(policy);
@@ -206,9 +227,25 @@ void IntervalSearch::add_vectors(const ClassPolicy& policy, const StateValues& v
   }
 }
 
+// A vector for each action, after which the agent acts as `values` say whatever it sees.
+void IntervalSearch::add_first_steps(const StateValues& values) {
+  const ActionValues q = qmdp_values(split_, values);
+  for (int c = 0; c < split_.classes(); ++c) {
+    const std::size_t width = split_.actions(c).size();
+    if (width == 0) graph_.add(c, {0, -1, {}, std::vector<double>(index(split_.size(c)), 0.0)});
+    for (std::size_t a = 0; a < width; ++a) {
+      AlphaVector vector;
+      vector.choice = static_cast<int>(a);
+      for (std::size_t at = a; at < q[index(c)].size(); at += width) vector.values.push_back(q[index(c)][at]);
+      graph_.add(c, std::move(vector));
+    }
+  }
+}
+
 void IntervalSearch::find_starts() {
   start_nodes_.clear();
   for (const Start& start : starts_) start_nodes_.push_back(graph_.node_of(start.of_class, start.belief));
+  points_ = start_nodes_;
 }
 
 void IntervalSearch::bound_start() {
@@ -245,15 +282,32 @@ int IntervalSearch::most_uncertain(int node, int choice, double target) {
   return next;
 }
 
-void IntervalSearch::trial(int node, double target) {
+// False if it was cut off.
+bool IntervalSearch::trial(int node, double target) {
   std::vector<int> path;
+  bool is_cut = false;
   while (node >= 0 && keep_going()) {
+    is_cut = refines_ && path.size() >= longest_trial_;
+    if (is_cut) break;
     path.push_back(node);
     const int choice = graph_.best_choice(node);
     target /= split_.discount();
     node = choice < 0 ? -1 : most_uncertain(node, choice, target);
   }
   for (auto it = path.rbegin(); it != path.rend(); ++it) graph_.back_up(*it, kNothing * largest_value_);
+  return !is_cut;
+}
+
+// What raised nothing is tried again, but less and less often.
+void IntervalSearch::refine() {
+  const KeepGoing going = [this] { return keep_going(); };
+  refine_upper(split_, graph_, start_nodes_, points_, going);
+  if (--lower_waits_ > 0) return;
+  const double before = result_.lower;
+  refine_lower(split_, graph_, start_nodes_, points_, going);
+  bound_start();
+  lower_rests_ = result_.lower > before ? 1 : std::min(2 * lower_rests_, 16);
+  lower_waits_ = lower_rests_;
 }
 
 // Keeps to the memory; false if vectors and points alone do not.
@@ -281,10 +335,12 @@ void IntervalSearch::search() {
       width = std::max(width, now);
     }
     const std::uint64_t before = graph_.changes();
-    trial(start_nodes_[widest], kTrialTarget * (result_.upper - result_.lower));
+    const bool whole = trial(start_nodes_[widest], kTrialTarget * (result_.upper - result_.lower));
     ++result_.iterations;
+    if (refines_) refine();
     bound_start();
-    if (graph_.changes() == before && !is_close() && keep_going()) {
+    if (graph_.changes() == before && !whole) longest_trial_ *= 2;
+    if (graph_.changes() == before && whole && !is_close() && keep_going()) {
       result_.end = IntervalEnd::kRounding;
       return;
     }

@@ -69,6 +69,15 @@ void Sawtooth::lower(const ClassBelief& belief, const std::vector<double>& base,
   order_.push_back(at);
 }
 
+void Sawtooth::lower_convex(const std::vector<double>& vectors) {
+  for (std::size_t i = 0; i < vectors_.size(); ++i) vectors_[i] = std::min(vectors_[i], vectors[i]);
+  for (const int at : order_) {
+    UpperPoint& point = points_[index(at)];
+    point.base = base(point.belief);
+    point.largest_drop = largest(point.base) - point.value;
+  }
+}
+
 void Sawtooth::scatter(const ClassBelief& belief) const {
   for (std::size_t i = 0; i < belief.states.size(); ++i) {
     scattered_[index(belief.states[i])] = belief.probabilities[i];

@@ -80,7 +80,8 @@ std::string table(const ModelDescriptor& model, const SolveReport& report) {
          row("value", interval(result.lower, result.upper)) +
          row("upper bounds", format("MDP %.6g, QMDP %.6g, FIB %.6g", rounded(result.mdp, result),
                                     rounded(result.qmdp, result), rounded(result.fib, result))) +
-         row("lower bound", format("best fixed action %.6g", rounded(result.blind, result))) +
+         row("lower bound", format(result.acts_at_random ? "acting at random %.6g" : "best fixed action %.6g",
+                                   rounded(result.blind, result))) +
          row("search", format("%llu trials, %zu beliefs, %zu vectors, %zu points",
                               static_cast<unsigned long long>(result.iterations), result.beliefs,
                               result.vectors, result.points)) +

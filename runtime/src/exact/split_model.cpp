@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace hypgen::exact {
 namespace {
 
 double discounted_steps(const ExactModel& model) {
   if (model.discount < 1.0 && model.horizon == 0) return 1.0 / (1.0 - model.discount);
-  if (model.horizon == 0) throw std::invalid_argument("a discount of 1 needs a horizon");
+  if (model.horizon == 0) return std::numeric_limits<double>::infinity();
   double steps = 0.0;
   for (int i = 0; i < model.horizon; ++i) steps = 1.0 + model.discount * steps;
   return steps;
@@ -57,7 +56,34 @@ void add_outcomes(const ExactModel& model, const ExactAction& from, const std::v
   }
 }
 
-ClassAction class_action(const ExactModel& model, int action, int first, int last, std::vector<int>& local) {
+// States that are never left and earn nothing, whatever is done: to reach them is an end.
+std::vector<char> free_states(const ExactModel& model) {
+  std::vector<char> free(static_cast<std::size_t>(model.states), 1);
+  std::vector<std::vector<int>> before(free.size());
+  std::vector<int> left;
+  for (int state = 0; state < model.states; ++state) {
+    bool pays = false;
+    for (const ExactAction& action : model.actions) {
+      pays = pays || (std::isfinite(action.reward[state]) && action.reward[state] != 0.0);
+      for (SparseMatrix::InnerIterator entry(action.outcomes, state); entry; ++entry) {
+        before[static_cast<std::size_t>(action.next[static_cast<std::size_t>(entry.col())])].push_back(state);
+      }
+    }
+    free[static_cast<std::size_t>(state)] = pays ? 0 : 1;
+    if (pays) left.push_back(state);
+  }
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    for (const int state : before[static_cast<std::size_t>(left[i])]) {
+      if (free[static_cast<std::size_t>(state)] == 0) continue;
+      free[static_cast<std::size_t>(state)] = 0;
+      left.push_back(state);
+    }
+  }
+  return free;
+}
+
+ClassAction class_action(const ExactModel& model, const std::vector<char>& free, int action, int first,
+                         int last, std::vector<int>& local) {
   const ExactAction& from = model.actions[static_cast<std::size_t>(action)];
   local.resize(std::max(local.size(), from.next.size()), -1);
   const std::vector<int> columns = columns_of(from.outcomes, first, last, local);
@@ -68,6 +94,9 @@ ClassAction class_action(const ExactModel& model, int action, int first, int las
   for (int state = first; state < last; ++state) {
     to.reward.push_back(from.reward[state]);
     for (SparseMatrix::InnerIterator entry(from.outcomes, state); entry; ++entry) {
+      if (!free.empty() &&
+          free[static_cast<std::size_t>(from.next[static_cast<std::size_t>(entry.col())])] != 0)
+        continue;
       to.column.push_back(local[static_cast<std::size_t>(entry.col())]);
       to.weight.push_back(entry.value());
     }
@@ -80,9 +109,13 @@ ClassAction class_action(const ExactModel& model, int action, int first, int las
 }  // namespace
 
 SplitModel::SplitModel(const ExactModel& model)
-    : discount_(model.discount), steps_(discounted_steps(model)), class_begin_(model.class_begin) {
+    : discount_(model.discount),
+      recurs_(model.horizon == 0),
+      steps_(discounted_steps(model)),
+      class_begin_(model.class_begin) {
   std::vector<int> local;
-  for (int c = 0; c < model.classes(); ++c) add_class(model, c, local);
+  const std::vector<char> free = is_endless() ? free_states(model) : std::vector<char>();
+  for (int c = 0; c < model.classes(); ++c) add_class(model, free, c, local);
   std::size_t longest = 1;
   for (const auto& of_class : actions_) {
     for (const ClassAction& action : of_class) {
@@ -95,16 +128,19 @@ SplitModel::SplitModel(const ExactModel& model)
   // A backup adds at most `longest` products for a row and as many for a belief, each with a relative error
   // of half an epsilon, and beliefs that are four epsilons apart in each state count as one
   // (`belief_graph.cpp`). Every step of an episode adds the same.
-  rounding_ = 8.0 * static_cast<double>(longest + 16) * std::numeric_limits<double>::epsilon() * steps_;
+  rounding_of_step_ = 8.0 * static_cast<double>(longest + 16) * std::numeric_limits<double>::epsilon();
 }
 
-void SplitModel::add_class(const ExactModel& model, int of_class, std::vector<int>& local) {
+void SplitModel::limit_steps(double steps) { steps_ = steps; }
+
+void SplitModel::add_class(const ExactModel& model, const std::vector<char>& free, int of_class,
+                           std::vector<int>& local) {
   const int begin = first(of_class);
   actions_.emplace_back();
   for (int action = 0; action < static_cast<int>(model.actions.size()); ++action) {
     const auto& reward = model.actions[static_cast<std::size_t>(action)].reward;
     if (std::isinf(reward[begin])) continue;  // legality is the same in all states of a class
-    actions_.back().push_back(class_action(model, action, begin, first(of_class + 1), local));
+    actions_.back().push_back(class_action(model, free, action, begin, first(of_class + 1), local));
     for (const double value : actions_.back().back().reward) {
       largest_reward_ = std::max(largest_reward_, std::abs(value));
     }

@@ -58,8 +58,6 @@ def test_whether_a_model_can_be_solved_exactly() -> None:
     assert "Exact solution: `hypgen solve` applies, there are at most 2^1 states\n" in text(tiger)
     late = dataclasses.replace(tiger, horizon=1_000_000)
     assert "`hypgen solve` applies if at most a million of 2^21 states can be reached\n" in text(late)
-    endless = dataclasses.replace(tiger, discount=1.0)
-    assert "Exact solution: none, as the discount is 1 and there is no horizon\n" in text(endless)
     drifting = load(EXAMPLES / "light_dark.pomdp").model
     assert "Exact solution: none, as 'robot.at.x' is drawn from a continuous law in line " in text(drifting)
     assert explain(tiger)["exact"] == {"obstacles": [], "most_states_log2": 1}

@@ -24,6 +24,8 @@ struct AlphaVector {
   int choice = -1;           // index of the class's actions; -1 where nothing is legal
   std::vector<int> states;
   std::vector<double> values;
+  // Where loops count (`SplitModel::is_long`): what follows each outcome of the action. Empty if nothing does.
+  std::vector<const AlphaVector*> plan{};
   double sum = 0.0;
   const AlphaVector* better = nullptr;  // set once: a vector that is nowhere less
 
@@ -53,6 +55,8 @@ class AlphaVectors {
   const AlphaVector* usual() const { return usual_->current(); }
   // Those that nothing dominates, in order of making.
   const std::vector<AlphaVector*>& vectors() const { return vectors_; }
+  // How many have been added, those that are dominated now included.
+  std::size_t made() const { return all_.size(); }
   std::size_t bytes() const { return bytes_; }
 
  private:

@@ -65,6 +65,18 @@ class BeliefGraph {
   // `nothing`.
   void back_up(int node, double nothing);
 
+  // Finds what can follow each action.
+  void open(int node);
+  // Lowers the node's upper bound to what has been proven elsewhere.
+  void lower_upper(int node, double value);
+  // Of each state of a class and legal action: the convex bound below the points.
+  const std::vector<double>& convex_bound(int of_class) const {
+    return upper_[static_cast<std::size_t>(of_class)].vectors();
+  }
+  // Lowers it where `vectors` are lower; then `look_again`.
+  void lower_convex_bound(int of_class, const std::vector<double>& vectors);
+  void look_again();
+
   // Forgets all nodes; vectors and points stay.
   void clear();
   void prune_points();
@@ -79,6 +91,7 @@ class BeliefGraph {
   const std::vector<AlphaVectors>& lower_bounds() const { return lower_; }
 
  private:
+  void make_choices(int node);
   void expand(int node, int choice);
   void refresh(int node, int choice);
   int best_by_lower(int node, double& value);

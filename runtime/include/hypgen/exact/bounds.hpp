@@ -24,7 +24,8 @@ using ActionValues = std::vector<std::vector<double>>;
 // At least the value of an agent that sees the state.
 StateValues mdp_values(const SplitModel& model, const KeepGoing& keep_going);
 
-// At most the value of any policy: that of the worst one which sees the state.
+// At most the value of any policy: that of the worst one which sees the state. Where `is_endless`, as some
+// policies have no value, that of acting at random.
 StateValues worst_values(const SplitModel& model, const KeepGoing& keep_going);
 
 // The value of taking an action and seeing the state from then on.
@@ -40,7 +41,7 @@ using ClassPolicy = std::vector<int>;
 // Always `action`; where that is not legal, the first that is.
 ClassPolicy blind_policy(const SplitModel& model, int action);
 
-// At most what the policy is worth.
+// At most what the policy is worth; empty if it never ends where it has to.
 StateValues policy_values(const SplitModel& model, const ClassPolicy& policy, const KeepGoing& keep_going);
 
 // The most that an action value of a belief in the class is: of states (numbered from the class's first) and

@@ -39,6 +39,7 @@ struct IntervalResult {
   double fib = 0.0;
   // ... and a lower bound, of the best blind policy.
   double blind = 0.0;
+  bool acts_at_random = false;   // ... or of acting at random: every fixed action may go on for ever
   std::uint64_t iterations = 0;  // trials
   std::size_t beliefs = 0;
   std::size_t points = 0;
@@ -63,7 +64,8 @@ struct IntervalSolution {
   AlphaPolicy blind;  // worth `result.blind`
 };
 
-// Throws std::invalid_argument if the model has neither a discount below 1 nor a horizon.
+// Throws std::invalid_argument, which says why, where neither a discount below 1 nor a horizon bounds values
+// and a policy that never ends may cost nothing.
 IntervalSolution solve_interval(const ExactModel& model, const IntervalOptions& options,
                                 const IntervalProgress& progress);
 

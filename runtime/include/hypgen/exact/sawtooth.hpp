@@ -46,6 +46,9 @@ class Sawtooth {
   // The least that points which are not older than `from` make of the bound `value`.
   double lowest(const ClassBelief& belief, const std::vector<double>& base, std::uint64_t from,
                 double value) const;
+  // Lowers the convex bound where `vectors` are lower, and what points keep of it.
+  void lower_convex(const std::vector<double>& vectors);
+  const std::vector<double>& vectors() const { return vectors_; }
   // Takes out points that others make superfluous, if there are twice as many as after the last time. A point
   // that is lowered afterwards comes back.
   void prune();

@@ -31,7 +31,6 @@ struct ClassAction {
 
 class SplitModel {
  public:
-  // Throws std::invalid_argument if the model has neither a discount below 1 nor a horizon.
   explicit SplitModel(const ExactModel& model);
 
   int classes() const { return static_cast<int>(actions_.size()); }
@@ -45,18 +44,26 @@ class SplitModel {
   // The sum of the discounts of all steps that can be taken.
   double steps() const { return steps_; }
   double largest_reward() const { return largest_reward_; }
+  // Whether so many steps count that sweeps and trials would take as many to see what they come to.
+  bool is_long() const { return recurs_ && (steps_ > 1000.0 || discount_ == 1.0); }
+  // Whether an episode ends only where the model ends it: neither discount nor horizon do. `steps` is infinite
+  // until `limit_steps` is told how many steps a policy takes that is worth looking at.
+  bool is_endless() const { return recurs_ && discount_ == 1.0; }
+  void limit_steps(double steps);
   // No value is larger.
   double most() const { return largest_reward_ * steps_; }
   // What all rounding together can change of a value, for each unit of the largest value.
-  double rounding() const { return rounding_; }
+  double rounding() const { return rounding_of_step_ * steps_; }
 
  private:
-  void add_class(const ExactModel& model, int of_class, std::vector<int>& local);
+  void add_class(const ExactModel& model, const std::vector<char>& free, int of_class,
+                 std::vector<int>& local);
 
   double discount_;
+  bool recurs_;  // states come again: time is no part of them
   double steps_;
   double largest_reward_ = 0.0;
-  double rounding_ = 0.0;
+  double rounding_of_step_ = 0.0;
   std::vector<int> class_begin_;
   std::vector<std::vector<ClassAction>> actions_;  // of each class, those that are legal there
 };

@@ -25,6 +25,7 @@ HEAD = (
 )
 TABLES = "T: stay identity\nT: go uniform\nO: * uniform\n"
 ROBOT = HEAD + TABLES
+PAID = "R: go : * : * : * 1\n"
 
 
 def imported(text: str | bytes, horizon: int | None = None) -> str:
@@ -127,15 +128,18 @@ def test_large_tables_are_lists_of_successors() -> None:
         (ROBOT + "O: go : * 0.9 0.0997\nT: stay : left 0.5 0.2 0.301",
          ["E0904 10: the probabilities of row T : stay : left sum to 1.001, "
           "and 3 more rows are off 1 by at most 0.01"]),
-        (ROBOT.replace("discount: 0.9\n", ""),
-         ["E0908 1: no discount is given, which counts as 1, so that values are sums without end"]),
+        (ROBOT.replace("discount: 0.9\n", "") + PAID,
+         ["E0908 1: no discount is given, which counts as 1, and from some state no action ever leads to "
+          "an end: values are sums without end"]),
         (HEAD + "T: stay identity\nO: * uniform",
          ["E0905 6: 3 rows have no probabilities: T : go : left, T : go : middle, T : go : right"]),
         (HEAD + "start: 0.5 0.5\n" + TABLES,
          ["E0903 6: 'start' takes 3 numbers, one for each state, but 2 are given"]),
         (HEAD + "start: 0.5 0.5 0.5\n" + TABLES, ["E0904 6: the probabilities of the start sum to 1.5"]),
         (ROBOT.replace("0.9", "1.5"), ["E0908 1: the discount is 1.5"]),
-        (ROBOT.replace("0.9", "1"), ["E0908 1: the discount is 1, so that values are sums without end"]),
+        (ROBOT.replace("0.9", "1") + PAID,
+         ["E0908 1: the discount is 1, and from some state no action ever leads to an end: "
+          "values are sums without end"]),
         (ROBOT.replace("states: left middle right", ""), ["E0907 6: the states are not declared"]),
         (ROBOT.replace("left middle", "left, middle"),
          ["E0901 3: a name of the states is expected, but found 'left,'"]),
@@ -184,7 +188,7 @@ def test_carets_are_at_the_numbers_that_are_wrong() -> None:
         ("-0.2 is no probability", 10, 7),
     ]
     assert places(HEAD + "start: 0.5 -0.5 1\n" + TABLES) == [("a probability of the start is -0.5", 6, 12)]
-    text = "# the discount is 1\n" + ROBOT.replace("0.9", "1")
+    text = "# the discount is 1\n" + ROBOT.replace("0.9", "1") + PAID
     assert [(line, column) for _, line, column in places(text)] == [(2, 11)]
 
 
@@ -222,6 +226,70 @@ def test_numbers_are_the_shortest_that_stay_the_same() -> None:
 def test_a_discount_of_1_needs_a_horizon_and_one_of_0_is_one() -> None:
     assert "discount 1\nhorizon 20\n" in imported(ROBOT.replace("0.9", "1.0"), horizon=20)
     assert "discount 1\nhorizon 1\n" in imported(ROBOT.replace("0.9", "0"))
+
+
+GOAL = """discount: 1
+values: cost
+states: far near goal
+actions: slow fast
+observations: dark light
+start: far
+T: slow
+{slow}
+0 0 1
+T: fast
+{fast}
+0 0 1
+O: * uniform
+R: slow : far : * : * 1
+R: slow : near : * : * {near}
+R: fast : far : * : * 2
+R: fast : near : * : * 2
+"""
+
+
+def test_a_goal_that_is_free_needs_no_horizon() -> None:
+    text = imported(GOAL.format(slow="0.5 0.5 0\n0 0.5 0.5", fast="0.2 0.5 0.3\n0.3 0 0.7", near=1))
+    assert "discount 1\naction" in text and "terminal when system.state' == goal" in text
+    assert "bound upper = 4e-6\nbound tail = -4.000004\n" in text
+    assert "the best from the start: -4.\npolicy default = slow" in text
+    laws_of_text(text)
+
+
+@pytest.mark.parametrize(
+    ("slow", "fast", "near", "reason"),
+    [
+        ("0.5 0.5 0\n0 1 0", "0.2 0.5 0.3\n0.3 0 0.7", 0,
+         "a policy that never ends costs nothing in the long run"),
+        ("0.5 0.5 0\n0 1 0", "0 1 0\n1 0 0", 1, "from some state no action ever leads to an end"),
+    ],
+)  # fmt: skip
+def test_a_discount_of_1_is_refused_with_the_reason(slow: str, fast: str, near: int, reason: str) -> None:
+    told_ = told(GOAL.format(slow=slow, fast=fast, near=near))
+    assert told_ == [f"E0908 1: the discount is 1, and {reason}: values are sums without end"]
+
+
+def test_where_no_fixed_action_ends_the_default_policy_is_uniform() -> None:
+    text = imported(GOAL.format(slow="0 1 0\n0 1 0", fast="1 0 0\n0 0 1", near=1))
+    assert "bound tail = -6.000006" in text and "policy default" not in text
+
+
+def test_discounts_near_1_stay_what_they_are() -> None:
+    for discount in ("0.99999", "0.99999999", "0.9999999999"):
+        assert f"\ndiscount {discount}\n" in imported(ROBOT.replace("0.9", discount))
+
+
+def test_the_default_policy_is_the_best_at_a_discount_near_1() -> None:
+    rows = "\n".join(" ".join("0.033333333" for _ in range(30)) for _ in range(30))
+    head = "discount: {}\nvalues: cost\nstates: 30\nactions: hold stir\nobservations: 2\nstart: 0\n"
+    text = f"{head}T: hold\nidentity\nT: stir\n{rows}\nO: * uniform\nR: hold : * : * : * {{}}\n"
+    for discount, hold, best in (("0.99999", 1, "hold"), ("0.9999999", 1, "hold"), ("0.99999", 1.4, "stir")):
+        filled = text.format(discount, hold) + "R: stir : * : * : * 1.2\n"
+        assert f"policy default = {best}" in imported(filled)
+        assert f"policy default = {best}" in imported(
+            filled.replace(" 1.2", " 1.2e-7").replace(f" {hold}\nR", f" {hold}e-7\nR")
+        )
+    assert "from the start: -1e+05." in imported(text.format("0.99999", 1) + "R: stir : * : * : * 1.2\n")
 
 
 def test_a_file_without_observations_has_visible_states() -> None:
