@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """How far a model's rewards and draws are from the real numbers of its text.
 
-Literals, params and what is computed of them are float32, rewards are then in fixed point, and draws compare
-with whole numbers of 2^-32. States are what the model says: a float variable is a float32. So is a condition:
-it counts as 32-bit floats decide it.
+Literals, params and what is computed of them are float32. Rewards are then in fixed point, and draws compare
+with whole numbers of 2^-32 or 2^-63. States are what the model says: a float variable is a float32. So is a
+condition: it counts as 32-bit floats decide it.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from fractions import Fraction
 from typing import NamedTuple
 
 from hypgen.dsl import ir
@@ -22,6 +23,9 @@ _HALF = 2.0**-24  # of a float32: half of the place of its last bit
 _FUNCTION = 2.0**-22  # of a function that is rounded from double
 _TINY = 2.0**-149  # the least float32 above 0
 _WORD = 2.0**-32  # the share of a random word
+_SHORT = 1 << 12  # a constant with so few digits is what its text says
+_MASS = 2.0**-63  # the share of a mass
+_NEAR_ONE = 1.0 - 2.0**-20  # a probability above it may have lost what it lacks to 1
 _LAW = 2.0**-20  # of the laws of counts and of bins, whose masses are doubles of rounded parameters
 
 
@@ -59,7 +63,7 @@ def rounding(model: ir.Model) -> Rounding:
         reward,
         sum(count * errors.of_law(dist, {}) for dist, count in starts),
         sum(count * errors.of_law(dist, {}) for dist, count in steps),
-        sum(count * 2 * _WORD * _outcomes(dist) for dist, count in steps),
+        sum(count * errors.lost(dist) for dist, count in steps),
         largest_reward(model),
         largest_return(model),
     )
@@ -70,6 +74,8 @@ class _Errors:
 
     def __init__(self, model: ir.Model) -> None:
         self._ranges = Ranges(model)
+        self._params = {p.name: p for p in model.params}
+        self._tables = {t.name: t for t in model.tables}
         self._lets = {let.name: let for let in model.all_lets}
         self._functions = {f.name: f for f in model.functions}
 
@@ -96,8 +102,10 @@ class _Errors:
     def _found(self, e: ir.Expr, local: Mapping[str, tuple[Ends, float]]) -> float:
         size = self.size(e, local)
         match e:
-            case ir.Const(value=value) if float(value).is_integer() and abs(value) < 1 << 10:
-                return 0.0  # a text that is not equal to it differs by less than doubles do in the solver
+            case ir.Const(value=value, exact=exact) if exact is not None:
+                return float(abs(exact - Fraction(value))) * (1.0 + _HALF)
+            case ir.Const(value=value) if float(value * _SHORT).is_integer() and abs(value) < _SHORT:
+                return 0.0  # a literal, which would have its exact number if it were rounded
             case ir.Const() | ir.ParamRead() | ir.TableRead():
                 return _half(size)
             case ir.Local(name=name):
@@ -164,12 +172,39 @@ class _Errors:
         power = self.size(right, local) + b
         return _grown(size, _times(steep, b) + _times(power, a / (low - a))) + size * _FUNCTION + _TINY
 
+    def lost(self, dist: ir.Dist) -> float:
+        """Return how likely the outcomes may be that a draw never has."""
+        match dist:
+            case ir.IfDist(then=then, otherwise=otherwise):
+                return max(self.lost(then), self.lost(otherwise))
+            case ir.LetDist(body=body):
+                return self.lost(body)
+            case ir.Widened(dist=inner):
+                return self.lost(inner)
+            case ir.Bernoulli(probability=p) | ir.Noisy(probability=p):
+                probabilities = [p]
+            case ir.Table(entries=entries):
+                probabilities = [p for _, p in entries]
+            case _:
+                probabilities = []
+        rounded = sum(2 * _HALF for p in probabilities if self._is_near_one(p))
+        return 2 * _share(dist) * _outcomes(dist) + rounded
+
+    def _is_near_one(self, p: ir.Expr) -> bool:
+        if isinstance(p, ir.Const):
+            return False  # a constant's mass is that of its text
+        if isinstance(p, ir.ParamRead) and (default := self._params[p.param].default):
+            return max(map(float, default)) > _NEAR_ONE
+        if isinstance(p, ir.TableRead):
+            return max(map(float, self._tables[p.table].values)) > _NEAR_ONE
+        return not isinstance(p.type, Float) or p.type.high > _NEAR_ONE
+
     def _pair(self, e: ir.Expr, local: Mapping[str, tuple[Ends, float]]) -> tuple[Ends, float]:
         return self._ends(e, local), self.of(e, local)
 
     def of_law(self, dist: ir.Dist, local: Mapping[str, tuple[Ends, float]]) -> float:
         """Return a bound of the sum of the differences of all probabilities of a draw."""
-        words = 2 * _WORD * _outcomes(dist)
+        words = 2 * _share(dist) * _outcomes(dist)
         match dist:
             case ir.Certain():
                 return 0.0
@@ -187,7 +222,7 @@ class _Errors:
             case ir.Weighted(weight=weight, otherwise=otherwise):
                 rest = 0.0 if otherwise is None else self.of_law(otherwise, local)
                 is_leaf = isinstance(weight, ir.Const | ir.ParamRead | ir.TableRead)
-                return words + (2 * _HALF if is_leaf else _LAW) + rest
+                return words + 4 * _WORD + (2 * _HALF if is_leaf else _LAW) + rest
             case ir.IfDist(then=then, otherwise=otherwise):
                 return max(self.of_law(then, local), self.of_law(otherwise, local))
             case ir.LetDist(name=name, value=value, body=body):
@@ -229,8 +264,13 @@ def _times(a: float, b: float) -> float:
     return a * b if a and b else 0.0
 
 
+def _share(dist: ir.Dist) -> float:
+    """Return the share of what a draw compares with: its probabilities are whole numbers of it."""
+    return _MASS if isinstance(dist, ir.Bernoulli | ir.Noisy | ir.Table | ir.Weighted) else _WORD
+
+
 def _in_words(p: ir.Expr) -> bool:
-    return isinstance(p, ir.Const) and (float(p.value) / _WORD).is_integer()
+    return isinstance(p, ir.Const) and (float(p.value) / _MASS).is_integer()
 
 
 def _outcomes(dist: ir.Dist) -> int:

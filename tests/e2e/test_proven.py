@@ -17,8 +17,8 @@ from support.exact_pomdps import small_model
 
 pytestmark = pytest.mark.cxx
 HYPGEN = [sys.executable, "-c", "from hypgen.cli.main import main; main()"]
-# A probability below a random word's share is never drawn.
-LEAST = 7
+# The least probability is 10 to the power of minus this.
+LEAST = 12
 
 
 def misses(seed: int, folder: Path) -> str:
