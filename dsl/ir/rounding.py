@@ -23,7 +23,8 @@ _HALF = 2.0**-24  # of a float32: half of the place of its last bit
 _FUNCTION = 2.0**-22  # of a function that is rounded from double
 _TINY = 2.0**-149  # the least float32 above 0
 _WORD = 2.0**-32  # the share of a random word
-_SHORT = 1 << 12  # a constant with so few digits is what its text says
+_SHORT = 1 << 12  # a constant of so coarse a grid is what its text says ..
+_WHOLE = 1 << 24  # .. below this, where float32 has all whole numbers
 _MASS = 2.0**-63  # the share of a mass
 _NEAR_ONE = 1.0 - 2.0**-20  # a probability above it may have lost what it lacks to 1
 _LAW = 2.0**-20  # of the laws of counts and of bins, whose masses are doubles of rounded parameters
@@ -104,7 +105,7 @@ class _Errors:
         match e:
             case ir.Const(value=value, exact=exact) if exact is not None:
                 return float(abs(exact - Fraction(value))) * (1.0 + _HALF)
-            case ir.Const(value=value) if float(value * _SHORT).is_integer() and abs(value) < _SHORT:
+            case ir.Const(value=value) if float(value * _SHORT).is_integer() and abs(value) < _WHOLE:
                 return 0.0  # a literal, which would have its exact number if it were rounded
             case ir.Const() | ir.ParamRead() | ir.TableRead():
                 return _half(size)
