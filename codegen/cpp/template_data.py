@@ -72,7 +72,6 @@ class Main:
     name: str
     functions: tuple[Function, ...]
     settings: tuple[str, ...]
-    rounding: str = ""
 
 
 @dataclass(frozen=True)

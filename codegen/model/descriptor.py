@@ -14,7 +14,6 @@ from hypgen.codegen.cpp.key_codes import KeyLayout
 from hypgen.codegen.cpp.text import Code, from_int32, value_of, wrapped
 from hypgen.codegen.layout.naming import Scope
 from hypgen.dsl import ir
-from hypgen.dsl.ir.rounding import rounding
 from hypgen.dsl.ir.undefined import may_be_undefined
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import (
@@ -60,11 +59,6 @@ def _string(text: str) -> str:
     return json.dumps(text)
 
 
-def _rounding(model: ir.Model) -> str:
-    """Return the exact solver's ``TextRounding``."""
-    return f"{{{', '.join(repr(n) if math.isfinite(n) else 'HUGE_VAL' for n in rounding(model))}}}"
-
-
 class _Descriptor:
     def __init__(self, context: Context) -> None:
         self.context = context
@@ -91,7 +85,6 @@ class _Descriptor:
             self.context.names.model,
             tuple(functions),
             self._settings(project),
-            _rounding(self.model) if exact else "",
         )
 
     def _named_types(self, shown: Iterable[Type]) -> list[Enum | Record]:

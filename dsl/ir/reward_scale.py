@@ -40,7 +40,7 @@ def reward_bits(model: ir.Model) -> int:
 
 def largest_reward(model: ir.Model) -> float:
     """Return the sum of the most that each reward term can earn or cost, params at their declared values."""
-    ranges, total = Ranges(model), 0.0
+    ranges, total = _Ranges(model), 0.0
     for term in model.rewards:
         members = 1 if term.binder is None else size_of(term.binder.type)
         total += members * max(map(abs, ranges.of(term.value, {})))
@@ -59,7 +59,7 @@ def largest_return(model: ir.Model) -> float:
     return max(step * _UNDISCOUNTED_STEPS, *(end for end in ends if math.isfinite(end)), 0.0)
 
 
-class Ranges:
+class _Ranges:
     """The ranges of expressions: where a type has none, that of what params are declared as."""
 
     def __init__(self, model: ir.Model) -> None:

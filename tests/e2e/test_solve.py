@@ -25,11 +25,10 @@ def solve(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 def test_tiger_is_bounded_from_both_sides(tmp_path: Path) -> None:
     policy = tmp_path / "tiger.policy"
-    done = solve(TIGER, "--json", "--gap", "1e-3", "--policy", str(policy))
+    done = solve(TIGER, "--json", "--gap", "1e-4", "--policy", str(policy))
     assert done.returncode == Exit.OK, done.stderr
     result = json.loads(done.stdout)
-    assert result["lower"] <= 19.3714 <= result["upper"] < result["lower"] + 0.02
-    assert 0.0 < result["slack"] < 0.01  # 0.85 is no float32
+    assert result["lower"] <= 19.3714 <= result["upper"] < result["lower"] + 0.002
     assert (result["states"], result["actions"], result["observations"], result["outcomes"]) == (2, 3, 2, 20)
     bounds = result["bounds"]
     assert bounds["blind"] <= result["lower"] and result["upper"] <= bounds["fib"] <= bounds["qmdp"]

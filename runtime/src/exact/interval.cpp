@@ -21,8 +21,6 @@ using Clock = std::chrono::steady_clock;
 constexpr double kTrialTarget = 0.5;
 // Improvements below this part of the largest value are not worth a vector or a point.
 constexpr double kNothing = 1e-12;
-// What rounding changes of a reward, of the largest one, where the compiler cannot tell.
-constexpr double kUnknown = 0x1p-20;
 constexpr double kSecondsBetweenReports = 0.2;
 // Nodes may take this part of the memory; they are forgotten when they do, and made again from the start.
 constexpr double kNodeShare = 0.6;
@@ -90,7 +88,6 @@ class IntervalSearch {
 
  private:
   void bound_simply();
-  double text_slack(const StateValues& mdp, const StateValues& worst) const;
   void find_best_blind(const StateValues& worst);
   void add_first_steps(const StateValues& values);
   void add_vectors(const ClassPolicy& policy, const StateValues& values);
@@ -172,7 +169,7 @@ void IntervalSearch::bound_simply() {
   for (const StateValues* values : {&mdp, &worst}) {
     for (const double value : *values) largest_value_ = std::max(largest_value_, std::abs(value));
   }
-  result_.slack = split_.rounding() * largest_value_ + text_slack(mdp, worst);
+  result_.slack = split_.rounding() * largest_value_;
   result_.mdp = expected_at_start(mdp) + result_.slack;
   result_.lower = expected_at_start(worst) - result_.slack;
   ActionValues q = qmdp_values(split_, mdp);
@@ -192,23 +189,6 @@ void IntervalSearch::bound_simply() {
     add_vectors(blind_policy(split_, 0), worst);
   }
   find_best_blind(worst);
-}
-
-// What the model can be worth more or less than the real numbers of its text. A policy's values in two models
-// differ in each step by what rewards differ, and by half of what probabilities differ times the span of what
-// may follow: of the values that were enumerated, or of all where an outcome is never drawn.
-double IntervalSearch::text_slack(const StateValues& mdp, const StateValues& worst) const {
-  const TextRounding& text = model_.rounding;
-  double most = 0.0, least = 0.0;  // an episode may end
-  for (const double value : mdp) most = std::max(most, value);
-  for (const double value : worst) least = std::min(least, value);
-  const double reward = std::isfinite(text.largest_reward) ? text.largest_reward : split_.largest_reward();
-  const double all = std::isfinite(text.largest_return) ? 2.0 * text.largest_return : most - least;
-  const double seen = 2.0 * reward + split_.discount() * (most - least);
-  const double unseen = 2.0 * reward + split_.discount() * std::max(all, most - least);
-  const double rounded = std::isfinite(text.reward) ? text.reward : kUnknown * split_.largest_reward();
-  const double in_step = rounded + 0.5 * (std::max(0.0, text.step - text.lost) * seen + text.lost * unseen);
-  return split_.steps() * in_step + 0.5 * text.start * std::max(all, most - least);
 }
 
 void IntervalSearch::find_best_blind(const StateValues& worst) {
