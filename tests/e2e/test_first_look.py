@@ -93,6 +93,10 @@ def test_the_value_at_the_start_is_that_of_the_conditioned_beliefs(model: str) -
     assert done.returncode == Exit.OK, done.stderr
     result = json.loads(done.stdout)
     assert result["lower"] - 1e-4 <= VALUE <= result["upper"] + 1e-4 < result["lower"] + 0.003
+    assert len(result["first"]) == result["starts"] == 2
+    assert len({first["seen"] for first in result["first"]}) == 2
+    mean = sum(first["probability"] * first["actions"][0]["lower"] for first in result["first"])
+    assert mean == pytest.approx(result["lower"], abs=1e-4)
 
 
 @pytest.mark.cxx

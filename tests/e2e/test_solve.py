@@ -33,8 +33,14 @@ def test_tiger_is_bounded_from_both_sides(tmp_path: Path) -> None:
     bounds = result["bounds"]
     assert bounds["blind"] <= result["lower"] and result["upper"] <= bounds["fib"] <= bounds["qmdp"]
     assert result["status"] == "converged" and policy.read_text()
+    [first] = result["first"]
+    assert result["best_action"] == first["best_action"] == "listen" and first["regret"] == 0
+    assert [a["action"] for a in first["actions"]] == ["listen", "open_left", "open_right"]
+    assert first["actions"][0]["lower"] == pytest.approx(result["lower"])
+    assert all(-26.7 < a["lower"] <= a["upper"] < -26.5 for a in first["actions"][1:])
     table = solve(TIGER).stdout
     assert "Tiger: 2 states, 3 actions" in table and "the gap that was asked for is reached" in table
+    assert "first action    listen; no other is better" in table and "\n  open_right    -26.6" in table
 
 
 RARE = """discount: 0.99

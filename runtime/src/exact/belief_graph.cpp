@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace hypgen::exact {
@@ -140,7 +141,7 @@ void BeliefGraph::expand(int at, int chosen) {
   ++expansions_;
 }
 
-void BeliefGraph::refresh(int at, int chosen) {
+void BeliefGraph::look_at(int at, int chosen) {
   if (!nodes_[index(at)].choices[index(chosen)].expanded) expand(at, chosen);
   Choice& choice = nodes_[index(at)].choices[index(chosen)];
   double sum = 0.0;
@@ -198,9 +199,54 @@ int BeliefGraph::best_choice(int at) {
     const auto chosen = static_cast<std::size_t>(best - choices.begin());
     if (choices.empty()) return -1;
     if (fresh[chosen] != 0) return static_cast<int>(chosen);
-    refresh(at, static_cast<int>(chosen));
+    look_at(at, static_cast<int>(chosen));
     fresh[chosen] = 1;
   }
+}
+
+std::vector<int> BeliefGraph::choices_by_upper(int at) {
+  make_choices(at);
+  const std::vector<Choice>& choices = nodes_[index(at)].choices;
+  std::vector<int> order(choices.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return choices[index(a)].upper > choices[index(b)].upper; });
+  return order;
+}
+
+double BeliefGraph::lower_by_successors(const Choice& choice) {
+  double sum = 0.0;
+  for (const Successor& successor : choice.successors) sum += successor.probability * lower(successor.node);
+  return choice.reward + model_.discount() * sum;
+}
+
+double BeliefGraph::worst_after(int at, int chosen) const {
+  const BeliefNode& node = nodes_[index(at)];
+  const ClassAction& action = model_.actions(node.of_class)[index(chosen)];
+  double sum = 0.0;
+  for (std::size_t i = 0; i < node.belief.states.size(); ++i) {
+    const std::size_t state = index(node.belief.states[i]);
+    for (int k = action.row_begin[state]; k < action.row_begin[state + 1]; ++k) {
+      const int column = action.column[index(k)];
+      const int next_class = action.outcomes[index(action.outcome_of[index(column)])].next_class;
+      const int next = action.next[index(column)] - model_.first(next_class);
+      sum += node.belief.probabilities[i] * action.weight[index(k)] *
+             lower_[index(next_class)].worst()[index(next)];
+    }
+  }
+  return node.choices[index(chosen)].reward + model_.discount() * sum;
+}
+
+double BeliefGraph::choice_lower(int at, int chosen) {
+  make_choices(at);
+  double value = worst_after(at, chosen);
+  const BeliefNode& node = nodes_[index(at)];
+  const AlphaVectors& vectors = lower_[index(node.of_class)];
+  for (const AlphaVector* vector : vectors.vectors()) {
+    if (vector->choice == chosen) value = std::max(value, vectors.value(*vector, node.belief));
+  }
+  const Choice& choice = node.choices[index(chosen)];
+  return choice.expanded ? std::max(value, lower_by_successors(choice)) : value;
 }
 
 // The expanded choice with the largest lower bound, among those that can be better than the node's.
@@ -210,9 +256,7 @@ int BeliefGraph::best_by_lower(int at, double& value) {
   for (std::size_t a = 0; a < choices; ++a) {
     const Choice& choice = nodes_[index(at)].choices[a];
     if (!choice.expanded || choice.upper <= value) continue;
-    double sum = 0.0;
-    for (const Successor& successor : choice.successors) sum += successor.probability * lower(successor.node);
-    const double now = choice.reward + model_.discount() * sum;
+    const double now = lower_by_successors(choice);
     if (now <= value) continue;
     value = now;
     best = static_cast<int>(a);

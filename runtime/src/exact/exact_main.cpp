@@ -170,6 +170,7 @@ int run(const ExactDescriptor& model, const ExactInstance& instance, const Exact
   if (!options.load_policy_file.empty()) return play_loaded(model, instance, enumeration.model, options, out);
   const IntervalSolution solution = solve_model(enumeration.model, options);
   report.result = solution.result;
+  report.first = named_decisions(model, enumeration.model, solution.first);
   if (!options.quiet)
     std::fputs(table(model.descriptor, report).c_str(), options.json_file == "-" ? stderr : stdout);
   if (!options.json_file.empty() && !out.write(json(model.descriptor, report))) {

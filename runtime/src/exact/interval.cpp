@@ -24,6 +24,9 @@ constexpr double kNothing = 1e-12;
 constexpr double kSecondsBetweenReports = 0.2;
 // Nodes may take this part of the memory; they are forgotten when they do, and made again from the start.
 constexpr double kNodeShare = 0.6;
+// What each first action is worth is found after the search, in this part of its time or this many seconds.
+constexpr double kFirstShare = 0.1;
+constexpr double kFirstSeconds = 1.0;
 // Where loops are closed by equations, a trial of more steps than this, or one that comes back to a belief,
 // shows nothing that they would not. A trial that showed nothing at all may be longer the next time.
 constexpr std::size_t kLongTrial = 64;
@@ -98,11 +101,13 @@ class IntervalSearch {
   int most_uncertain(int node, int choice, double target);
   void bound_start();
   bool make_room();
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
   bool keep_going();
   bool is_close() const;
   double expected_at_start(const StateValues& values) const;
   double best_at_start(const ActionValues& values) const;
   AlphaPolicy alpha_policy() const;
+  void look_at_first_actions();
 
   Clock::time_point begin_;
   const ExactModel& model_;
@@ -146,7 +151,7 @@ double IntervalSearch::best_at_start(const ActionValues& values) const {
 
 bool IntervalSearch::keep_going() {
   if (stopped_) return false;
-  result_.seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+  result_.seconds = seconds();
   if (result_.seconds - last_report_ >= kSecondsBetweenReports) {
     last_report_ = result_.seconds;
     stopped_ = !progress_(result_);
@@ -368,11 +373,24 @@ AlphaPolicy IntervalSearch::alpha_policy() const {
   return AlphaPolicy(model_, std::move(all));
 }
 
+void IntervalSearch::look_at_first_actions() {
+  const bool hurries = result_.end == IntervalEnd::kStopped;
+  const double until =
+      seconds() + (hurries ? kFirstSeconds : std::max(kFirstSeconds, kFirstShare * options_.seconds));
+  const double room = kNodeShare * static_cast<double>(options_.bytes);
+  solution_.first = hypgen::exact::look_at_first_actions(
+      model_, split_, graph_, start_nodes_, result_.slack, kNothing * largest_value_,
+      [&] { return seconds() < until && static_cast<double>(graph_.node_bytes()) < room; });
+  bound_start();
+}
+
 IntervalSolution IntervalSearch::solve() {
   bound_simply();
   search();
-  result_.seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+  look_at_first_actions();
+  result_.seconds = seconds();
   solution_.alpha = alpha_policy();
+  choose_first_actions(model_, solution_.alpha, solution_.first);
   return std::move(solution_);
 }
 

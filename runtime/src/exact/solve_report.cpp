@@ -3,32 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <nlohmann/json.hpp>
+
+#include "first_report.hpp"
+#include "report_text.hpp"
 
 namespace hypgen::exact {
 
 namespace {
 
-__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
-  char text[256];
-  std::va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text, sizeof text, pattern, arguments);
-  va_end(arguments);
-  return text;
-}
-
-std::string row(const char* name, const std::string& value) { return format("%-16s", name) + value + "\n"; }
-
-// An interval in six digits, rounded outwards: what is printed holds the value as well.
 std::string interval(double lower, double upper) {
-  const auto unit = [](double bound) {
-    return bound == 0.0 ? 1.0 : std::pow(10.0, std::floor(std::log10(std::abs(bound))) - 5.0);
-  };
-  return format("%.6g .. %.6g (gap %.3g)", std::floor(lower / unit(lower)) * unit(lower),
-                std::ceil(upper / unit(upper)) * unit(upper), upper - lower);
+  return outwards(lower, upper) + format(" (gap %.3g)", upper - lower);
 }
 
 // A simple bound for people: digits below a millionth of the model's values are those of sweeps that end
@@ -77,7 +62,7 @@ std::string table(const ModelDescriptor& model, const SolveReport& report) {
   return row("model", model.name + format(": %zu states, %d actions, %d observations, %zu outcomes",
                                           report.counts.states, report.actions, report.observations,
                                           report.counts.outcomes)) +
-         row("value", interval(result.lower, result.upper)) +
+         row("value", interval(result.lower, result.upper)) + first_rows(model, report.first, report.starts) +
          row("upper bounds", format("MDP %.6g, QMDP %.6g, FIB %.6g", rounded(result.mdp, result),
                                     rounded(result.qmdp, result), rounded(result.fib, result))) +
          row("lower bound", format(result.acts_at_random ? "acting at random %.6g" : "best fixed action %.6g",
@@ -91,13 +76,13 @@ std::string table(const ModelDescriptor& model, const SolveReport& report) {
 }
 
 std::string table(const std::string& policy, const Samples& returns) {
-  return row(policy.c_str(), format("%zu episodes, mean return %.6g +- %.3g", returns.size(), returns.mean(),
-                                    returns.interval95()));
+  return row(policy, format("%zu episodes, mean return %.6g +- %.3g", returns.size(), returns.mean(),
+                            returns.interval95()));
 }
 
 std::string json(const ModelDescriptor& model, const SolveReport& report) {
   const IntervalResult& result = report.result;
-  const nlohmann::ordered_json object = {
+  nlohmann::ordered_json object = {
       {"type", "solve"},
       {"model", model.name},
       {"hash", model.hash},
@@ -105,6 +90,7 @@ std::string json(const ModelDescriptor& model, const SolveReport& report) {
       {"lower", result.lower},
       {"upper", result.upper},
       {"gap", result.upper - result.lower},
+      {"best_action", nullptr},
       {"states", report.counts.states},
       {"classes", report.classes},
       {"actions", report.actions},
@@ -118,7 +104,10 @@ std::string json(const ModelDescriptor& model, const SolveReport& report) {
       {"points", result.points},
       {"slack", result.slack},
       {"enumeration_seconds", report.enumeration_seconds},
-      {"seconds", result.seconds}};
+      {"seconds", result.seconds},
+      {"first", first_json(model, report.first)}};
+  if (!report.first.empty() && report.first[0].decision.action >= 0)
+    object["best_action"] = report.first[0].action;
   return object.dump() + "\n";
 }
 

@@ -4,7 +4,9 @@
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
+#include "first_report.hpp"
 #include "hypgen/core/statistics.hpp"
 #include "hypgen/exact/enumeration.hpp"
 #include "hypgen/exact/interval.hpp"
@@ -21,6 +23,7 @@ struct SolveReport {
   std::size_t starts = 0;
   double enumeration_seconds = 0.0;
   IntervalResult result;
+  std::vector<NamedDecision> first;
 };
 
 std::string table(const ModelDescriptor& model, const SolveReport& report);

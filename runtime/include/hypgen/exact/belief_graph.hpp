@@ -67,6 +67,13 @@ class BeliefGraph {
 
   // Finds what can follow each action.
   void open(int node);
+  // The node's choices, those with a larger upper bound first.
+  std::vector<int> choices_by_upper(int node);
+  // Lowers a choice's upper bound to what follows from its successors, which are found if they are not known.
+  void look_at(int node, int choice);
+  // At least what the choice is worth: by its successors where these are known, by the vectors that start with
+  // it, and by the worst policy from the next step on.
+  double choice_lower(int node, int choice);
   // Lowers the node's upper bound to what has been proven elsewhere.
   void lower_upper(int node, double value);
   // Of each state of a class and legal action: the convex bound below the points.
@@ -93,7 +100,8 @@ class BeliefGraph {
  private:
   void make_choices(int node);
   void expand(int node, int choice);
-  void refresh(int node, int choice);
+  double worst_after(int node, int choice) const;
+  double lower_by_successors(const Choice& choice);
   int best_by_lower(int node, double& value);
   AlphaVector vector_of(int node, int choice);
   std::vector<int> columns_reached(const ClassAction& action, const BeliefNode& node);

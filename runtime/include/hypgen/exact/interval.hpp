@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "hypgen/exact/exact_model.hpp"
+#include "hypgen/exact/first_actions.hpp"
 #include "hypgen/exact/policy.hpp"
 
 namespace hypgen::exact {
@@ -61,7 +62,8 @@ struct IntervalSolution {
   IntervalResult result;
   AlphaPolicy alpha;  // worth at least `result.lower`
   AlphaPolicy qmdp;
-  AlphaPolicy blind;  // worth `result.blind`
+  AlphaPolicy blind;                 // worth `result.blind`
+  std::vector<FirstDecision> first;  // after the likeliest starts, up to `kMostFirst`
 };
 
 // Throws std::invalid_argument, which says why, where neither a discount below 1 nor a horizon bounds values
