@@ -56,11 +56,11 @@ def wrong_count(tag: str, has: int, takes: int, span: Span) -> Diagnostic:
     return Diagnostic("E0903", message, span, "give one for each combination of the values marked '-'")
 
 
-def rows_missing(rows: Sequence[str], span: Span) -> Diagnostic:
-    """Rows without any probability."""
-    more = f" and {len(rows) - 1} more rows" if len(rows) > 2 else " and 1 more row" if rows[1:] else ""
+def rows_missing(row: str, number: int, span: Span) -> Diagnostic:
+    """Rows without any probability, ``number`` of them."""
+    more = f" and {number - 1} more rows" if number > 2 else " and 1 more row" if number == 2 else ""
     remedy = "give them, in an <Entry> of its own or with '*'"
-    return Diagnostic("E0905", f"there are no probabilities of {rows[0]}{more}", span, remedy)
+    return Diagnostic("E0905", f"there are no probabilities of {row}{more}", span, remedy)
 
 
 def no_probability(word: str, span: Span) -> Diagnostic:
@@ -203,8 +203,8 @@ def misplaced_persistent(span: Span) -> Diagnostic:
 
 
 def many_rows(sizes: Sequence[int], most: int, span: Span) -> Diagnostic:
-    """More rows of a table than can be imported."""
-    message = f"a table of {' x '.join(map(str, sizes))} rows is larger than {most}"
+    """More rows of a table that differ than can be imported."""
+    message = f"a table of {' x '.join(map(str, sizes))} rows has more than {most} to write down"
     return Diagnostic("E0912", message, span, "make the model smaller, or split the variables")
 
 

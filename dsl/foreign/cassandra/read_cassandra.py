@@ -12,6 +12,7 @@ from hypgen.dsl.foreign.cassandra.tokens import HEADINGS, Tokens, Word
 from hypgen.dsl.foreign.tables.foreign_model import ForeignModel, Law, Read, Row, Variable
 from hypgen.dsl.foreign.tables.rows import row_of
 from hypgen.dsl.foreign.tables.sums import Sums
+from hypgen.dsl.foreign.tables.table import Table
 from hypgen.dsl.foreign.tables.trouble import Trouble
 from hypgen.dsl.messages import e09_cassandra
 from hypgen.dsl.messages.source import Source, Span
@@ -198,7 +199,7 @@ class _Reader:
             actions=(actions,),
             states=(Variable("state", states.size, states.names, visible=sensor is None),),
             observations=() if seen is None else (seen,),
-            starts=(Law((), [start]),),
+            starts=(Law((), Table.of((), [start])),),
             transitions=(step,),
             sensors=sight,
             rewards=(gain,),

@@ -10,6 +10,7 @@ from itertools import product
 from hypgen.dsl.foreign.cassandra.tables import fields
 from hypgen.dsl.foreign.cassandra.tokens import Tokens, Word
 from hypgen.dsl.foreign.tables.foreign_model import Gain, Law, Read, Variable
+from hypgen.dsl.foreign.tables.table import Table
 from hypgen.dsl.messages import e09_cassandra
 
 _ACTION, _STATE, _NEXT = Read("action"), Read("state"), Read("next")
@@ -95,7 +96,7 @@ class Rewards:
         def after(action: int, state: int, following: int) -> float:
             if sees is None:
                 return self.value(action, state, following, *unseen)
-            row = sees.rows[action * states + following]
+            row = sees.rows.at((action, following))
             values = [self.value(action, state, following, o) for o, _ in row]
             if min(values) == max(values):
                 return values[0]
@@ -103,7 +104,7 @@ class Rewards:
             return math.fsum(p * v for v, (_, p) in zip(values, row, strict=True))
 
         def expected(action: int, state: int) -> float:
-            row = step.rows[action * states + state]
+            row = step.rows.at((action, state))
             values = [after(action, state, following) for following, _ in row]
             if min(values) == max(values):
                 return values[0]
@@ -125,4 +126,4 @@ class Rewards:
             f"Rewards on {what} are replaced by their expectation, which changes no value."
             for what in sorted(varies)
         ]
-        return Gain("gain", of, [v + 0.0 for v in values])  # no -0
+        return Gain("gain", of, Table.of((actions, states), [v + 0.0 for v in values]))  # no -0

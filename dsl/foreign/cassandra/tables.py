@@ -9,6 +9,7 @@ from hypgen.dsl.foreign.cassandra.tokens import Tokens, Word
 from hypgen.dsl.foreign.tables.foreign_model import Row, Variable
 from hypgen.dsl.foreign.tables.rows import TOLERANCE, normalised
 from hypgen.dsl.foreign.tables.sums import Sums
+from hypgen.dsl.foreign.tables.table import Table
 from hypgen.dsl.messages import e09_cassandra
 
 MAX_WRITTEN = 20_000_000  # entries, those that are written again included: ten seconds
@@ -213,16 +214,14 @@ class Probabilities:
         actions, states = self.given
         return f"{self.name} : {actions.shown(action)} : {states.shown(state)}"
 
-    def rows(self) -> list[Row]:
-        """Return the rows of all actions and states; equal ones are one object."""
-        unique: dict[Row, Row] = {}
+    def rows(self) -> Table[Row]:
+        """Return the rows of all actions and states."""
         known: dict[int, Row] = {}  # by the dictionary, which many rows may share
         result = []
         for rows in self.table:
             for row in rows:
                 assert row is not None
                 if id(row) not in known:
-                    made = normalised(row.items())
-                    known[id(row)] = unique.setdefault(made, made)
+                    known[id(row)] = normalised(row.items())
                 result.append(known[id(row)])
-        return result
+        return Table.of([v.size for v in self.given], result)

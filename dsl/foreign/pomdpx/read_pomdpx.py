@@ -21,6 +21,7 @@ from hypgen.dsl.foreign.tables.foreign_model import (
 from hypgen.dsl.foreign.tables.reduction import without_observations
 from hypgen.dsl.foreign.tables.rows import TOLERANCE, normalised
 from hypgen.dsl.foreign.tables.sums import Sums
+from hypgen.dsl.foreign.tables.table import Table
 from hypgen.dsl.foreign.tables.trouble import Trouble
 from hypgen.dsl.messages import e09_pomdpx
 from hypgen.dsl.messages.diagnostic import did_you_mean
@@ -202,27 +203,20 @@ class _Reader:
         if rows is None:
             return None
         self._check_rows(element, own, parents, rows)
-        unique: dict[Row, Row] = {}
-        kept = [unique.setdefault(r, r) for r in (normalised(row.items()) for row in rows)]
-        return Law(tuple(p.read for p in parents), kept)
+        return Law(tuple(p.read for p in parents), rows.mapped(normalised))
 
-    def _check_rows(
-        self, element: Element, own: Axis, parents: list[Axis], rows: list[dict[int, float]]
-    ) -> None:
-        wrong = [n for n, row in enumerate(rows) if abs(math.fsum(row.values()) - 1) > TOLERANCE]
-        span, missing = self.trouble.span(element.start, 9), []
-        for number in wrong:
-            total, left, given = math.fsum(rows[number].values()), number, []
-            for parent in reversed(parents):
-                left, value = divmod(left, len(parent.names))
-                given.append(f"{parent.name} = {parent.names[value]}")
-            row = f"'{own.name}'" + (f" given {', '.join(reversed(given))}" if given else "")
-            if rows[number]:
-                self.sums.check(row, total, span)
+    def _check_rows(self, element: Element, own: Axis, parents: list[Axis], rows: Table[Row]) -> None:
+        wrong = rows.found(lambda row: abs(_total(row) - 1) > TOLERANCE)
+        span, missing, first = self.trouble.span(element.start, 9), 0, ""
+        for row, (values, number) in wrong.items():
+            given = [f"{p.name} = {p.names[value]}" for p, value in zip(parents, values, strict=True)]
+            words = f"'{own.name}'" + (f" given {', '.join(given)}" if given else "")
+            if row:
+                self.sums.check(words, _total(row), span, number)
             else:
-                missing.append(row)
+                missing, first = number, words
         if missing:
-            self.trouble.add(e09_pomdpx.rows_missing(missing, span))
+            self.trouble.add(e09_pomdpx.rows_missing(first, missing, span))
 
     def _check_order(self, root: Element, laws: tuple[Law, ...], kind: str) -> None:
         if not self.trouble.found and len(drawing_order(laws, kind)) < len(laws):
@@ -242,3 +236,7 @@ class _Reader:
             if values is not None:
                 gains.append(Gain(var.text, tuple(p.read for p in parents), values))
         return gains
+
+
+def _total(row: Row) -> float:
+    return math.fsum(p for _, p in row)

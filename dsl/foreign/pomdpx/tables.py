@@ -5,20 +5,27 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
-from itertools import product
+from functools import cached_property
+from typing import Any, TypeVar
 
+from hypgen.dsl.foreign.pomdpx.diagram import Diagram, TooLargeError
 from hypgen.dsl.foreign.pomdpx.xml_tree import Element, place_of
-from hypgen.dsl.foreign.tables.foreign_model import Read, count, position
+from hypgen.dsl.foreign.tables.foreign_model import Read, Row
+from hypgen.dsl.foreign.tables.plan import Plan
 from hypgen.dsl.foreign.tables.sums import Sums
+from hypgen.dsl.foreign.tables.table import Table
 from hypgen.dsl.foreign.tables.trouble import Trouble
 from hypgen.dsl.messages import e09_pomdpx
 
-MAX_ROWS = 2_000_000
-MAX_WRITTEN = 10_000_000  # entries of a table, those that are written again included
+MAX_ROWS = 2_000_000  # of a table as the text has it
+MAX_PARTS = 6_000_000  # of the nodes of a table's diagram
+MAX_WRITTEN = 10_000_000  # parts of a table's diagram, those that are written again included
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _MOST_NESTED = 100
+_ALL = ("*", "-")
+Entry = TypeVar("Entry", bound=Hashable)
 
 
 @dataclass(frozen=True)
@@ -34,15 +41,19 @@ class Axis:
         """Return how many values it has."""
         return len(self.names)
 
+    @cached_property
+    def numbers(self) -> dict[str, int]:
+        """Return the values by name."""
+        return {name: number for number, name in enumerate(self.names)}
+
 
 @dataclass
 class _Target:
-    """A table in the making: its axes, the child's the last if there is one, and where numbers go."""
+    """A table in the making: its axes, of a law the child's the last, and where numbers go."""
 
     axes: list[Axis]
-    rows: list[dict[int, float]] | None
-    values: list[float]
-    written: int = 0
+    diagram: Diagram
+    is_law: bool
     templates: dict[str, Element] = field(default_factory=dict)
 
 
@@ -58,23 +69,33 @@ class Tables:
             return None
         return value if math.isfinite(value := float(text)) else None
 
-    def law(self, element: Element, parents: list[Axis], own: Axis) -> list[dict[int, float]] | None:
-        """Return the rows of a law; None after a mistake."""
-        rows: list[dict[int, float]] = [{} for _ in range(self._checked(element, parents))]
-        return rows if self._fill(element, _Target([*parents, own], rows, []), "ProbTable") else None
+    def law(self, element: Element, parents: list[Axis], own: Axis) -> Table[Row] | None:
+        """Return the rows of a law, with zeros as they are given; None after a mistake."""
+        target = _Target([*parents, own], self._diagram([*parents, own]), True)
+        if not self._fill(element, target, "ProbTable"):
+            return None
+        return self._table(element, target, lambda node: _row(node, own.size))
 
-    def values(self, element: Element, parents: list[Axis]) -> list[float] | None:
+    def values(self, element: Element, parents: list[Axis]) -> Table[float] | None:
         """Return the values of a function; None after a mistake."""
-        target = _Target(parents, None, [0.0] * self._checked(element, parents))
-        return target.values if self._fill(element, target, "ValueTable") else None
+        target = _Target(parents, self._diagram(parents), False)
+        if not self._fill(element, target, "ValueTable"):
+            return None
+        return self._table(element, target, lambda number: number or 0.0)
 
-    def _checked(self, element: Element, parents: list[Axis]) -> int:
-        """Return how many rows a table has."""
-        size = count([a.size for a in parents])
-        if size > MAX_ROWS:
-            span = self.trouble.span(element.start, 10)
-            raise self.trouble.stop(e09_pomdpx.many_rows([a.size for a in parents], MAX_ROWS, span))
-        return size
+    def _diagram(self, axes: list[Axis]) -> Diagram:
+        return Diagram([a.size for a in axes], MAX_WRITTEN)
+
+    def _table(self, element: Element, target: _Target, entry: Callable[[Any], Entry]) -> Table[Entry]:
+        parents = target.axes[: len(target.axes) - target.is_law]
+        try:
+            table = target.diagram.table(entry, len(parents), MAX_PARTS)
+            if Plan(table).entries <= MAX_ROWS:
+                return table
+        except TooLargeError:
+            pass
+        span = self.trouble.span(element.start, 10)
+        raise self.trouble.stop(e09_pomdpx.many_rows([a.size for a in parents], MAX_ROWS, span))
 
     def _fill(self, element: Element, target: _Target, tag: str) -> bool:
         before = len(self.trouble.found)
@@ -93,21 +114,20 @@ class Tables:
             self.trouble.add(e09_pomdpx.unknown_parameter(kind, place_of(element, self.trouble)))
         return len(self.trouble.found) == before
 
-    def _set(self, target: _Target, at: Sequence[int], value: float) -> None:
-        sizes = [a.size for a in target.axes]
-        if target.rows is None:
-            target.values[position(at, sizes)] = value
-        else:
-            target.rows[position(at[:-1], sizes[:-1])][at[-1]] = value
-
     def _write(
-        self, target: _Target, ranges: Sequence[Sequence[int]], element: Element
-    ) -> Iterator[tuple[int, ...]]:
-        """Yield the places of all combinations; there may not be too many in all."""
-        target.written += count([len(r) for r in ranges])
-        if target.written > MAX_WRITTEN:
-            raise self.trouble.stop(e09_pomdpx.many_rewrites(place_of(element, self.trouble)))
-        return product(*ranges)
+        self,
+        target: _Target,
+        box: Sequence[int | None],
+        element: Element,
+        number: Callable[[int], float],
+        strides: Sequence[int] = (),
+        diagonal: bool = False,
+    ) -> None:
+        """Write the numbers of a box of combinations; there may not be too many in all."""
+        try:
+            target.diagram.write(box, strides or [0] * len(box), number, diagonal)
+        except TooLargeError:
+            raise self.trouble.stop(e09_pomdpx.many_rewrites(place_of(element, self.trouble))) from None
 
     # Tables of entries ---------------------------------------------------------------------------
 
@@ -122,53 +142,41 @@ class Tables:
             span = self.trouble.span(instance.text_start, len(instance.text))
             self.trouble.add(e09_pomdpx.wrong_instance(len(words), [a.name for a in target.axes], span))
             return
-        ranges: list[Sequence[int]] = []
+        box: list[int | None] = []
         for word, axis in zip(words, target.axes, strict=True):
-            found = self._value(word, axis, instance)
-            if found is None:
+            if word not in _ALL and not self._is_value(word, axis, instance):
                 return
-            ranges.append(found)
+            box.append(None if word in _ALL else axis.numbers[word])
         listed = [n for n, word in enumerate(words) if word == "-"]
-        sizes = [target.axes[n].size for n in listed]
-        if (
-            numbers.text == "identity"
-            and target.rows is not None
-            and self._identity(entry, target, ranges, listed)
-        ):
+        strides, size = [0] * len(box), 1
+        for n in reversed(listed):
+            strides[n] = size
+            size *= target.axes[n].size
+        if numbers.text == "identity" and target.is_law and self._is_identity(target, listed):
+            strides[listed[0]], strides[-1] = 1, 0
+            self._write(target, box, entry, lambda _: 1.0, strides, diagonal=True)
             return
-        values = self._numbers(numbers, target, sizes, listed)
-        if values is None:
-            return
-        for at in self._write(target, ranges, entry):
-            self._set(target, at, values[position([at[n] for n in listed], sizes)])
+        values = self._numbers(numbers, target, size)
+        if values is not None:
+            self._write(target, box, entry, values.__getitem__, strides)
 
-    def _identity(
-        self, entry: Element, target: _Target, ranges: Sequence[Sequence[int]], listed: list[int]
-    ) -> bool:
-        """Write the rows of an identity of child and parent, which may be large; False if it is none."""
+    def _is_identity(self, target: _Target, listed: list[int]) -> bool:
+        """Return whether an entry lists a parent, and a child with as many values."""
         last = len(target.axes) - 1
-        if len(listed) != 2 or listed[1] != last or target.axes[listed[0]].size != target.axes[last].size:
-            return False
-        assert target.rows is not None
-        sizes = [a.size for a in target.axes[:-1]]
-        for at in self._write(target, ranges[:-1], entry):
-            target.rows[position(at, sizes)] = {at[listed[0]]: 1.0}
-        return True
+        return (
+            len(listed) == 2 and listed[1] == last and target.axes[listed[0]].size == target.axes[last].size
+        )
 
-    def _value(self, word: str, axis: Axis, place: Element) -> Sequence[int] | None:
-        if word in ("*", "-"):
-            return range(axis.size)
-        if word in axis.names:
-            return (axis.names.index(word),)
+    def _is_value(self, word: str, axis: Axis, place: Element) -> bool:
+        if word in axis.numbers:
+            return True
         span = self.trouble.span(place.text_start, len(place.text.split("\n")[0]))
         self.trouble.add(e09_pomdpx.unknown_value(axis.name, word, axis.names, span))
-        return None
+        return False
 
-    def _numbers(
-        self, element: Element, target: _Target, sizes: list[int], listed: list[int]
-    ) -> list[float] | None:
+    def _numbers(self, element: Element, target: _Target, size: int) -> Sequence[float] | None:
         """Return the numbers of an entry, one for each combination of the values marked ``-``."""
-        text, size = element.text, count(sizes)
+        text = element.text
         if text == "identity":
             self.trouble.add(e09_pomdpx.misplaced_identity(place_of(element, self.trouble)))
             return None
@@ -176,8 +184,7 @@ class Tables:
             self.trouble.add(e09_pomdpx.large_entry(MAX_WRITTEN, place_of(element, self.trouble)))
             return None
         if text == "uniform":
-            last = target.axes[-1].size
-            return [1.0 / last] * size
+            return [1.0 / target.axes[-1].size] * size
         words = text.split()
         if len(words) != size:
             span = place_of(element, self.trouble)
@@ -185,13 +192,13 @@ class Tables:
             return None
         values = [self.number(w) for w in words]
         for word, value in zip(words, values, strict=True):
-            if value is None or (target.rows is not None and not self.sums.is_probability(value)):
+            if value is None or (target.is_law and not self.sums.is_probability(value)):
                 self._no_number(word, element, target)
                 return None
         return [v for v in values if v is not None]
 
     def _no_number(self, word: str, element: Element, target: _Target) -> None:
-        wrong = e09_pomdpx.no_number if target.rows is None else e09_pomdpx.no_probability
+        wrong = e09_pomdpx.no_number if not target.is_law else e09_pomdpx.no_probability
         # Comments between the words are not in the element's text; the word stands behind its start still.
         found = re.compile(rf"(?<![^\s>]){re.escape(word)}(?![^\s<])").search(
             self.trouble.source.text, element.text_start
@@ -201,7 +208,7 @@ class Tables:
 
     # Decision diagrams ---------------------------------------------------------------------------
 
-    def _inside(self, parent: Element, target: _Target, given: dict[str, Sequence[int]], depth: int) -> None:
+    def _inside(self, parent: Element, target: _Target, given: dict[str, int], depth: int) -> None:
         """Fill in what is below ``parent``, where ``given`` holds."""
         if depth > _MOST_NESTED:
             raise self.trouble.stop(e09_pomdpx.deep_diagram(self.trouble.span(parent.start, 4)))
@@ -224,34 +231,31 @@ class Tables:
         self.trouble.add(e09_pomdpx.not_of_table(name, known, place_of(element, self.trouble)))
         return None
 
-    def _node(self, node: Element, target: _Target, given: dict[str, Sequence[int]], depth: int) -> None:
+    def _node(self, node: Element, target: _Target, given: dict[str, int], depth: int) -> None:
         axis = self._axis(node, target)
         if axis is None:
             return
         for edge in node.all("Edge"):
             word = edge.attributes.get("val", "")
-            values = self._value("*" if word == "*" else word, axis, edge) if word != "-" else None
-            if values is None:
-                continue
-            known = given.get(axis.name)
-            values = values if known is None else [v for v in values if v in known]
-            if values:
-                self._inside(edge, target, {**given, axis.name: values}, depth + 1)
+            if word == "*":
+                self._inside(edge, target, given, depth + 1)
+            elif word != "-" and self._is_value(word, axis, edge):
+                value = axis.numbers[word]
+                if given.get(axis.name, value) == value:
+                    self._inside(edge, target, {**given, axis.name: value}, depth + 1)
 
-    def _ranges(self, target: _Target, given: dict[str, Sequence[int]]) -> list[Sequence[int]]:
-        return [given.get(a.name, range(a.size)) for a in target.axes]
+    def _box(self, target: _Target, given: dict[str, int]) -> list[int | None]:
+        return [given.get(a.name) for a in target.axes]
 
-    def _terminal(self, element: Element, target: _Target, given: dict[str, Sequence[int]]) -> None:
+    def _terminal(self, element: Element, target: _Target, given: dict[str, int]) -> None:
         value = self.number(element.text)
-        if value is None or (target.rows is not None and not self.sums.is_probability(value)):
+        if value is None or (target.is_law and not self.sums.is_probability(value)):
             self._no_number(element.text, element, target)
             return
-        for at in self._write(target, self._ranges(target, given), element):
-            self._set(target, at, value)
+        number = value
+        self._write(target, self._box(target, given), element, lambda _: number)
 
-    def _sub_dag(
-        self, element: Element, target: _Target, given: dict[str, Sequence[int]], depth: int
-    ) -> None:
+    def _sub_dag(self, element: Element, target: _Target, given: dict[str, int], depth: int) -> None:
         kind = element.attributes.get("type", "")
         if kind == "template":
             template = target.templates.get(element.attributes.get("idref", ""))
@@ -259,24 +263,23 @@ class Tables:
                 self.trouble.add(e09_pomdpx.unknown_template(place_of(element, self.trouble)))
             else:
                 self._inside(template, target, given, depth + 1)
-        elif kind not in ("deterministic", "persistent", "uniform") or target.rows is None:
+        elif kind not in ("deterministic", "persistent", "uniform") or not target.is_law:
             self.trouble.add(e09_pomdpx.misplaced_sub_diagram(kind, place_of(element, self.trouble)))
         elif kind == "uniform":
-            for at in self._write(target, self._ranges(target, given), element):
-                self._set(target, at, 1.0 / target.axes[-1].size)
+            share = 1.0 / target.axes[-1].size
+            self._write(target, self._box(target, given), element, lambda _: share)
         elif kind == "deterministic":
             self._deterministic(element, target, given)
         else:
             self._persistent(element, target, given)
 
-    def _deterministic(self, element: Element, target: _Target, given: dict[str, Sequence[int]]) -> None:
-        own = target.axes[-1]
-        values = self._value(element.attributes.get("val", ""), own, element)
-        if values is not None:
-            for at in self._write(target, self._ranges(target, {**given, own.name: values}), element):
-                self._set(target, at, 1.0)
+    def _deterministic(self, element: Element, target: _Target, given: dict[str, int]) -> None:
+        own, word = target.axes[-1], element.attributes.get("val", "")
+        if self._is_value(word, own, element):
+            box = self._box(target, {**given, own.name: own.numbers[word]})
+            self._write(target, box, element, lambda _: 1.0)
 
-    def _persistent(self, element: Element, target: _Target, given: dict[str, Sequence[int]]) -> None:
+    def _persistent(self, element: Element, target: _Target, given: dict[str, int]) -> None:
         """The variable keeps its value: the parent that is it before the step says which."""
         own = target.axes[-1]
         before = [
@@ -287,6 +290,19 @@ class Tables:
         if not before:
             self.trouble.add(e09_pomdpx.misplaced_persistent(place_of(element, self.trouble)))
             return
-        for at in self._write(target, self._ranges(target, given), element):
-            if at[-1] == at[before[0]]:
-                self._set(target, at, 1.0)
+        box = self._box(target, given)
+        if own.name in given:
+            if box[before[0]] in (None, given[own.name]):
+                box[before[0]] = given[own.name]
+                self._write(target, box, element, lambda _: 1.0)
+            return
+        strides = [int(n == before[0]) for n in range(len(box))]
+        self._write(target, box, element, lambda _: 1.0, strides, diagonal=True)
+
+
+def _row(node: Any, size: int) -> Row:
+    """Return what a node of a child gives its values, zeros included."""
+    given = node.parts
+    if node.rest is not None and len(given) < size:
+        given = {**dict.fromkeys(range(size), node.rest), **given}
+    return tuple(sorted(given.items()))

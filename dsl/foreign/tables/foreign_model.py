@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 
+from hypgen.dsl.foreign.tables.table import Table
 from hypgen.dsl.messages.source import Span
 
 # (value, probability) of those values that can be, by rising value.
@@ -48,19 +49,19 @@ class Read:
 
 @dataclass(frozen=True)
 class Law:
-    """The distribution of a variable: a row for all values of ``reads``, the last running fastest."""
+    """The distribution of a variable: a row for all values of ``reads``."""
 
     reads: tuple[Read, ...]
-    rows: Sequence[Row]
+    rows: Table[Row]
 
 
 @dataclass(frozen=True)
 class Gain:
-    """A term of the reward: a number for all values of ``reads``, the last running fastest."""
+    """A term of the reward: a number for all values of ``reads``."""
 
     name: str
     reads: tuple[Read, ...]
-    values: Sequence[float]
+    values: Table[float]
 
 
 @dataclass(frozen=True)

@@ -3,45 +3,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
-from typing import TypeVar
+from itertools import compress
 
-from hypgen.dsl.foreign.tables.foreign_model import ForeignModel, Gain, Law, Read, combinations, position
+from hypgen.dsl.foreign.tables.foreign_model import ForeignModel, Gain, Law, combinations
+from hypgen.dsl.foreign.tables.table import Table
 
-Entry = TypeVar("Entry")
 
-
-def reduced_law(law: Law, model: ForeignModel) -> Law:
+def reduced_law(law: Law) -> Law:
     """Return ``law`` as a table of the reads that matter."""
-    reads, rows = _reduced(law.reads, model.sizes(law.reads), law.rows)
-    return Law(reads, rows)
+    kept = law.rows.tested()
+    return Law(tuple(compress(law.reads, kept)), law.rows.without(kept))
 
 
-def reduced_gain(gain: Gain, model: ForeignModel) -> Gain:
+def reduced_gain(gain: Gain) -> Gain:
     """Return ``gain`` as a table of the reads that matter."""
-    reads, values = _reduced(gain.reads, model.sizes(gain.reads), gain.values)
-    return replace(gain, reads=reads, values=values)
-
-
-def _reduced(
-    reads: tuple[Read, ...], sizes: list[int], entries: Sequence[Entry]
-) -> tuple[tuple[Read, ...], Sequence[Entry]]:
-    kept: list[Read] = []
-    stride = len(entries)
-    for read, size in zip(reads, sizes, strict=True):
-        stride //= size
-        block = stride * size
-        same = all(
-            entries[at : at + stride] == entries[at + n * stride : at + (n + 1) * stride]
-            for at in range(0, len(entries), block)
-            for n in range(1, size)
-        )
-        if same:
-            entries = [e for at in range(0, len(entries), block) for e in entries[at : at + stride]]
-        else:
-            kept.append(read)
-    return tuple(kept), entries
+    kept = gain.values.tested()
+    return replace(gain, reads=tuple(compress(gain.reads, kept)), values=gain.values.without(kept))
 
 
 def without_observations(gain: Gain, model: ForeignModel, notes: list[str]) -> Gain:
@@ -52,17 +30,17 @@ def without_observations(gain: Gain, model: ForeignModel, notes: list[str]) -> G
     note = "Rewards on observations are replaced by their expectation, which changes no value."
     if note not in notes:
         notes.append(note)
-    law = model.sensors[seen.number]
+    gain, law = reduced_gain(gain), reduced_law(model.sensors[seen.number])
+    if seen not in gain.reads:
+        return without_observations(gain, model, notes)
     rest = tuple(r for r in gain.reads if r != seen)
     reads = rest + tuple(r for r in law.reads if r not in rest)
-    sizes, law_sizes = model.sizes(gain.reads), model.sizes(law.reads)
     values = []
     for at in combinations(model.sizes(reads)):
         known = dict(zip(reads, at, strict=True))
-        row = law.rows[position([known[r] for r in law.reads], law_sizes)]
         total = 0.0
-        for value, probability in row:
+        for value, probability in law.rows.at([known[r] for r in law.reads]):
             known[seen] = value
-            total += probability * gain.values[position([known[r] for r in gain.reads], sizes)]
+            total += probability * gain.values.at([known[r] for r in gain.reads])
         values.append(total)
-    return without_observations(Gain(gain.name, reads, values), model, notes)
+    return without_observations(Gain(gain.name, reads, Table.of(model.sizes(reads), values)), model, notes)

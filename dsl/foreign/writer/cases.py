@@ -3,15 +3,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from hypgen.dsl.foreign.tables.foreign_model import Row
 from hypgen.dsl.foreign.tables.numbers import shown
+from hypgen.dsl.foreign.tables.plan import groups_of
 from hypgen.dsl.foreign.tables.rows import in_order
+from hypgen.dsl.foreign.tables.table import Table
 
-Entry = TypeVar("Entry")
+Entry = TypeVar("Entry", bound=Hashable)
 WIDTH = 100
 MOST_ENTRIES = 6  # of a row that is written out
 MOST_LINES = 40
@@ -57,7 +59,7 @@ class Scrutinee:
 
 def match_text(
     reads: Sequence[Scrutinee],
-    entries: Sequence[Entry],
+    table: Table[Entry],
     leaf: Callable[[Entry], str | None],
     own: Callable[[Scrutinee, Sequence[Entry]], bool],
     indent: int,
@@ -66,7 +68,7 @@ def match_text(
 
     ``own`` says whether entries are just the value that is read.
     """
-    lines = _lines(reads, entries, leaf, own, indent)
+    lines = _lines(reads, table.root, leaf, own, indent)
     if lines is None or len(lines) > MOST_LINES or max(map(len, lines)) > WIDTH - indent - 24:
         return None
     return lines
@@ -74,33 +76,42 @@ def match_text(
 
 def _lines(
     reads: Sequence[Scrutinee],
-    entries: Sequence[Entry],
+    node: Any,
     leaf: Callable[[Entry], str | None],
     own: Callable[[Scrutinee, Sequence[Entry]], bool],
     indent: int,
 ) -> list[str] | None:
     if not reads:
-        text = leaf(entries[0])
+        text = leaf(node)
         return None if text is None else [text]
     read, rest = reads[0], reads[1:]
-    if not rest and own(read, entries):
+    if not rest and own(read, node):
         return [read.text]
     names = read.values.names
     if len(names) > 4 * MOST_LINES:
         return None
-    groups = _groups(entries, len(names))
+    groups = groups_of(node)
     if len(groups) > MOST_LINES:
         return None
     if len(groups) == 1:
-        return _lines(rest, entries[: len(entries) // len(names)], leaf, own, indent)
+        return _lines(rest, node[0], leaf, own, indent)
     arms: list[tuple[str, list[str]]] = []
-    last = max(groups, key=lambda g: (len(g[0]), g[0][0]))
-    for members, part in [g for g in groups if g is not last] + [last]:
-        inner = _lines(rest, part, leaf, own, indent + 2)
-        if inner is None:
+    for members, is_else in else_last(groups):
+        inner = _lines(rest, node[members[0]], leaf, own, indent + 2)
+        if inner is None or len(inner) > MOST_LINES:
             return None
-        is_else = part is last[1] and len(members) > 1
         arms.append(("else" if is_else else " | ".join(names[m] for m in members), inner))
+    return match_lines(read, arms, indent)
+
+
+def else_last(groups: Sequence[list[int]]) -> list[tuple[list[int], bool]]:
+    """Return groups of values in the order of a match's arms, and which of them is its ``else``."""
+    last = max(groups, key=lambda g: (len(g), g[0]))
+    return [(g, False) for g in groups if g is not last] + [(last, len(last) > 1)]
+
+
+def match_lines(read: Scrutinee, arms: Sequence[tuple[str, list[str]]], indent: int) -> list[str]:
+    """Return the lines of a match with these patterns and what follows them."""
     single = all(len(inner) == 1 for _, inner in arms)
     if single and len(arms) == 2 and arms[1][0] == "else" and "|" not in arms[0][0]:
         value, then, otherwise = arms[0][0], arms[0][1][0], arms[1][1][0]
@@ -113,12 +124,3 @@ def _lines(
         lines.append(" " * (indent + 2) + f"{pattern:{longest}} => {inner[0]}")
         lines += inner[1:]
     return [*lines, " " * indent + "}"]
-
-
-def _groups(entries: Sequence[Entry], size: int) -> list[tuple[list[int], Sequence[Entry]]]:
-    """Return the values with equal parts of a table together, and that part."""
-    stride = len(entries) // size
-    groups: dict[tuple[Entry, ...], list[int]] = {}
-    for value in range(size):
-        groups.setdefault(tuple(entries[value * stride : (value + 1) * stride]), []).append(value)
-    return [(members, part) for part, members in groups.items()]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 from hypgen.dsl.foreign.tables.foreign_model import Row
 from hypgen.dsl.foreign.tables.names import Names, type_name
@@ -18,6 +19,7 @@ from hypgen.dsl.foreign.writer.cases import EQUAL, WIDTH
 
 _LENGTHS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
 _SHORT = 8  # never weights for all values
+Entry = TypeVar("Entry", contravariant=True)
 
 
 @dataclass(frozen=True)
@@ -26,15 +28,6 @@ class Index:
 
     text: str
     type_name: str
-
-
-@dataclass(frozen=True)
-class Written:
-    """Declarations, and the expression that uses them."""
-
-    declarations: list[str]
-    text: str
-    is_draw: bool
 
 
 def array(name: str, type_: str, indices: str, words: Sequence[str]) -> list[str]:
@@ -52,26 +45,11 @@ def array(name: str, type_: str, indices: str, words: Sequence[str]) -> list[str
     return [f"{head} [", *(f'  "{text}",' for text in lines[:-1]), f'  "{lines[-1]}"', "]"]
 
 
-def law(
-    stem: str, target: Index, values: Sequence[str], reads: Sequence[Index], rows: Sequence[Row], names: Names
-) -> Written:
-    """Return the tables of a law, and the draw (or value) of type ``target`` from them."""
-    at = ", ".join(r.text for r in reads)
-    by = ", ".join(r.type_name for r in reads)
-    if all(len(row) == 1 for row in rows):
-        table = names.unique(f"{stem}_after", "table")
-        lines = array(table, target.type_name, by, [values[row[0][0]] for row in rows])
-        return Written(lines, f"{table}[{at}]", False)
-    if not reads:
-        return _weights(stem, target, rows[0], len(values), names)
-    return _Rows(stem, target, values, rows, names).written(at, by)
-
-
-def _weights(stem: str, target: Index, row: Row, size: int, names: Names) -> Written:
-    """Return a draw by weights of all values."""
+def weights(stem: str, target: Index, row: Row, size: int, names: Names) -> tuple[list[str], str]:
+    """Return the table of a row that nothing is read for, and the draw by weights of all values."""
     table = names.unique(f"{stem}_weight", "weight")
     lines = array(table, "float", target.type_name, _dense(row, size))
-    return Written(lines, f"weighted(v in {target.type_name}: {table}[v])", True)
+    return lines, f"weighted(v in {target.type_name}: {table}[v])"
 
 
 def _dense(row: Row, size: int) -> list[str]:
@@ -81,18 +59,77 @@ def _dense(row: Row, size: int) -> list[str]:
     return words
 
 
-class _Rows:
-    """The distinct rows of a law, those of weights first."""
+class Parts(Protocol[Entry]):
+    """Declares the parts of a large table, and says how each is read."""
+
+    def part(self, name: str, reads: Sequence[Index], entries: Sequence[Entry]) -> str:
+        """Return the text of a part, whose table may go by ``name``."""
+
+    def declarations(self) -> list[str]:
+        """Return the lines of all tables."""
+
+
+def _read(table: str, reads: Sequence[Index]) -> str:
+    return f"{table}[{', '.join(r.text for r in reads)}]"
+
+
+def _by(reads: Sequence[Index]) -> str:
+    return ", ".join(r.type_name for r in reads)
+
+
+class Numbers:
+    """Tables of numbers."""
+
+    def __init__(self, names: Names) -> None:
+        self.names = names
+        self.lines: list[str] = []
+
+    def part(self, name: str, reads: Sequence[Index], entries: Sequence[float]) -> str:
+        """Return the text of a part."""
+        table = self.names.unique(f"{name}_table", "table")
+        self.lines += array(table, "float", _by(reads), list(map(shown, entries)))
+        return _read(table, reads)
+
+    def declarations(self) -> list[str]:
+        """Return the lines of all tables."""
+        return self.lines
+
+
+class Successors:
+    """Tables of a law that draws nothing."""
+
+    def __init__(self, target: Index, values: Sequence[str], names: Names) -> None:
+        self.target, self.values, self.names = target, values, names
+        self.lines: list[str] = []
+
+    def part(self, name: str, reads: Sequence[Index], entries: Sequence[Row]) -> str:
+        """Return the text of a part."""
+        table = self.names.unique(f"{name}_after", "table")
+        self.lines += array(
+            table, self.target.type_name, _by(reads), [self.values[row[0][0]] for row in entries]
+        )
+        return _read(table, reads)
+
+    def declarations(self) -> list[str]:
+        """Return the lines of all tables."""
+        return self.lines
+
+
+class Draws:
+    """The distinct rows of a law, those of weights first, and tables that say which row is where."""
 
     def __init__(
-        self, stem: str, target: Index, values: Sequence[str], rows: Sequence[Row], names: Names
+        self, stem: str, target: Index, values: Sequence[str], distinct: Sequence[Row], names: Names
     ) -> None:
-        self.stem, self.target, self.values, self.rows, self.names = stem, target, values, rows, names
-        distinct = list(dict.fromkeys(rows))
+        self.stem, self.target, self.values, self.names = stem, target, values, names
         self.wide = [r for r in distinct if self._is_wide(r)]
         self.wide.sort(key=lambda r: not self._is_even(r))
         self.listed = [r for r in distinct if not self._is_wide(r)]
         self.type_stem = type_name(stem)
+        self.row_type = names.unique(f"{self.type_stem}Row", "Row")
+        self.function = names.unique(f"{stem}_by", "draw")
+        self.numbers = {row: str(number) for number, row in enumerate(self.wide + self.listed)}
+        self.lines: list[str] = []
 
     def _is_wide(self, row: Row) -> bool:
         return len(row) > _SHORT and (len(row) > _LENGTHS[-1] or 4 * len(row) > len(self.values))
@@ -101,18 +138,21 @@ class _Rows:
         size = len(self.values)
         return len(row) == size and all(abs(p * size - 1) <= EQUAL * size for _, p in row)
 
-    def written(self, at: str, by: str) -> Written:
-        """Return the tables and the draw."""
-        distinct = self.wide + self.listed
-        row_type = self.names.unique(f"{self.type_stem}Row", "Row")
-        row_of = self.names.unique(f"{self.stem}_row", "row")
-        numbers = {row: str(number) for number, row in enumerate(distinct)}
-        lines = [f"type {row_type} = 0 .. {len(distinct) - 1}"]
-        lines += array(row_of, row_type, by, [numbers[row] for row in self.rows])
+    def part(self, name: str, reads: Sequence[Index], entries: Sequence[Row]) -> str:
+        """Return the text of a part."""
+        if not reads:
+            return f"{self.function}({self.numbers[entries[0]]})"
+        table = self.names.unique(f"{name}_row", "row")
+        self.lines += array(table, self.row_type, _by(reads), [self.numbers[row] for row in entries])
+        return f"{self.function}({_read(table, reads)})"
+
+    def declarations(self) -> list[str]:
+        """Return the lines of all tables, and of the function that draws from a row."""
+        lines = [f"type {self.row_type} = 0 .. {len(self.numbers) - 1}", *self.lines]
         more, branches = self._weighted()
         lines += more
         if self.listed:
-            more, last = self._listed(row_type)
+            more, last = self._listed(self.row_type)
             lines += more
         else:
             last = [branches.pop()[1]]
@@ -122,9 +162,7 @@ class _Rows:
             body.append(f"{lead}if {condition} then {draw}")
             lead = "  else "
         body += [lead + last[0], *last[1:]]
-        function = self.names.unique(f"{self.stem}_by", "draw")
-        lines += [f"fn {function}(r: {row_type}): {self.target.type_name} ~", *body]
-        return Written(lines, f"{function}({row_of}[{at}])", True)
+        return [*lines, f"fn {self.function}(r: {self.row_type}): {self.target.type_name} ~", *body]
 
     def _weighted(self) -> tuple[list[str], list[tuple[str, str]]]:
         """Return the table of rows of weights, and draws from row r, each with its condition."""

@@ -7,14 +7,16 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hypgen.dsl.foreign.tables.foreign_model import ForeignModel, Gain, Law, Read, Row, Variable, position
+from hypgen.dsl.foreign.tables.foreign_model import ForeignModel, Gain, Law, Read, Row, Variable
 from hypgen.dsl.foreign.tables.names import Names, is_plain, type_name
 from hypgen.dsl.foreign.tables.numbers import shown
 from hypgen.dsl.foreign.tables.reduction import reduced_gain, reduced_law
+from hypgen.dsl.foreign.tables.table import Table
 from hypgen.dsl.foreign.writer import cases, shared_tables
 from hypgen.dsl.foreign.writer.blind_policy import Blind, best_blind
+from hypgen.dsl.foreign.writer.branches import Branches
 from hypgen.dsl.foreign.writer.cases import Scrutinee, Values
-from hypgen.dsl.foreign.writer.shared_tables import Index
+from hypgen.dsl.foreign.writer.shared_tables import Draws, Index, Numbers, Parts, Successors
 from hypgen.dsl.foreign.writer.shortest_path import Paths
 
 _MOST_NAMES = 10_000  # a name is a word for the parser, and those are limited
@@ -153,25 +155,37 @@ class _Writer:
 
     def _law(self, law: Law, own: _Own, stem: str, inside: int | None) -> tuple[str, list[str]]:
         """Return `=` or `~` and the lines of what follows it; large tables are declared."""
-        law = reduced_law(law, self.model)
+        law = reduced_law(law)
         reads = [self._scrutinee(r, inside) for r in law.reads]
-        indent = 2 if inside is not None else 0
 
         def is_own(read: Scrutinee, rows: Sequence[Row]) -> bool:
             return read.values is own.values and all(
                 len(row) == 1 and row[0][0] == number for number, row in enumerate(rows)
             )
 
-        lines = cases.match_text(reads, law.rows, lambda r: cases.row_text(r, own.values), is_own, indent)
+        def small(reads: Sequence[Scrutinee], rows: Table[Row], indent: int) -> list[str] | None:
+            return cases.match_text(reads, rows, lambda r: cases.row_text(r, own.values), is_own, indent)
+
+        distinct = law.rows.distinct()
+        sign = "~" if any(len(row) > 1 for row in distinct) else "="
+        indent = 2 if inside is not None else 0
+        lines = small(reads, law.rows, indent)
         if lines is not None:
-            draws = any(len(row) > 1 for row in law.rows)
-            return "~" if draws else "=", lines
-        target = Index(own.path, own.values.type_name)
-        indices = [Index(r.text, r.values.type_name) for r in reads]
-        written = shared_tables.law(stem, target, own.values.names, indices, law.rows, self.names)
-        by = ", ".join(self._scrutinee(r, None).text for r in law.reads) or "value"
-        self._table(f"The law of {stem.replace('_', ' ')}, by {by}.", written.declarations)
-        return "~" if written.is_draw else "=", [written.text]
+            return sign, lines
+        target, values = Index(own.path, own.values.type_name), own.values.names
+        if not reads:
+            declared, text = shared_tables.weights(stem, target, distinct[0], len(values), self.names)
+            self._table(f"The law of {stem.replace('_', ' ')}, by value.", declared)
+            return sign, [text]
+        parts: Parts[Row] = (
+            Successors(target, values, self.names)
+            if sign == "="
+            else Draws(stem, target, values, distinct, self.names)
+        )
+        lines = Branches(reads, law.rows, small, parts).lines(stem, indent)
+        by = ", ".join(self._scrutinee(r, None).text for r in law.reads)
+        self._table(f"The law of {stem.replace('_', ' ')}, by {by}.", parts.declarations())
+        return sign, lines
 
     def _table(self, about: str, lines: list[str]) -> None:
         self.tables += [*([""] if self.tables else []), f"# {about}", *lines]
@@ -196,19 +210,19 @@ class _Writer:
         return _defined(f"observe {own.name}: {own.values.type_name}", sign, lines)
 
     def _reward(self, gain: Gain) -> list[str]:
-        gain = reduced_gain(gain, self.model)
+        gain = reduced_gain(gain)
         reads = [self._scrutinee(r, None) for r in gain.reads]
         name = self.names.unique(gain.name, "gain")
-        lines = cases.match_text(reads, gain.values, shown, lambda read, values: False, 0)
+
+        def small(reads: Sequence[Scrutinee], values: Table[float], indent: int) -> list[str] | None:
+            return cases.match_text(reads, values, shown, lambda read, entries: False, indent)
+
+        lines = small(reads, gain.values, 0)
         if lines is None:
-            by = ", ".join(r.values.type_name for r in reads)
-            at = ", ".join(r.text for r in reads)
-            table = self.names.unique(f"{name}_table", "table")
-            self._table(
-                f"The reward, by {at}.",
-                shared_tables.array(table, "float", by, list(map(shown, gain.values))),
-            )
-            lines = [f"{table}[{at}]"]
+            parts = Numbers(self.names)
+            lines = Branches(reads, gain.values, small, parts).lines(name, 0)
+            if declared := parts.declarations():
+                self._table(f"The reward, by {', '.join(r.text for r in reads)}.", declared)
         return _defined(f"reward {name}", "=", lines)
 
     # End and policy ------------------------------------------------------------------------------
@@ -266,16 +280,15 @@ def _wrapped(words: Sequence[str]) -> list[str]:
 
 
 def _is_absorbing(model: ForeignModel, state: int) -> bool:
-    step, size = model.transitions[0], model.states[0].size
-    sizes = model.sizes(step.reads)
-    actions = range(sizes[0])
+    step = model.transitions[0]
+    actions = range(model.actions[0].size)
     if step.reads != (Read("action"), Read("state")):
         return False
-    if any([v for v, _ in step.rows[position((a, state), sizes)]] != [state] for a in actions):
+    if any([v for v, _ in step.rows.at((a, state))] != [state] for a in actions):
         return False
     for gain in model.rewards:
         if len(gain.reads) != 2 or gain.reads[0] != Read("action") or gain.reads[1].number:
             return False
-        if any(gain.values[a * size + state] for a in actions):
+        if any(gain.values.at((a, state)) for a in actions):
             return False
     return True

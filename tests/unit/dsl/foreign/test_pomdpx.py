@@ -3,11 +3,17 @@
 
 import numpy as np
 import pytest
+from support import large_files
 from support.foreign_laws import laws_of_cassandra, laws_of_text, load
 from support.paths import ROOT
 
 from hypgen.dsl.foreign import reader
+from hypgen.dsl.foreign.pomdpx import tables
+from hypgen.dsl.foreign.tables import plan
+from hypgen.dsl.interpret.evaluate.distributions import Evaluator
+from hypgen.dsl.interpret.evaluate.values import Array, Frame
 from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.types import size_of
 
 CORPUS = ROOT.parent / "shared" / "corpus"
 
@@ -207,11 +213,58 @@ def test_a_template_that_leads_to_itself_is_refused() -> None:
     assert "E0910: the diagram is nested too deep" in told(HEAD + circle + TAIL)
 
 
-def test_tables_too_large_are_refused() -> None:
-    large = ROVER.replace("<NumValues>3", "<NumValues>99999").replace(
-        "<ValueEnum>good bad</ValueEnum>", "<NumValues>99999</NumValues>"
+def test_tables_too_large_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tables, "MAX_ROWS", 17)
+    assert "E0912: a table of 3 x 3 x 2 rows has more than 17 to write down" in told(ROVER)
+    monkeypatch.setattr(tables, "MAX_PARTS", 20)
+    assert "E0912: a table of 3 x 3 x 2 rows has more than 17 to write down" in told(ROVER)
+    monkeypatch.setattr(tables, "MAX_WRITTEN", 20)
+    assert "E0912: entries are written again and again, millions of them" in told(ROVER)
+
+
+def test_an_axis_may_be_long_where_tables_say_little() -> None:
+    numbers = "east - -</Instance><ProbTable>0.1 0.9 0  0 0.1 0.9  0 0 1"
+    assert numbers in ROVER
+    large = ROVER.replace("<NumValues>3", "<NumValues>9999").replace(
+        numbers, "east s0 -</Instance><ProbTable>uniform"
     )
-    assert "E0912: a table of 3 x 99999 x 99999 rows is larger than 2000000" in told(large)
+    assert "type Rover = 0 .. 9998\n" in imported(large)
+
+
+def flat(rock_sample: str, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Return the text that has every large table as one list."""
+    with monkeypatch.context() as patch:
+        patch.setattr(plan, "_SMALL", 10**9)
+        return imported(rock_sample)
+
+
+def test_large_tables_are_matches_of_small_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    file = "\n".join(large_files.rock_sample(4, 4))
+    text, listed = imported(file), flat(file, monkeypatch)
+    assert "  ac0 => seen_by(seen_ac0_row[robot.state', rock0.state'])\n" in text
+    assert "seen_by(seen_row[act, robot.state', rock0.state', rock1.state'," in listed
+    assert len(text) < 0.75 * len(listed)
+    model, other = load(text), load(listed)
+    chance, lanes = np.random.default_rng(5), 5000
+
+    def drawn() -> dict[str, Array]:
+        return {v.name: chance.integers(0, size_of(v.type), lanes).astype(np.int32) for v in model.variables}
+
+    action = chance.integers(0, model.action.count, lanes).astype(np.int32)
+    frame = Frame(np.arange(lanes), drawn(), drawn(), action)
+    ours, theirs = Evaluator(model, {}), Evaluator(other, {})
+    for one, same in zip(model.rewards, other.rewards, strict=True):
+        np.testing.assert_array_equal(ours.value(one.value, frame), theirs.value(same.value, frame))
+    for value in np.int32([0, 1]):
+        seen = ours.density(model.observations[0].dist, frame, value)
+        np.testing.assert_array_equal(seen, theirs.density(other.observations[0].dist, frame, value))
+
+
+def test_rock_sample_of_11_has_tables_of_4_million_rows() -> None:
+    text = imported("\n".join(large_files.rock_sample(11, 11)))
+    assert len(text) < 50_000
+    model = load(text)
+    assert len(model.variables) == 12 and len(model.factors) == 11, "the rocks' posterior is exact"
 
 
 @pytest.mark.skipif(not CORPUS.exists(), reason="the corpus is not beside the checkout")
