@@ -65,7 +65,7 @@ class _Descriptor:
         self.model = context.model
         scope = Scope(
             {"std", "hypgen", "descriptor", "main", "Model", "names", "action_names", "observation_name"}
-            | {"value_names", "exact", "model", "first_observation_name"}
+            | {"value_names", "exact", "model", "first_observation_name", "hidden_value_name"}
         )
         coded: list[Enum | Record] = [*self.model.enums, *self.model.records]
         self.name_functions = {t.name: scope.unique(f"name_of_{t.name}") for t in coded}
@@ -74,17 +74,18 @@ class _Descriptor:
         """Return the view."""
         shown: list[Type] = [self.model.action.type, *(k.type for k in self.model.key)]
         shown += [p.type for p in self.model.params]
-        shown += [v.type for v in self.model.variables if exact or v.informative]
+        shown += [v.type for v in self.model.variables if exact or v.informative or not v.visible]
         functions = [self._type_name(t) for t in self._named_types(shown)]
         functions += [self._action_names(), self._observation_name()]
         functions += [self._first_observation_name()] if self.model.first_seen else []
         functions += [self._value_names()] if exact else []
+        functions += [self._hidden_value_name()] if not exact and self._has_hidden_names() else []
         return template_data.Main(
             project.banner,
             f"{project.stem}.hpp",
             self.context.names.model,
             tuple(functions),
-            self._settings(project),
+            self._settings(project, exact),
         )
 
     def _named_types(self, shown: Iterable[Type]) -> list[Enum | Record]:
@@ -213,7 +214,24 @@ class _Descriptor:
         head = "std::vector<std::string> value_names(const std::int32_t* values) {"
         return template_data.Function((), (head,), tuple(code.lines))
 
-    def _settings(self, project: template_data.Project) -> tuple[str, ...]:
+    def _hidden(self) -> list[ir.Variable]:
+        return [v for v in self.model.variables if not v.visible]
+
+    def _has_hidden_names(self) -> bool:
+        """Return whether a hidden variable's values have names that are not numbers."""
+        return any(isinstance(v.type, Bool | Enum | Record) for v in self._hidden())
+
+    def _hidden_value_name(self) -> template_data.Function:
+        """Return C++ for the name of one value of a hidden variable, which is given by its number."""
+        code = Code()
+        for number, variable in enumerate(self._hidden()):
+            if isinstance(variable.type, Bool | Enum | Record):
+                code.add(f"if (variable == {number}) return {self._name(variable.type, 'value')};")
+        code.add("return std::to_string(value);")
+        head = "std::string hidden_value_name(int variable, std::int32_t value) {"
+        return template_data.Function((), (head,), tuple(code.lines))
+
+    def _settings(self, project: template_data.Project, exact: bool) -> tuple[str, ...]:
         model, lines = self.model, []
         lines.append(f"model.name = {_string(model.name)};")
         lines.append(f"model.file = {_string(project.file)};")
@@ -228,6 +246,8 @@ class _Descriptor:
             lines.append("model.first_observation_name = first_observation_name;")
         if hidden := ", ".join(self._hidden_variables()):
             lines += wrapped(f"model.hidden_variables = {{{hidden}}};")
+        if not exact and self._has_hidden_names():
+            lines.append("model.hidden_value_name = hidden_value_name;")
         names = list(itertools.islice(self._variable_names(), _MAX_VARIABLE_NAMES + 1))
         if len(names) <= _MAX_VARIABLE_NAMES:
             lines += wrapped(f"model.variable_names = {{{', '.join(map(_string, names))}}};")

@@ -65,6 +65,16 @@ def test_run_hands_its_options_to_the_solver(tmp_path: Path) -> None:
     assert (rows[0]["type"], rows[0]["version"], rows[0]["seed"]) == ("run", 1, 7)
 
 
+def test_the_details_of_a_step_have_the_names_of_the_model(tmp_path: Path) -> None:
+    lines = tmp_path / "lines.jsonl"
+    hypgen("run", TIGER, *QUICK, "--json", str(lines), "--details")
+    step = json.loads(lines.read_text().splitlines()[1])
+    [marginal] = step["marginals"]
+    assert marginal["variable"] == "room.tiger"
+    assert {e["value"]: e["probability"] for e in marginal["values"]} == {"left": 0.5, "right": 0.5}
+    assert {action["action"] for action in step["root"]} == {"listen", "open_left", "open_right"}
+
+
 def test_a_run_can_be_split(tmp_path: Path) -> None:
     def episodes(*options: str) -> list[tuple[object, ...]]:
         lines = tmp_path / "lines.jsonl"
@@ -98,7 +108,7 @@ def test_the_documentation_has_every_option_and_field_of_the_solver(tmp_path: Pa
     listed = set(re.findall(r"^  (--[a-z-]+)", hypgen("run", TIGER, "--", "--help").stdout, re.MULTILINE))
     assert listed == set(re.findall(r"`(--[a-z-]+)[^`]*`", page.split("## JSON lines")[0]))
     lines = tmp_path / "lines.jsonl"
-    hypgen("run", TIGER, *QUICK, "--json", str(lines))
+    hypgen("run", TIGER, *QUICK, "--json", str(lines), "--details")
     for line in lines.read_text().splitlines():
         assert not [
             field for field in json.loads(line) if f"`{field}`" not in page and f'`"{field}"`' not in page

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "factored_models.hpp"
+#include "hypgen/math/float_bits.hpp"
 #include "hypgen/solver/json_lines.hpp"
 #include "hypgen/solver/model_instance.hpp"
 #include "hypgen/solver/run_report.hpp"
 #include "hypgen/solver/solver_main.hpp"
+#include "hypgen/solver/step_details.hpp"
 #include "test_solvers.hpp"
 
 namespace hypgen {
@@ -134,6 +137,92 @@ TEST(JsonLines, TellHowManyThreadsSearched) {
   EXPECT_EQ(lines[0]["in_flight"], 3);
   EXPECT_EQ(lines[1]["trials"], 20);
   EXPECT_EQ(lines[1]["late_threads"], 0);
+}
+
+TEST(JsonLines, TellWhatAStepWasDecidedByIfAskedTo) {
+  const std::string file = ::testing::TempDir() + "details.jsonl";
+  ModelDescriptor model = testing::tiger_descriptor();
+  model.hidden_variables = {{"tiger", model.visible_count, 1, false}};
+  model.hidden_value_name = [](int, std::int32_t value) { return value == 0 ? "left" : "right"; };
+  std::vector<std::string> words = {"--mode",  "despot", "--trials", "50",     "--runs", "1",
+                                    "--steps", "4",      "--quiet",  "--json", file};
+  ASSERT_EQ(solve(model, words), 0);
+  const std::vector<nlohmann::json> plain = json_lines(file);
+  EXPECT_FALSE(plain[1].contains("marginals"));
+  words.emplace_back("--details");
+  ASSERT_EQ(solve(model, words), 0);
+  const std::vector<nlohmann::json> lines = json_lines(file);
+  for (std::size_t i = 1; i < 5; ++i) {
+    const nlohmann::json& step = lines[i];
+    EXPECT_EQ(step["lower"], plain[i]["lower"]);  // the search is the same
+    ASSERT_EQ(step["marginals"].size(), 1U);
+    EXPECT_EQ(step["marginals_left_out"], 0);
+    const nlohmann::json& values = step["marginals"][0]["values"];
+    EXPECT_GE(values[0]["probability"], values[1]["probability"]);
+    EXPECT_NEAR(values[0]["probability"].get<double>() + values[1]["probability"].get<double>(), 1.0, 1e-9);
+    std::uint64_t visits = 0;
+    double upper = -1e9;
+    for (const nlohmann::json& action : step["root"]) {
+      EXPECT_LE(action["lower"], action["upper"]);
+      visits += action["visits"].get<std::uint64_t>();
+      upper = std::max(upper, action["upper"].get<double>());
+    }
+    EXPECT_EQ(step["root"][0]["action"], step["action_name"]);
+    EXPECT_EQ(visits, step["trials"]);
+    EXPECT_NEAR(upper, step["upper"].get<double>(), 1e-9);
+  }
+}
+
+TEST(JsonLines, LeaveOutTheDetailsOfWhatIsNotKeptOrSearched) {
+  const std::string file = ::testing::TempDir() + "no_details.jsonl";
+  ASSERT_EQ(solve(testing::rock_sample_descriptor<4, 3>(),
+                  {"--mode", "default", "--runs", "1", "--quiet", "--details", "--json", file}),
+            0);
+  const nlohmann::json step = json_lines(file)[1];
+  EXPECT_TRUE(step["marginals"].empty());
+  EXPECT_TRUE(step["root"].empty());
+  EXPECT_EQ(solve(testing::tiger_descriptor(), {"--details"}), 2);
+}
+
+// A belief in one float and in many values.
+class SpreadBelief final : public Belief {
+ public:
+  Status init(const std::int32_t*, std::uint64_t) override { return Status::kOk; }
+  Status update(int, KeyWords) override { return Status::kOk; }
+  void propagate(int, KeyWords) override {}
+  void reserve(ScenarioBuffer&, std::size_t) const override {}
+  void sample(StreamKey, std::uint32_t, std::size_t, ScenarioBuffer&) const override {}
+  int default_action(StreamKey) const override { return 0; }
+  void each_value(int variable, const TakeValue& take) const override {
+    if (variable == 0) {
+      for (const float value : {1.0F, 3.0F}) take(static_cast<std::int32_t>(math::to_bits(value)), 0.5);
+    } else {
+      for (int value = 0; value < 8; ++value) take(value, value == variable ? 0.3 : 0.1);
+    }
+  }
+  void export_particles(ScenarioBuffer&, std::vector<double>&) const override {}
+  bool import_particles(const ScenarioBuffer&, const std::vector<double>&) override { return false; }
+  double effective_sample_size() const override { return 1.0; }
+  std::size_t size() const override { return 1; }
+};
+
+TEST(StepDetails, AreMomentsOfFloatsAndLikelyValuesOfTheRest) {
+  ModelDescriptor model = testing::tiger_descriptor();
+  model.variable_names = {"x"};
+  model.hidden_variables = {{"x", 0, 1, true}, {"y", 1, 150, false}};
+  testing::Solver solver(model, testing::trials(1));
+  const StepDetails details = step_details(model, SpreadBelief(), solver.planner, {});
+  ASSERT_EQ(details.marginals.size(), StepDetails::kMostMarginals);
+  EXPECT_EQ(details.marginals_left_out, 51U);
+  EXPECT_TRUE(details.marginals[0].is_float);
+  EXPECT_EQ(details.marginals[0].name, "x");
+  EXPECT_DOUBLE_EQ(details.marginals[0].mean, 2.0);
+  EXPECT_DOUBLE_EQ(details.marginals[0].deviation, 1.0);
+  const Marginal& second = details.marginals[2];
+  EXPECT_EQ(second.name, "y[1]");
+  ASSERT_EQ(second.values.size(), StepDetails::kMostValues);
+  EXPECT_EQ(second.values[0].first, "2");
+  EXPECT_EQ(second.values[1].first, "0");
 }
 
 TEST(SolverMain, ExitCodesTellMistakesApart) {

@@ -32,6 +32,7 @@ EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int vi
       episode.status = Status::kNoLegalAction;
       return episode;
     }
+    if (limits.decided) limits.decided(decision);
     const WorldStep step = world.step(decision.action);
     episode.discounted_return += weight * step.reward;
     episode.undiscounted_return += step.reward;

@@ -155,6 +155,11 @@ std::vector<std::uint64_t> Planner::leaf_sizes() {
   return sum;
 }
 
+std::vector<RootAction> Planner::root_actions() {
+  search_.park(Clock::time_point::max());
+  return search_.root_actions();
+}
+
 EvaluatorStats Planner::evaluator_stats() {
   search_.park(Clock::time_point::max());
   EvaluatorStats stats = past_stats_;

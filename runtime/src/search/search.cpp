@@ -107,6 +107,24 @@ double Search::improvement(int action) const {
   return 0.0;
 }
 
+std::vector<RootAction> Search::root_actions() const {
+  std::vector<RootAction> found;
+  const Tree& tree = shared_.tree;
+  if (tree.is_empty() || tree.root().expanded() == nullptr) return found;
+  const Expansion& expansion = *tree.root().expanded();
+  for (std::uint32_t i = 0; i < expansion.action_count; ++i) {
+    RootAction& one = found.emplace_back();
+    one.action = expansion.rows[i].action;
+    one.lower = tree.action_lower(tree.root(), i);
+    one.upper = expansion.uppers()[i].load();
+    if (tree.keeps_values()) one.mean = tree.mean_value(tree.root(), i);
+    const ActionTable* const table = tree.table(expansion, i);
+    if (table == nullptr) continue;
+    for (const Child& child : *table) one.visits += child.visits();
+  }
+  return found;
+}
+
 int Search::best_action(int default_action) const {
   const Node& root = shared_.tree.root();
   if (shared_.tree.keeps_values()) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hypgen/solver/json_lines.hpp"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace hypgen {
@@ -33,6 +34,31 @@ Json counts(const std::map<Status, std::uint64_t>& statuses) {
   Json json = Json::object();
   for (const auto& [status, count] : statuses) json[status_name(status)] = count;
   return json;
+}
+
+Json json_of(const Marginal& marginal) {
+  if (marginal.is_float)
+    return {{"variable", marginal.name}, {"mean", marginal.mean}, {"deviation", marginal.deviation}};
+  Json values = Json::array();
+  for (const auto& [name, probability] : marginal.values)
+    values.push_back({{"value", name}, {"probability", probability}});
+  return {{"variable", marginal.name}, {"values", std::move(values)}};
+}
+
+void add_details(const ModelDescriptor& model, const StepDetails& details, Json& json) {
+  Json marginals = Json::array(), root = Json::array();
+  for (const Marginal& marginal : details.marginals) marginals.push_back(json_of(marginal));
+  for (const RootAction& one : details.root) {
+    root.push_back({{"action", model.action_names[static_cast<std::size_t>(one.action)]},
+                    {"lower", one.lower},
+                    {"upper", one.upper},
+                    {"visits", one.visits}});
+    if (!std::isnan(one.mean)) root.back()["mean"] = one.mean;
+  }
+  json["marginals"] = std::move(marginals);
+  json["marginals_left_out"] = details.marginals_left_out;
+  json["root"] = std::move(root);
+  json["root_left_out"] = details.root_left_out;
 }
 
 }  // namespace
@@ -95,7 +121,7 @@ void JsonLines::write(const StartRecord& start) {
   write_line(json.dump());
 }
 
-void JsonLines::write(const StepRecord& step) {
+void JsonLines::write(const StepRecord& step, const StepDetails* details) {
   if (out_ == nullptr) return;
   const Decision& decision = step.decision;
   Json json = {{"type", "step"},
@@ -151,6 +177,7 @@ void JsonLines::write(const StepRecord& step) {
       json["observation_key"] = step.observation;
     }
   }
+  if (details != nullptr) add_details(model_, *details, json);
   write_line(json.dump());
 }
 

@@ -197,6 +197,10 @@ std::vector<Option> option_table(SolverOptions& options) {
       file("--param", "JSON file that sets the model's params", options.param_file),
       file("--json", "write a JSON line for each step, episode and the whole run; - for standard output",
            options.json_file),
+      toggle("--details",
+             "steps in the lines of --json tell the likeliest values of hidden variables, and the bounds and "
+             "visits of the root's actions",
+             options.details),
       toggle("--quiet", "no table, no progress", options.quiet),
       toggle("--signature", "print a hash of all search trees; mode despot unless another is given",
              planner.signature),
@@ -278,6 +282,10 @@ bool parse_options(int argc, const char* const* argv, const Machine& machine, So
   if (!read_options(table, argc, argv, given, error)) return false;
   const bool has_mode = std::find(given.begin(), given.end(), "--mode") != given.end();
   if (!complete(options, has_mode, machine, error)) return false;
+  if (options.details && options.json_file.empty()) {
+    error = "--details: goes to the lines of --json FILE, which is not given";
+    return false;
+  }
   options.trace.seed = options.selftest.seed = options.bounds.seed = options.planner.seed;
   options.beliefs.seed = options.planner.seed;
   options.bounds.steps = options.beliefs.steps = options.steps;

@@ -17,6 +17,7 @@
 #include "hypgen/solver/json_lines.hpp"
 #include "hypgen/solver/options.hpp"
 #include "hypgen/solver/run_report.hpp"
+#include "hypgen/solver/step_details.hpp"
 
 namespace hypgen {
 
@@ -89,8 +90,14 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
 
   catch_interrupts();
   const int steps = model.horizon > 0 ? std::min(model.horizon, options.steps) : options.steps;
-  const EpisodeLimits limits{steps, model.discount, [&] { return ends || interrupted(); },
-                             options.stop_on_depletion};
+  EpisodeLimits limits{steps, model.discount, [&] { return ends || interrupted(); },
+                       options.stop_on_depletion};
+  StepDetails details;
+  if (options.details) {
+    limits.decided = [&](const Decision& decision) {
+      details = step_details(model, *belief, planner, decision);
+    };
+  }
   RunTotals totals;
   {
     Progress progress(options.runs, steps, !options.quiet);
@@ -100,7 +107,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
     totals.in_flight = planning.in_flight;
     const auto report = [&](const StepRecord& step) {
       totals.add(step);
-      lines.write(step);
+      lines.write(step, options.details ? &details : nullptr);
       progress.update(step.episode - options.first_run, step.step, totals.returns.mean());
     };
     const auto report_start = [&](const StartRecord& start) {

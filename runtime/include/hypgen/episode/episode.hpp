@@ -52,6 +52,8 @@ struct EpisodeLimits {
   double discount = 1.0;
   std::function<bool()> interrupted;
   bool stop_on_depletion = false;  // end where no particle explains what was seen
+  // Is told of each decision before the step is taken, while the belief is the one that it was made for.
+  std::function<void(const Decision&)> decided{};
 };
 
 // Runs episode `run` and reports its start and each step as they happen. Episode numbers name the world's

@@ -134,6 +134,8 @@ struct ModelDescriptor {
   std::vector<std::string> action_names;
   std::vector<std::string> variable_names;  // flattened, in the order of export_state; may be empty
   std::vector<HiddenVariable> hidden_variables;
+  // The name of a value of hidden_variables[variable]; empty where all are numbers.
+  std::function<std::string(int variable, std::int32_t value)> hidden_value_name;
   std::function<std::string(KeyWords)> observation_name;
   // Of the values of all visible variables at the start, those that tell of hidden ones; empty without any.
   std::function<std::string(const std::int32_t*)> first_observation_name;

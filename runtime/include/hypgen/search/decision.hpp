@@ -99,4 +99,13 @@ struct Decision {
   }
 };
 
+// What the tree's root says of one of its actions, in the terms of `Decision`.
+struct RootAction {
+  int action = -1;
+  double lower = 0.0;
+  double upper = 0.0;
+  double mean = std::numeric_limits<double>::quiet_NaN();  // of the returns, in kPomcp
+  std::uint64_t visits = 0;                                // trials that took it
+};
+
 }  // namespace hypgen

@@ -48,6 +48,9 @@ class Planner {
     return evaluator_ ? std::min(search_.threads(), evaluator_->threads()) : search_.threads();
   }
 
+  // The root's actions in the tree that the last plan decided by. Waits for threads that it left behind.
+  std::vector<RootAction> root_actions();
+
   // The tree of the last plan.
   const Tree& tree() const { return search_.tree(); }
 

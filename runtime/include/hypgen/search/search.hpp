@@ -47,6 +47,9 @@ class Search final : public Workers {
   // the scenarios; 0 for an action that the root does not have.
   double improvement(int action) const;
 
+  // The root's actions in the evaluator's order; none before the root is expanded. While all threads are parked.
+  std::vector<RootAction> root_actions() const;
+
   std::size_t threads() const { return shared_.threads.size(); }
   const Tree& tree() const { return shared_.tree; }
 

@@ -11,6 +11,7 @@
 #include "hypgen/model/descriptor.hpp"
 #include "hypgen/solver/options.hpp"
 #include "hypgen/solver/run_report.hpp"
+#include "hypgen/solver/step_details.hpp"
 
 namespace hypgen {
 
@@ -31,7 +32,7 @@ class JsonLines {
 
   void write_run(const SolverOptions& options, const std::string& device, std::size_t threads);
   void write(const StartRecord& start);  // nothing unless the model has a first observation
-  void write(const StepRecord& step);
+  void write(const StepRecord& step, const StepDetails* details = nullptr);
   void write(const EpisodeRecord& episode);
   void write_summary(const RunTotals& totals, const std::vector<std::uint64_t>& leaf_sizes);
 

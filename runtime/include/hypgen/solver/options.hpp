@@ -33,6 +33,7 @@ struct SolverOptions {
   bool stop_on_depletion = false;
   std::string param_file;
   std::string json_file;
+  bool details = false;  // of each step, in the JSON lines
   bool quiet = false;
   bool help = false;
   bool version = false;

@@ -57,6 +57,11 @@ std::string first_observation_name(const std::int32_t* visible) {
   return "bell.rings=" + bell_rings + ", chest.glint=(" + chest_glint + ")";
 }
 
+std::string hidden_value_name(int variable, std::int32_t value) {
+  if (variable == 0) return std::string(value ? "true" : "false");
+  return std::to_string(value);
+}
+
 hypgen::ModelDescriptor descriptor() {
   hypgen::ModelDescriptor model = hypgen::make_descriptor<Model>();
   model.name = "FirstLook";
@@ -69,6 +74,7 @@ hypgen::ModelDescriptor descriptor() {
   model.observation_name = observation_name;
   model.first_observation_name = first_observation_name;
   model.hidden_variables = {{"chest.full", 1, 2, false}};
+  model.hidden_value_name = hidden_value_name;
   model.variable_names = {"bell.rings", "chest.full[0]", "chest.full[1]", "chest.done[0]", "chest.done[1]",
       "chest.glint[0]", "chest.glint[1]"};
 #ifdef HYPGEN_CUDA

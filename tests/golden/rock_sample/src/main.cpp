@@ -58,6 +58,11 @@ std::string observation_name(hypgen::KeyWords key) {
   return reading;
 }
 
+std::string hidden_value_name(int variable, std::int32_t value) {
+  if (variable == 0) return std::string(value ? "true" : "false");
+  return std::to_string(value);
+}
+
 hypgen::ModelDescriptor descriptor() {
   hypgen::ModelDescriptor model = hypgen::make_descriptor<Model>();
   model.name = "RockSample";
@@ -68,6 +73,7 @@ hypgen::ModelDescriptor descriptor() {
   model.action_names = action_names();
   model.observation_name = observation_name;
   model.hidden_variables = {{"rock.good", 2, 8, false}};
+  model.hidden_value_name = hidden_value_name;
   model.variable_names = {"rover.x", "rover.y", "rock.good[0]", "rock.good[1]", "rock.good[2]",
       "rock.good[3]", "rock.good[4]", "rock.good[5]", "rock.good[6]", "rock.good[7]"};
   model.params.push_back({"start_row", hypgen::ParamKind::kInt, 0, 6, {}, {3}, {}});

@@ -56,6 +56,11 @@ std::string observation_name(hypgen::KeyWords key) {
   return reading;
 }
 
+std::string hidden_value_name(int variable, std::int32_t value) {
+  if (variable == 0) return std::string(value ? "true" : "false");
+  return std::to_string(value);
+}
+
 hypgen::ModelDescriptor descriptor() {
   hypgen::ModelDescriptor model = hypgen::make_descriptor<Model>();
   model.name = "SmallRocks";
@@ -66,6 +71,7 @@ hypgen::ModelDescriptor descriptor() {
   model.action_names = action_names();
   model.observation_name = observation_name;
   model.hidden_variables = {{"rock.good", 1, 2, false}};
+  model.hidden_value_name = hidden_value_name;
   model.variable_names = {"rover.x", "rock.good[0]", "rock.good[1]"};
   model.params.push_back({"rock_x", hypgen::ParamKind::kInt, 0, 3, {2}, {0, 2}, {}});
   model.params.push_back({"half_distance", hypgen::ParamKind::kFloat,

@@ -36,6 +36,11 @@ std::string name_of_Act(std::int32_t value) {
   return "?";
 }
 
+std::string name_of_Cell(std::int32_t value) {
+  return "Cell(" + std::to_string(Model::Cell::x(value)) + ", " + std::to_string(Model::Cell::y(value))
+      + ")";
+}
+
 std::vector<std::string> action_names() {
   std::vector<std::string> names;
   for (int action = 0; action < Model::kActionCount; ++action) {
@@ -55,6 +60,11 @@ std::string observation_name(hypgen::KeyWords key) {
   return robot_seen;
 }
 
+std::string hidden_value_name(int variable, std::int32_t value) {
+  if (variable == 0) return name_of_Cell(value);
+  return std::to_string(value);
+}
+
 hypgen::ModelDescriptor descriptor() {
   hypgen::ModelDescriptor model = hypgen::make_descriptor<Model>();
   model.name = "Tag";
@@ -65,6 +75,7 @@ hypgen::ModelDescriptor descriptor() {
   model.action_names = action_names();
   model.observation_name = observation_name;
   model.hidden_variables = {{"opponent.cell", 3, 1, false}};
+  model.hidden_value_name = hidden_value_name;
   model.variable_names = {"robot.cell", "robot.seen", "robot.heading", "opponent.cell"};
 #ifdef HYPGEN_CUDA
   model.device = &hypgen::device_support_Tag();

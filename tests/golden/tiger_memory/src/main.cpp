@@ -52,6 +52,11 @@ std::string observation_name(hypgen::KeyWords key) {
   return heard;
 }
 
+std::string hidden_value_name(int variable, std::int32_t value) {
+  if (variable == 0) return name_of_Door(value);
+  return std::to_string(value);
+}
+
 hypgen::ModelDescriptor descriptor() {
   hypgen::ModelDescriptor model = hypgen::make_descriptor<Model>();
   model.name = "TigerMemory";
@@ -62,6 +67,7 @@ hypgen::ModelDescriptor descriptor() {
   model.action_names = action_names();
   model.observation_name = observation_name;
   model.hidden_variables = {{"room.tiger", 0, 1, false}};
+  model.hidden_value_name = hidden_value_name;
   model.variable_names = {"room.tiger"};
   model.params.push_back({"hearing", hypgen::ParamKind::kProb, 0, 1, {}, {0.8500000238418579}, {}});
 #ifdef HYPGEN_CUDA

@@ -64,6 +64,11 @@ std::string observation_name(hypgen::KeyWords key) {
   return "(" + bot_reading + ")";
 }
 
+std::string hidden_value_name(int variable, std::int32_t value) {
+  if (variable == 0) return std::string(value ? "true" : "false");
+  return std::to_string(value);
+}
+
 hypgen::ModelDescriptor descriptor() {
   hypgen::ModelDescriptor model = hypgen::make_descriptor<Model>();
   model.name = "TwoRobotRockSample";
@@ -74,6 +79,7 @@ hypgen::ModelDescriptor descriptor() {
   model.action_names = action_names();
   model.observation_name = observation_name;
   model.hidden_variables = {{"rock.good", 4, 20, false}};
+  model.hidden_value_name = hidden_value_name;
   model.variable_names = {"bot.x[0]", "bot.x[1]", "bot.y[0]", "bot.y[1]", "rock.good[0]", "rock.good[1]",
       "rock.good[2]", "rock.good[3]", "rock.good[4]", "rock.good[5]", "rock.good[6]", "rock.good[7]",
           "rock.good[8]", "rock.good[9]", "rock.good[10]", "rock.good[11]", "rock.good[12]",

@@ -57,6 +57,11 @@ std::string observation_name(hypgen::KeyWords key) {
   return "bot.bump=(" + bot_bump + "), bot.seen=(" + bot_seen + ")";
 }
 
+std::string hidden_value_name(int variable, std::int32_t value) {
+  if (variable == 0) return std::string(value ? "true" : "false");
+  return std::to_string(value);
+}
+
 hypgen::ModelDescriptor descriptor() {
   hypgen::ModelDescriptor model = hypgen::make_descriptor<Model>();
   model.name = "Wanderer";
@@ -68,6 +73,7 @@ hypgen::ModelDescriptor descriptor() {
   model.action_names = action_names();
   model.observation_name = observation_name;
   model.hidden_variables = {{"map.wall", 0, 5, false}, {"bot.at", 5, 2, false}};
+  model.hidden_value_name = hidden_value_name;
   model.variable_names = {"map.wall[1]", "map.wall[2]", "map.wall[3]", "map.wall[4]", "map.wall[5]",
       "bot.at[0]", "bot.at[1]", "bot.seen[0]", "bot.seen[1]"};
   model.params.push_back({"slip", hypgen::ParamKind::kProb, 0, 1, {2}, {}, {}});
