@@ -52,6 +52,11 @@ from hypgen.cli.output import say_warnings
 @click.option(
     "--policy", metavar="FILE", type=click.Path(path_type=Path), help="Write the policy that was found."
 )
+@click.option(
+    "--policy-format",
+    type=click.Choice(["hypgen", "appl"]),
+    help="Format of --policy; appl is SARSOP's, over the states of `hypgen export`.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as one JSON object.")
 @click.option("--force", is_flag=True, help="Compile the model again even if nothing has changed.")
 def command(
@@ -65,6 +70,7 @@ def command(
     max_states: int | None,
     max_outcomes: int | None,
     policy: Path | None,
+    policy_format: str | None,
     as_json: bool,
     force: bool,
 ) -> None:
@@ -90,7 +96,13 @@ def command(
     solver = build_exact(loaded, model, instance, force)
     options = [f"--time={time!r}", f"--gap={gap!r}", f"--memory={memory}"]
     options += ["--json=-", "--quiet"] if as_json else []
-    given = {"param": param, "max-states": max_states, "max-outcomes": max_outcomes, "policy": policy}
+    given: dict[str, object] = {
+        "param": param,
+        "max-states": max_states,
+        "max-outcomes": max_outcomes,
+        "policy": policy,
+        "policy-format": policy_format,
+    }
     options += [f"--{name}={value}" for name, value in given.items() if value is not None]
     sys.stdout.flush()
     sys.stderr.flush()

@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <exception>
 #include <fstream>
+#include <iostream>
 #include <new>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -16,6 +16,7 @@
 #include "episodes.hpp"
 #include "exact_options.hpp"
 #include "hypgen/core/interrupt.hpp"
+#include "hypgen/exact/appl_policy.hpp"
 #include "hypgen/exact/dump.hpp"
 #include "hypgen/exact/enumeration.hpp"
 #include "hypgen/exact/interval.hpp"
@@ -115,11 +116,23 @@ class OutputFile {
   std::FILE* out_;
 };
 
-bool write(const ExactModel& model, const AlphaPolicy& policy, const std::string& file) {
-  std::ostringstream text;
-  write_policy(text, model, policy);
-  OutputFile out(file);
-  return out.is_open() && out.write(text.str());
+// Writes the policy in the format that was asked for; gives an exit code.
+int write(const ExactDescriptor& descriptor, const ExactModel& model, const AlphaPolicy& policy,
+          const ExactOptions& options) {
+  const std::string& file = options.policy_file;
+  if (options.appl_policy) {
+    const std::string problem = appl_policy_problem(model, policy);
+    if (!problem.empty()) return complain(descriptor, file + ": not written: " + problem, kFailed);
+  }
+  std::ofstream to_file;
+  if (file != "-") to_file.open(file);
+  std::ostream& out = file == "-" ? std::cout : to_file;
+  if (options.appl_policy) {
+    write_appl_policy(out, descriptor, model, policy);
+  } else {
+    write_policy(out, model, policy);
+  }
+  return out.flush() ? kDone : complain(descriptor, file + ": cannot be written", kFailed);
 }
 
 // Plays what --runs asks for, says what it came to, and writes a line for each episode to the file of --json.
@@ -145,7 +158,8 @@ int play_loaded(const ExactDescriptor& model, const ExactInstance& instance, con
   std::ifstream file(options.load_policy_file);
   if (!file) return complain(model, options.load_policy_file + ": cannot be read", kWrongUse);
   try {
-    const AlphaPolicy policy = read_policy(file, matrices);
+    const AlphaPolicy policy =
+        is_appl_policy(file.peek()) ? read_appl_policy(file, model, matrices) : read_policy(file, matrices);
     return play(model, instance, matrices, {{"loaded", &policy}}, options, out);
   } catch (const PolicyError& error) {
     return complain(model, options.load_policy_file + ": " + error.what(), kWrongUse);
@@ -176,8 +190,9 @@ int run(const ExactDescriptor& model, const ExactInstance& instance, const Exact
   if (!options.json_file.empty() && !out.write(json(model.descriptor, report))) {
     return fail(options.json_file);
   }
-  if (!options.policy_file.empty() && !write(enumeration.model, solution.alpha, options.policy_file)) {
-    return fail(options.policy_file);
+  if (!options.policy_file.empty()) {
+    const int written = write(model, enumeration.model, solution.alpha, options);
+    if (written != kDone) return written;
   }
   if (solution.result.end == IntervalEnd::kStopped) return kInterrupted;
   std::vector<NamedPolicy> policies;

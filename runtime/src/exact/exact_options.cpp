@@ -37,7 +37,15 @@ std::vector<Option> option_table(ExactOptions& options) {
       file("--param", "JSON file that sets the model's params", options.param_file),
       file("--json", "write the result as a JSON object; - for standard output", options.json_file),
       file("--policy", "write the policy there", options.policy_file),
-      file("--load-policy", "act by this policy, which --policy wrote, instead of solving",
+      {"--policy-format", "FORMAT",
+       "format of --policy: hypgen, or appl, which SARSOP's programs read with what hypgen export writes "
+       "(hypgen)",
+       "hypgen or appl",
+       [&options](const std::string& text) {
+         options.appl_policy = text == "appl";
+         return options.appl_policy || text == "hypgen";
+       }},
+      file("--load-policy", "act by this policy, of either format, instead of solving",
            options.load_policy_file),
       integer("--runs", "N", "episodes to play on the exact belief; --json gets a line for each (0)", 0,
               1000 * kMillion, options.runs),

@@ -18,6 +18,7 @@ struct ExactOptions {
   std::string param_file;
   std::string json_file;
   std::string policy_file;
+  bool appl_policy = false;
   std::string load_policy_file;
   std::vector<std::string> policy_kinds = {"alpha"};
   std::uint64_t runs = 0;
