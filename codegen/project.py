@@ -16,10 +16,11 @@ from hypgen.codegen.bounds.least_reward import least_reward
 from hypgen.codegen.bounds.relaxation import relax
 from hypgen.codegen.bounds.token_split import TeamFunctions
 from hypgen.codegen.cpp import template_data
+from hypgen.codegen.cpp.constant_arrays import constant_array, dimensions
 from hypgen.codegen.cpp.expressions import Context
 from hypgen.codegen.cpp.function_builder import Builder, origin
 from hypgen.codegen.cpp.key_codes import KeyLayout
-from hypgen.codegen.cpp.text import float32, literal, scalar, stored
+from hypgen.codegen.cpp.text import float32, scalar, stored
 from hypgen.codegen.cpp.value_types import enum_view, history_view, joint_view, record_view, words_view
 from hypgen.codegen.layout.history_layout import belief_reads, with_field_reads
 from hypgen.codegen.layout.naming import Names, base_name, file_stem, sites_of
@@ -178,38 +179,15 @@ def _constants(model: ir.Model, relaxation: Relaxation) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def _table(table: ir.ConstantArray, context: Context) -> template_data.Function:
-    """Return a constant array as a function.
-
-    A static member would have no address in device code, and nvcc would fill an automatic array at each call.
-    """
-    builder = Builder(context)
-    values = [literal(v, table.type, context.names) for v in table.values]
-    for index in reversed(table.indices):
-        size = size_of(index)
-        values = [f"{{{', '.join(values[i : i + size])}}}" for i in range(0, len(values), size)]
-    arguments = [f"i{position}" for position in range(len(table.indices))]
-    for argument in arguments:
-        builder.take("std::int32_t", argument)
-    builder.code.add(f"static constexpr {scalar(table.type)} values{_dims(table.indices)} = {values[0]};")
-    builder.code.add(f"return values{''.join(f'[{argument}]' for argument in arguments)};")
-    name = context.names.tables[table.name]
-    return builder.done(scalar(table.type), name, [f"// {origin(table.span)}"])
-
-
-def _dims(indices: tuple[Type, ...]) -> str:
-    return "".join(f"[{size_of(i)}]" for i in indices)
-
-
 def _params(context: Context, derived: tuple[DerivedTable, ...]) -> tuple[str, ...]:
     lines = []
     for param in context.model.params:
         name = context.names.params[param.name]
-        lines.append(f"{scalar(param.type)} {name}{_dims(param.indices)};  // {origin(param.span)}")
+        lines.append(f"{scalar(param.type)} {name}{dimensions(param.indices)};  // {origin(param.span)}")
     for table in derived:
         inputs = ", ".join(b.name for b in table.inputs)
         over = f", by {inputs}" if inputs else ""
-        dims = _dims(tuple(b.type for b in table.inputs))
+        dims = dimensions(tuple(b.type for b in table.inputs))
         lines.append(f"{stored(table.type)} {table.name}{dims};  // computed: {origin(table.span)}{over}")
     return tuple(lines)
 
@@ -227,7 +205,7 @@ def _sections(
     history = [] if model.history.is_empty else HistoryFunctions(interface, beliefs).all()
     entries = {t.name: context.names.struct.unique(f"compute_{t.name}") for t in derived}
     sections = [
-        ("Constant arrays", [_table(t, context) for t in model.tables]),
+        ("Constant arrays", [constant_array(t, context) for t in model.tables]),
         ("Functions of the model", [*model_functions(context), *lets(context, uncalled_lets(context))]),
         ("Element updates", [element_update(u, parts.updates[key_of(u)], context) for u in updates]),
         ("Rewards", [reward(r, parts.rewards[r.name], context) for r in model.rewards]),

@@ -18,7 +18,7 @@ from hypgen.dsl.messages.watch import Watch, nobody
 from hypgen.dsl.syntax import ast, imports
 from hypgen.dsl.syntax.parse import parse, parse_expression
 
-MAX_BYTES = 4_000_000
+MAX_BYTES = 16_000_000
 _HEAD = 65_536
 
 _SETTING = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*=(?!=)(.*)", re.DOTALL)

@@ -9,6 +9,7 @@ import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
+from functools import lru_cache
 
 from hypgen.codegen.layout.limits import LINE_LENGTH
 from hypgen.codegen.layout.naming import Names
@@ -46,13 +47,33 @@ def float32(value: float) -> str:
         return ("-" if value < 0 else "") + "std::numeric_limits<float>::infinity()"
     if value == int(value) and abs(value) < 2**24:
         return f"{'-' if math.copysign(1, value) < 0 else ''}{abs(int(value))}.0f"
+    return _shortest(value)
+
+
+@lru_cache(maxsize=1 << 17)
+def _shortest(value: float) -> str:
     bits = struct.unpack("<I", struct.pack("<f", value))[0]
     below = struct.unpack("<f", struct.pack("<I", bits - 1))[0]
-    for digits in range(1, 10):
-        text = f"{value:.{digits}g}"
-        if abs(Fraction(text) - Fraction(value)) * 20 < 9 * abs(Fraction(value) - Fraction(below)):
-            return f"{text}f" if re.search(r"[.e]", text) else f"{text}.0f"
-    return f"{value.hex()}f"
+    gap = abs(value - below)  # exact
+    low, high = 1, 10  # a text with more digits is never farther off
+    while low < high:
+        digits = (low + high) // 2
+        if _is_near(f"{value:.{digits}g}", value, gap):
+            high = digits
+        else:
+            low = digits + 1
+    if low == 10:
+        return f"{value.hex()}f"
+    text = f"{value:.{low}g}"
+    return f"{text}f" if "." in text or "e" in text else f"{text}.0f"
+
+
+def _is_near(text: str, value: float, gap: float) -> bool:
+    """Return whether a number's text is off ``value`` by less than 9/20 of the ``gap`` to the next."""
+    part = abs(float(text) - value) * 20 / (9 * gap)
+    if abs(part - 1) > 1e-6:  # farther from the limit than rounding can reach
+        return part < 1
+    return abs(Fraction(text) - Fraction(value)) * 20 < 9 * Fraction(gap)
 
 
 def literal(value: bool | int | float, type_: Type, names: Names) -> str:
@@ -116,6 +137,9 @@ def loop(type_: Type, variable: str) -> str:
     return f"for (std::int32_t {variable} = {low}; {variable} <= {low + size_of(type_) - 1}; ++{variable})"
 
 
+_BREAK = re.compile(r", | (?:&&|\|\||=) | (?=[?:+] )")
+
+
 class Code:
     """Lines under construction, with their indentation."""
 
@@ -159,6 +183,8 @@ class Code:
 
 def _is_code(before: str) -> bool:
     """Return whether a line that begins with ``before`` goes on outside a string and a comment."""
+    if '"' not in before and "//" not in before:
+        return True
     outside = re.sub(r'"(?:[^"\\]|\\.)*"', "", before)
     return '"' not in outside and "//" not in outside
 
@@ -166,15 +192,20 @@ def _is_code(before: str) -> bool:
 def wrapped(line: str, length: int = LINE_LENGTH - 4) -> list[str]:
     """Break a long line after commas and before operators, with a hanging indent."""
     indent = line[: len(line) - len(line.lstrip())]
-    result: list[str] = []
-    while len(line) > length:
-        breaks = [m.end() for m in re.finditer(r", | (?:&&|\|\||=) | (?=[?:+] )", line[:length])]
-        breaks = [b for b in breaks if b > len(indent) + 8 and _is_code(line[:b])]
-        if not breaks:
+    rest, result = line[len(indent) :], list[str]()
+    outer = len(indent)
+    least = outer + 8  # no line is shorter
+    at = 0  # where the rest of the line starts, which may be millions of characters long
+    while len(indent) + len(rest) - at > length:
+        part = indent + rest[at : at + length - len(indent)]
+        ends = reversed([m.end() for m in _BREAK.finditer(part)])
+        end = next((e for e in ends if e > least and _is_code(part[:e])), None)
+        if end is None:
             break
-        result.append(line[: breaks[-1]].rstrip())
-        line = f"{indent}    {line[breaks[-1] :].lstrip()}"
-        if len(result) == 1:
-            indent += "    "
-            line = indent + line.lstrip()
-    return [*result, line]
+        result.append(part[:end].rstrip())
+        at += end - len(indent)
+        while rest[at : at + 1].isspace():
+            at += 1
+        least = outer + 12
+        indent = " " * (outer + (4 if len(result) == 1 else 8))
+    return [*result, indent + rest[at:]]

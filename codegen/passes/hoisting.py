@@ -9,7 +9,7 @@ the place of a function's formals, whose intervals its conditions narrowed: so i
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
 from hypgen.codegen.layout.history_layout import fields as fields_of
@@ -60,7 +60,7 @@ class Hoisting:
         self.functions = {f.name: _Signature(f.type, _types(*f.formals)) for f in model.functions}
         self.constants = {a.name: _Signature(a.type, a.indices) for a in arrays}
         self.locals: dict[str, list[Type]] = {}
-        self._declare(model)
+        self._declare(replace(model, tables=()))  # constants introduce none, and may be many
 
     def is_safe(self, node: Node) -> bool:
         """Return whether ``node`` is defined, and within the interval of its type, in every state."""

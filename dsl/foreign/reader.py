@@ -19,7 +19,7 @@ from hypgen.dsl.foreign.writer.write import write
 from hypgen.dsl.messages import e01_syntax, e09_other_formats
 from hypgen.dsl.messages.diagnostic import ModelError
 
-MAX_TEXT = 4_000_000  # what a model file of this language may have
+MAX_TEXT = 16_000_000  # what a model file of this language may have
 
 
 @dataclass(frozen=True)

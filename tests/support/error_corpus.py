@@ -56,7 +56,7 @@ def prepare(entry: Entry, example: Example, folder: Path) -> None:
     for name, other in example.files.items():
         (folder / name).parent.mkdir(exist_ok=True)
         if entry.code == "E0006":
-            other = "# " + "x" * 4_000_000
+            other = "# " + "x" * 16_000_000
         (folder / name).write_bytes(other.encode("latin-1"))
     (folder / "example.pomdp").write_text(text)
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from array import array
+from collections.abc import Iterator, Sequence
 from functools import partial
 
 from hypgen.dsl.ir.evaluate import Value
@@ -22,6 +23,8 @@ from hypgen.dsl.types import Bool, Enum, Float, Int, Type, intervals
 _WORD = re.compile(r"\S+")
 _INT = re.compile(r"-?\d{1,10}")
 _FLOAT = re.compile(r"-?\d+(\.\d+)?([eE][+-]?\d+)?")
+_INTS = re.compile(rf"(?:\s*{_INT.pattern}(?!\S))*\s*")
+_FLOATS = re.compile(rf"(?:\s*{_FLOAT.pattern}(?!\S))*\s*")
 
 
 def listed(node: ast.Expr, element: Type, count: int, name: str) -> tuple[Value, ...]:
@@ -53,7 +56,10 @@ def _known(element: Type) -> dict[str, Value]:
     return {}
 
 
-def _row(text: str, span: Span, element: Type, known: dict[str, Value]) -> list[Value]:
+def _row(text: str, span: Span, element: Type, known: dict[str, Value]) -> Sequence[Value]:
+    numbers = _numbers(text, element)
+    if numbers is not None:
+        return numbers
     result: list[Value] = []
     found: list[Diagnostic] = []
     for match in _WORD.finditer(text):
@@ -67,6 +73,18 @@ def _row(text: str, span: Span, element: Type, known: dict[str, Value]) -> list[
     if found:
         raise Mistake(*found[:3])
     return result
+
+
+def _numbers(text: str, element: Type) -> Sequence[Value] | None:
+    """Return a string's numbers if all words are numbers of the type; what else they are is told by word."""
+    if isinstance(element, Int) and _INTS.fullmatch(text):
+        whole = [int(word) for word in text.split()]
+        return whole if all(element.low <= number <= element.high for number in whole) else None
+    if isinstance(element, Float) and _FLOATS.fullmatch(text):
+        numbers = [float(word) for word in text.split()]
+        inside = all(math.isfinite(number) and element.low <= number <= element.high for number in numbers)
+        return array("f", numbers).tolist() if inside else None  # rounds to float32
+    return None
 
 
 def _number(word: str, element: Type) -> Value | None:

@@ -13,6 +13,7 @@ _MOST_STATES = 20_000
 _MOST_WORK = 1_000_000  # products of a probability and a value: half a second
 # What an action may be worth is known well enough when the ends differ by less than this part of them.
 _ENOUGH = 1e-5
+_ROUNDING = 1e-9  # of values: no action is better by that
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,8 @@ def best_blind(model: ForeignModel, horizon: int | None) -> Blind | None:
             return None
         found.append((*ends, action))
     # Of actions that cannot be told apart the first: the one that is surely worth as much as any other.
-    low, high, action = max(found, key=lambda f: f[0])
+    most = max(low for low, _, _ in found)
+    low, high, action = next(f for f in found if f[0] >= most - _ROUNDING * abs(most))
     return Blind(action, 0.5 * (low + high))
 
 

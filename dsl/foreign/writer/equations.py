@@ -13,6 +13,9 @@ def values(rows: Sequence[Row], gains: Sequence[float], discount: float, work: i
 
     With a discount of 1 each state has to reach an end (``all_end``).
     """
+    shortest = min(map(len, rows), default=0)
+    if shortest**3 > 3 * work:  # rows only grow while states are taken out
+        return None
     weights: list[dict[int, float]] = []
     before: list[set[int]] = [set() for _ in rows]
     for state, row in enumerate(rows):

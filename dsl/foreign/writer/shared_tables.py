@@ -18,6 +18,8 @@ from hypgen.dsl.foreign.tables.rows import in_order
 from hypgen.dsl.foreign.writer.cases import EQUAL, WIDTH
 
 _LENGTHS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
+_MOST_READ = 20_000  # entries of a table with lines of the usual width
+_LONG = 4_000  # columns of others
 _SHORT = 8  # never weights for all values
 Entry = TypeVar("Entry", contravariant=True)
 
@@ -33,9 +35,11 @@ class Index:
 def array(name: str, type_: str, indices: str, words: Sequence[str]) -> list[str]:
     """Return a const array whose entries are listed in strings."""
     head = f"const {name}: {type_}[{indices}] ="
+    # Nobody reads the long ones, and a string takes longer to parse than its words.
+    width = WIDTH - 6 if len(words) <= _MOST_READ else _LONG
     lines, line = [], ""
     for word in words:
-        if line and len(line) + len(word) > WIDTH - 6:
+        if line and len(line) + len(word) > width:
             lines.append(line)
             line = ""
         line = f"{line} {word}" if line else word

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Constant arrays as functions that look an entry up.
+
+A static member would have no address in device code, and nvcc would fill an automatic array at each call.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterator
+
+from hypgen.codegen.cpp import template_data
+from hypgen.codegen.cpp.expressions import Context
+from hypgen.codegen.cpp.function_builder import Builder, origin
+from hypgen.codegen.cpp.text import literal, scalar
+from hypgen.dsl import ir
+from hypgen.dsl.types import Bool, Float, Type, size_of
+
+_MOST_LISTED = 4096  # entries: a compiler reads more of them in a tenth of the time from a string
+_WORDS_A_LINE = 8
+
+
+def constant_array(table: ir.ConstantArray, context: Context) -> template_data.Function:
+    """Return the function of a constant array."""
+    builder = Builder(context)
+    arguments = [f"i{position}" for position in range(len(table.indices))]
+    for argument in arguments:
+        builder.take("std::int32_t", argument)
+    (_string if len(table.values) > _MOST_LISTED else _list)(table, context, arguments, builder)
+    name = context.names.tables[table.name]
+    return builder.done(scalar(table.type), name, [f"// {origin(table.span)}"])
+
+
+def dimensions(indices: tuple[Type, ...]) -> str:
+    """Return the dimensions of a C++ array that has these indices."""
+    return "".join(f"[{size_of(i)}]" for i in indices)
+
+
+def _list(table: ir.ConstantArray, context: Context, arguments: list[str], builder: Builder) -> None:
+    values = [literal(v, table.type, context.names) for v in table.values]
+    for index in reversed(table.indices):
+        size = size_of(index)
+        values = [f"{{{', '.join(values[i : i + size])}}}" for i in range(0, len(values), size)]
+    builder.code.add(
+        f"static constexpr {scalar(table.type)} values{dimensions(table.indices)} = {values[0]};"
+    )
+    builder.code.add(f"return values{''.join(f'[{argument}]' for argument in arguments)};")
+
+
+def _string(table: ir.ConstantArray, context: Context, arguments: list[str], builder: Builder) -> None:
+    """Give the bits of the entries as the characters of a string."""
+    entry = arguments[0]
+    for index, argument in zip(table.indices[1:], arguments[1:], strict=True):
+        entry = f"{entry if entry.isidentifier() else f'({entry})'} * {size_of(index)} + {argument}"
+    builder.code.add(f"const std::int32_t entry = {entry};")
+    builder.code.add("static constexpr char32_t bits[] =")
+    # Lines as short as these need no breaking.
+    builder.code.lines += [f"    {line}" for line in _lines(table)]
+    builder.code.lines[-1] += ";"
+    match table.type:
+        case Float():
+            builder.code.add("return math::from_bits(static_cast<std::uint32_t>(bits[entry]));")
+        case Bool():
+            builder.code.add("return bits[entry] != 0;")
+        case _:
+            builder.code.add("return static_cast<std::int32_t>(bits[entry]);")
+
+
+def _lines(table: ir.ConstantArray) -> Iterator[str]:
+    is_float = isinstance(table.type, Float)
+    entries = array("f", table.values) if is_float else array("i", map(int, table.values))
+    words = [f"\\x{word:x}" for word in array("I", entries.tobytes())]
+    for at in range(0, len(words), _WORDS_A_LINE):
+        yield f'U"{"".join(words[at : at + _WORDS_A_LINE])}"'
