@@ -3,8 +3,12 @@
 
 from __future__ import annotations
 
+import json
 import os
+import signal
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import click
@@ -57,6 +61,18 @@ from hypgen.cli.output import say_warnings
     type=click.Choice(["hypgen", "appl"]),
     help="Format of --policy; appl is SARSOP's, over the states of `hypgen export`.",
 )
+@click.option(
+    "--graph",
+    metavar="N",
+    type=click.IntRange(1, 10000),
+    help="Show the policy as a graph of at most N nodes: what to do after each observation.",
+)
+@click.option(
+    "--graph-file",
+    metavar="FILE",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Draw that graph, of 20 nodes without --graph: .svg, .pdf or .png; or write it as .json.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as one JSON object.")
 @click.option("--force", is_flag=True, help="Compile the model again even if nothing has changed.")
 def command(
@@ -71,9 +87,11 @@ def command(
     max_outcomes: int | None,
     policy: Path | None,
     policy_format: str | None,
+    graph: int | None,
+    graph_file: Path | None,
     as_json: bool,
     force: bool,
-) -> None:
+) -> int:
     """Find all states of MODEL and bound the value of its best policy from both sides.
 
     Every state that can be reached is found by trying all outcomes of all draws in the very code that plans
@@ -88,7 +106,11 @@ def command(
       hypgen solve examples/tiger.pomdp
       hypgen solve examples/rock_sample.pomdp --gap 0.5 --time 300
       hypgen solve examples/tag.pomdp --json | jq .lower
+      hypgen solve examples/tiger.pomdp --graph 10 --graph-file tiger.svg
     """
+    drawn = None if graph_file is None or graph_file.suffix == ".json" else graph_file
+    if drawn is not None:
+        _check_drawing(drawn, graph)
     loaded = load(model, instance, settings)
     say_warnings(loaded)
     if param is None:
@@ -102,9 +124,54 @@ def command(
         "max-outcomes": max_outcomes,
         "policy": policy,
         "policy-format": policy_format,
+        "graph": graph,
+        "graph-file": graph_file if drawn is None else None,
     }
     options += [f"--{name}={value}" for name, value in given.items() if value is not None]
     sys.stdout.flush()
     sys.stderr.flush()
-    # As for `run`: signals and the exit code need no forwarding.
-    os.execv(solver, [solver.name, *options])
+    if drawn is None:
+        # As for `run`: signals and the exit code need no forwarding.
+        os.execv(solver, [solver.name, *options])
+    return _solve_and_draw([str(solver), *options], loaded.model.name, drawn)
+
+
+def _check_drawing(file: Path, nodes: int | None) -> None:
+    """Refuse before anything is solved what could not be drawn afterwards."""
+    from hypgen.cli.show import policy_drawing
+
+    if file.suffix not in policy_drawing.SUFFIXES:
+        kinds = ", ".join((*policy_drawing.SUFFIXES, ".json"))
+        raise click.ClickException(f"{file}: a graph is drawn to a file that ends with one of {kinds}.")
+    if nodes is not None and nodes > policy_drawing.MOST_NODES:
+        raise click.ClickException(
+            f"--graph: a drawing has at most {policy_drawing.MOST_NODES} nodes; "
+            "as text and as .json a graph may have more."
+        )
+    if missing := policy_drawing.missing_libraries():
+        raise click.ClickException(
+            f"{file}: drawing needs {' and '.join(missing)}: pip install 'hypgen[draw]'. "
+            "--graph shows the graph as text, and a file that ends with .json gets it as JSON."
+        )
+
+
+def _solve_and_draw(command: list[str], title: str, file: Path) -> int:
+    """Run the solver, draw the graph that it leaves, and return the solver's exit code."""
+    from hypgen.cli.show import policy_drawing
+
+    # An interrupt reaches the solver too, which ends with what is proven so far.
+    before = signal.signal(signal.SIGINT, lambda number, frame: None)
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            written = Path(folder) / "graph.json"
+            code = subprocess.run([*command, f"--graph-file={written}"], check=False).returncode
+            if not written.exists():
+                return code
+            graph = json.loads(written.read_text(encoding="utf-8"))
+    finally:
+        signal.signal(signal.SIGINT, before)
+    try:
+        policy_drawing.draw(graph, title, file)
+    except OSError as error:
+        raise click.ClickException(f"{file}: {error.strerror}") from None
+    return code

@@ -43,6 +43,34 @@ def test_tiger_is_bounded_from_both_sides(tmp_path: Path) -> None:
     assert "first action    listen; no other is better" in table and "\n  open_right    -26.6" in table
 
 
+def test_a_policy_is_shown_as_a_graph(tmp_path: Path) -> None:
+    shown = solve(TIGER, "--graph", "3").stdout
+    assert "graph           3 nodes\n  start (1) -> 1\n  1 listen\n    left (0.5) -> 2\n" in shown
+    assert "    left (0.745) -> ...\n" in shown
+    assert "  ... 2 nodes are left out; --graph 5 has room for all\n" in shown
+    file = tmp_path / "graph.json"
+    done = solve(TIGER, "--graph-file", str(file), "--json")
+    graph = json.loads(file.read_text())
+    assert graph == json.loads(done.stdout)["graph"]
+    assert [node["action"] for node in graph["nodes"]][:3] == ["listen", "listen", "listen"]
+    assert {node["action"] for node in graph["nodes"][3:]} == {"open_left", "open_right"}
+    assert all(sum(e["probability"] for e in n["edges"]) == pytest.approx(1) for n in graph["nodes"])
+    assert solve(TIGER, "--graph-file", str(tmp_path / "no" / "graph.json")).returncode == Exit.DIFFERENT
+
+
+def test_a_policy_is_drawn(tmp_path: Path) -> None:
+    pytest.importorskip("networkx")
+    pytest.importorskip("matplotlib")
+    file = tmp_path / "graph.svg"
+    done = solve(TIGER, "--graph-file", str(file), "--json")
+    assert done.returncode == Exit.OK, done.stderr
+    assert json.loads(done.stdout)["best_action"] == "listen"
+    assert "open_left" in file.read_text()
+    done = solve(TIGER, "--graph-file", str(tmp_path / "no" / "graph.svg"))
+    assert done.returncode == Exit.MISTAKE and "No such file" in done.stderr
+    assert solve(TIGER, "--max-states", "1", "--graph-file", str(file)).returncode == Exit.DIFFERENT
+
+
 RARE = """discount: 0.99
 values: cost
 states: fine broken

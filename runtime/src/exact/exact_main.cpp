@@ -9,12 +9,14 @@
 #include <fstream>
 #include <iostream>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "episodes.hpp"
 #include "exact_options.hpp"
+#include "graph_report.hpp"
 #include "hypgen/core/interrupt.hpp"
 #include "hypgen/exact/appl_policy.hpp"
 #include "hypgen/exact/dump.hpp"
@@ -135,6 +137,27 @@ int write(const ExactDescriptor& descriptor, const ExactModel& model, const Alph
   return out.flush() ? kDone : complain(descriptor, file + ": cannot be written", kFailed);
 }
 
+// A policy's graph as text and as JSON; empty where none is asked for.
+struct ShownGraph {
+  std::string text;
+  nlohmann::ordered_json json;
+};
+
+ShownGraph graph_of(const ExactDescriptor& descriptor, const ExactModel& model, const AlphaPolicy& policy,
+                    const ExactOptions& options) {
+  if (options.graph == 0) return {};
+  WalkLimits limits;
+  limits.kept = options.graph;
+  const PolicyGraph graph = policy_graph(model, policy, limits);
+  return {graph_text(descriptor, model, graph), graph_json(descriptor, model, graph)};
+}
+
+bool write_graph(const ShownGraph& graph, const ExactOptions& options) {
+  if (options.graph_file.empty()) return true;
+  OutputFile out(options.graph_file);
+  return out.is_open() && out.write(graph.json.dump() + "\n");
+}
+
 // Plays what --runs asks for, says what it came to, and writes a line for each episode to the file of --json.
 int play(const ExactDescriptor& model, const ExactInstance& instance, const ExactModel& matrices,
          const std::vector<NamedPolicy>& policies, const ExactOptions& options, OutputFile& out) {
@@ -160,6 +183,10 @@ int play_loaded(const ExactDescriptor& model, const ExactInstance& instance, con
   try {
     const AlphaPolicy policy =
         is_appl_policy(file.peek()) ? read_appl_policy(file, model, matrices) : read_policy(file, matrices);
+    const ShownGraph graph = graph_of(model, matrices, policy, options);
+    if (!options.quiet) std::fputs(graph.text.c_str(), options.json_file == "-" ? stderr : stdout);
+    if (!write_graph(graph, options))
+      return complain(model, options.graph_file + ": cannot be written", kFailed);
     return play(model, instance, matrices, {{"loaded", &policy}}, options, out);
   } catch (const PolicyError& error) {
     return complain(model, options.load_policy_file + ": " + error.what(), kWrongUse);
@@ -185,11 +212,16 @@ int run(const ExactDescriptor& model, const ExactInstance& instance, const Exact
   const IntervalSolution solution = solve_model(enumeration.model, options);
   report.result = solution.result;
   report.first = named_decisions(model, enumeration.model, solution.first);
-  if (!options.quiet)
-    std::fputs(table(model.descriptor, report).c_str(), options.json_file == "-" ? stderr : stdout);
+  const ShownGraph graph = graph_of(model, enumeration.model, solution.alpha, options);
+  report.graph = graph.json;
+  if (!options.quiet) {
+    const std::string text = table(model.descriptor, report) + graph.text;
+    std::fputs(text.c_str(), options.json_file == "-" ? stderr : stdout);
+  }
   if (!options.json_file.empty() && !out.write(json(model.descriptor, report))) {
     return fail(options.json_file);
   }
+  if (!write_graph(graph, options)) return fail(options.graph_file);
   if (!options.policy_file.empty()) {
     const int written = write(model, enumeration.model, solution.alpha, options);
     if (written != kDone) return written;

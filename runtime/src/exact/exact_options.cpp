@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "../solver/option_table.hpp"
+#include "hypgen/exact/policy_graph.hpp"
 
 namespace hypgen::exact {
 
@@ -45,6 +46,11 @@ std::vector<Option> option_table(ExactOptions& options) {
          options.appl_policy = text == "appl";
          return options.appl_policy || text == "hypgen";
        }},
+      integer("--graph", "N",
+              "show the policy as a graph of at most N nodes, and in the object of --json (0: not at all)", 0,
+              10000, options.graph),
+      file("--graph-file", "write that graph, of 20 nodes without --graph, there as a JSON object",
+           options.graph_file),
       file("--load-policy", "act by this policy, of either format, instead of solving",
            options.load_policy_file),
       integer("--runs", "N", "episodes to play on the exact belief; --json gets a line for each (0)", 0,
@@ -67,7 +73,9 @@ std::vector<Option> option_table(ExactOptions& options) {
 
 bool parse_options(int argc, const char* const* argv, ExactOptions& options, std::string& error) {
   std::vector<std::string> given;
-  return read_options(option_table(options), argc, argv, given, error);
+  if (!read_options(option_table(options), argc, argv, given, error)) return false;
+  if (!options.graph_file.empty() && options.graph == 0) options.graph = WalkLimits().kept;
+  return true;
 }
 
 std::string help_text(const ModelDescriptor& model, const std::string& program) {

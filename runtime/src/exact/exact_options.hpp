@@ -2,6 +2,7 @@
 // The command line of the exact solver.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -20,6 +21,8 @@ struct ExactOptions {
   std::string policy_file;
   bool appl_policy = false;
   std::string load_policy_file;
+  std::size_t graph = 0;  // nodes; 0: no graph
+  std::string graph_file;
   std::vector<std::string> policy_kinds = {"alpha"};
   std::uint64_t runs = 0;
   std::uint64_t seed = 0;

@@ -37,11 +37,7 @@ std::string best_row(const NamedDecision& named) {
 
 std::vector<NamedDecision> named_decisions(const ExactDescriptor& descriptor, const ExactModel& model,
                                            const std::vector<FirstDecision>& decisions) {
-  std::vector<int> states;  // one of each start
-  for (const ExactStart& start : model.starts) {
-    SparseBelief::InnerIterator some(start.belief);
-    states.push_back(some ? static_cast<int>(some.index()) : 0);
-  }
+  const std::vector<int> states = states_of_starts(model);
   const SeenNames names(descriptor, model, states);
   std::vector<NamedDecision> named;
   for (const FirstDecision& decision : decisions) {

@@ -147,6 +147,11 @@ const AlphaPolicy::Vector* AlphaPolicy::best(const SparseBelief& belief, double&
   return best;
 }
 
+std::size_t AlphaPolicy::vectors_at(const SparseBelief& belief) const {
+  SparseBelief::InnerIterator some(belief);
+  return some ? classes_[index(seen_[static_cast<std::size_t>(some.index())])].vectors.size() : 0;
+}
+
 int AlphaPolicy::action(const SparseBelief& belief) const {
   double value = 0.0;
   const Vector* vector = best(belief, value);

@@ -108,6 +108,7 @@ std::string json(const ModelDescriptor& model, const SolveReport& report) {
       {"first", first_json(model, report.first)}};
   if (!report.first.empty() && report.first[0].decision.action >= 0)
     object["best_action"] = report.first[0].action;
+  if (!report.graph.is_null()) object["graph"] = report.graph;
   return object.dump() + "\n";
 }
 

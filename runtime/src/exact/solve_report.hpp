@@ -24,6 +24,7 @@ struct SolveReport {
   double enumeration_seconds = 0.0;
   IntervalResult result;
   std::vector<NamedDecision> first;
+  nlohmann::ordered_json graph;  // of the policy; null if none is asked for
 };
 
 std::string table(const ModelDescriptor& model, const SolveReport& report);

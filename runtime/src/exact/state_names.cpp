@@ -2,7 +2,6 @@
 #include "state_names.hpp"
 
 #include <algorithm>
-#include <cstddef>
 
 namespace hypgen::exact {
 
@@ -16,6 +15,17 @@ const std::int32_t* row_of(const ExactModel& model, int state) {
 
 std::vector<std::string> values_of(const ExactDescriptor& descriptor, const ExactModel& model, int state) {
   return descriptor.value_names(row_of(model, state));
+}
+
+int first_state(const ExactModel& model, std::size_t start) {
+  SparseBelief::InnerIterator some(model.starts[start].belief);
+  return some ? static_cast<int>(some.index()) : 0;
+}
+
+std::vector<int> states_of_starts(const ExactModel& model) {
+  std::vector<int> states;
+  for (std::size_t i = 0; i < model.starts.size(); ++i) states.push_back(first_state(model, i));
+  return states;
 }
 
 SeenNames::SeenNames(const ExactDescriptor& descriptor, const ExactModel& model,

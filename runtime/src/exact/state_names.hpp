@@ -2,6 +2,7 @@
 // States with the names of the model.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,10 @@ namespace hypgen::exact {
 
 // All values of a state.
 std::vector<std::string> values_of(const ExactDescriptor& descriptor, const ExactModel& model, int state);
+
+// A state in which an episode may start so.
+int first_state(const ExactModel& model, std::size_t start);
+std::vector<int> states_of_starts(const ExactModel& model);
 
 // What tells some states apart to the eye: the visible variables in which they differ.
 class SeenNames {

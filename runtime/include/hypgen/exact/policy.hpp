@@ -2,6 +2,7 @@
 // Policies on the exact belief of a small model.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <iosfwd>
 #include <stdexcept>
@@ -48,11 +49,14 @@ class AlphaPolicy {
   // The largest expected value; 0 where nothing is legal.
   double value(const SparseBelief& belief) const;
 
-  const std::vector<Class>& classes() const { return classes_; }
-
- private:
+  // The vector that both come from; null where nothing is legal.
   const Vector* best(const SparseBelief& belief, double& value) const;
 
+  const std::vector<Class>& classes() const { return classes_; }
+  // How many vectors the class of a belief has.
+  std::size_t vectors_at(const SparseBelief& belief) const;
+
+ private:
   std::vector<int> seen_;
   std::vector<int> class_begin_;
   std::vector<Class> classes_;
