@@ -45,6 +45,7 @@ from hypgen.codegen.passes.arguments import NeedsAnalysis
 from hypgen.codegen.passes.partition import ElementUpdate, partition
 from hypgen.codegen.passes.tabulate import DerivedTable, tabulate
 from hypgen.dsl import ir
+from hypgen.dsl.ir.rounding import rounding, with_any_params
 from hypgen.dsl.messages.watch import Watch, nobody
 from hypgen.dsl.types import Type, length_of, size_of
 
@@ -69,7 +70,9 @@ def lower(
     watch("partition", stages)
     return (
         _header(context, derived, relaxation, packed, stages, project.banner),
-        (descriptor.exact_view if exact else descriptor.main_view)(context, project),
+        descriptor.exact_view(context, project, (rounding(model), rounding(with_any_params(model))))
+        if exact
+        else descriptor.main_view(context, project),
         project,
     )
 

@@ -72,6 +72,7 @@ class Main:
     name: str
     functions: tuple[Function, ...]
     settings: tuple[str, ...]
+    rounding: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import itertools
 import json
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 from hypgen.codegen.cpp import template_data
 from hypgen.codegen.cpp.expressions import Context
@@ -14,6 +15,7 @@ from hypgen.codegen.cpp.key_codes import KeyLayout
 from hypgen.codegen.cpp.text import Code, from_int32, value_of, wrapped
 from hypgen.codegen.layout.naming import Scope
 from hypgen.dsl import ir
+from hypgen.dsl.ir.rounding import Rounding
 from hypgen.dsl.ir.undefined import may_be_undefined
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import (
@@ -38,9 +40,16 @@ def main_view(context: Context, project: template_data.Project) -> template_data
     return _Descriptor(context).view(project, exact=False)
 
 
-def exact_view(context: Context, project: template_data.Project) -> template_data.Main:
-    """Return the view of ``exact.cpp``, which names the values of states too."""
-    return _Descriptor(context).view(project, exact=True)
+def exact_view(
+    context: Context, project: template_data.Project, rounded: tuple[Rounding, Rounding]
+) -> template_data.Main:
+    """Return the view of ``exact.cpp``, which names the values of states too.
+
+    ``rounded`` tells how far the model is from its text, with the params of the text and with any.
+    """
+    ends = ((repr(n) if math.isfinite(n) else "HUGE_VAL" for n in one) for one in rounded)
+    texts = tuple(f"{{{', '.join(one)}}}" for one in ends)
+    return replace(_Descriptor(context).view(project, exact=True), rounding=texts)
 
 
 def doubtful_terms(model: ir.Model, file: str) -> Iterator[str]:

@@ -44,24 +44,29 @@ class Site:
 
 @dataclass(frozen=True)
 class Param:
-    """A run-time constant; ``default`` holds its entries row-major, or None where the user must give it."""
+    """A run-time constant; ``default`` holds its entries row-major, or None where the user must give it.
+
+    ``error`` is a bound of how far an entry is from the number that the text says.
+    """
 
     name: str
     type: Type
     indices: tuple[Type, ...]
     default: tuple[bool | int | float, ...] | None
     span: Span
+    error: float = 0.0
 
 
 @dataclass(frozen=True)
 class ConstantArray:
-    """A constant array with its entries row-major."""
+    """A constant array with its entries row-major; ``error`` as of a ``Param``."""
 
     name: str
     type: Type
     indices: tuple[Type, ...]
     values: tuple[bool | int | float, ...]
     span: Span
+    error: float = 0.0
 
 
 @dataclass(frozen=True)

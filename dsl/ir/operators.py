@@ -150,7 +150,8 @@ def negate(e: ir.Expr) -> ir.Expr:
     """Return -e of a number."""
     low, high = ends(e.type)
     if isinstance(e, ir.Const):
-        return measured(literal(evaluate.OPERATORS["neg"](e.value)), unit_of(e))
+        exact = None if e.exact is None else -e.exact
+        return measured(literal(evaluate.OPERATORS["neg"](e.value), exact), unit_of(e))
     return ir.Unary(numeric(e.type, (-high, -low)), "neg", e)
 
 

@@ -8,7 +8,7 @@ have to fit, so one value has 48 bits. What a model can earn at the most decides
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 from hypgen.dsl import ir
 from hypgen.dsl.ir.inline import certain
@@ -38,10 +38,13 @@ def reward_bits(model: ir.Model) -> int:
     return min(room, ir.REWARD_BITS + max(0, 1 - math.frexp(step)[1]))
 
 
-def largest_reward(model: ir.Model) -> float:
-    """Return the sum of the most that each reward term can earn or cost, params at their declared values."""
-    ranges, total = _Ranges(model), 0.0
-    for term in model.rewards:
+def largest_reward(model: ir.Model, counts: Callable[[ir.Expr], bool] = lambda value: True) -> float:
+    """Return the sum of the most that each reward term can earn or cost, params at their declared values.
+
+    ``counts`` chooses terms.
+    """
+    ranges, total = Ranges(model), 0.0
+    for term in filter(lambda term: counts(term.value), model.rewards):
         members = 1 if term.binder is None else size_of(term.binder.type)
         total += members * max(map(abs, ranges.of(term.value, {})))
     return total
@@ -59,7 +62,7 @@ def largest_return(model: ir.Model) -> float:
     return max(step * _UNDISCOUNTED_STEPS, *(end for end in ends if math.isfinite(end)), 0.0)
 
 
-class _Ranges:
+class Ranges:
     """The ranges of expressions: where a type has none, that of what params are declared as."""
 
     def __init__(self, model: ir.Model) -> None:

@@ -16,6 +16,8 @@ IntEnds = tuple[int, int]
 
 # exp, log and pow round from a double that is itself not exact: one part in 2^22 covers it.
 _SLACK = 2.0**-22
+# What float32 arithmetic on constants is taken to lose, for each unit of the largest: an estimate.
+ESTIMATE = 2.0**-20
 
 
 def float32(value: float) -> float:
@@ -26,6 +28,13 @@ def float32(value: float) -> float:
         return float(struct.unpack("<f", struct.pack("<f", value))[0])
     except OverflowError:
         return math.copysign(math.inf, value)
+
+
+def half_place(size: float) -> float:
+    """Return half of the place of the last bit of a float32: no number of that size is rounded by more."""
+    if not math.isfinite(size):
+        return math.inf
+    return math.ldexp(1.0, max(math.frexp(size)[1], -125) - 25) if size else 0.0
 
 
 def rounded(ends: Ends) -> Ends:

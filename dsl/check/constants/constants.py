@@ -9,6 +9,7 @@ from math import prod
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants import constant_entries, distances, value_lists
+from hypgen.dsl.check.constants.text_error import error_of
 from hypgen.dsl.check.scope import grid_literals
 from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.check.terms.quantifiers import bind_all, bind_types, values_of
@@ -34,18 +35,19 @@ def const(item: ast.Const, program: Program) -> ir.Const | ir.ConstantArray:
     if not indices:
         return constant_entries.scalar(node, scope, element, f"'{item.name}'")
     values = entries_of(node, scope, element, indices, item.name)
-    return ir.ConstantArray(item.name, element, indices, values, item.span)
+    return ir.ConstantArray(item.name, element, indices, values, item.span, error_of(node, element, values))
 
 
 def param(item: ast.Param, program: Program) -> ir.Param:
     """Return a param with its default, if it has one."""
     element, indices = shape(program.type_of(item.type))
     node = program.overrides.get(item.name, item.default)
-    default = None
+    default, error = None, 0.0
     if node is not None:
         scope = Scope(program, evaluate=True, constant=True)
         default = entries_of(node, scope, element, indices, item.name)
-    return ir.Param(item.name, element, indices, default, item.span)
+        error = error_of(node, element, default)
+    return ir.Param(item.name, element, indices, default, item.span, error)
 
 
 def entries_of(

@@ -293,6 +293,11 @@ AlphaVector BeliefGraph::vector_of(int at, int chosen) {
     }
     vector.values.push_back(action.reward[state] + model_.discount() * sum);
   }
+  vector.least = *std::min_element(vector.values.begin(), vector.values.end());
+  for (const AlphaVector* next : plan) {
+    if (next != nullptr) vector.least = std::min(vector.least, next->least);
+  }
+  if (!vector.states.empty()) vector.least = worst_;
   if (model_.is_long()) vector.plan = std::move(plan);
   return vector;
 }

@@ -77,6 +77,7 @@ Enumeration enumerate_model(const ExactDescriptor& model, const ExactInstance& i
                             " states so far, " + std::to_string(counts.outcomes) + " outcomes");
                   return !interrupted();
                 });
+  result.model.rounding = options.param_file.empty() ? model.rounding : model.any_params;
   report.classes = result.model.classes();
   report.actions = static_cast<int>(result.model.actions.size());
   report.observations = result.model.observations;

@@ -8,14 +8,15 @@ namespace hypgen::exact {
 
 namespace {
 
-std::vector<ActionBounds> action_bounds(const SplitModel& split, BeliefGraph& graph, int node, double slack) {
+std::vector<ActionBounds> action_bounds(const SplitModel& split, BeliefGraph& graph, int node,
+                                        const Slack& slack) {
   const std::vector<ClassAction>& actions = split.actions(graph[node].of_class);
   const double most = graph.upper(node);
   std::vector<ActionBounds> bounds;
   for (const int choice : graph.choices_by_upper(node)) {
     const auto i = static_cast<std::size_t>(choice);
-    bounds.push_back({actions[i].action, graph.choice_lower(node, choice) - slack,
-                      std::min(graph[node].choices[i].upper, most) + slack});
+    bounds.push_back({actions[i].action, graph.choice_lower(node, choice) - slack.lower,
+                      std::min(graph[node].choices[i].upper, most) + slack.upper});
   }
   return bounds;
 }
@@ -30,7 +31,8 @@ double FirstDecision::regret() const {
 
 std::vector<FirstDecision> look_at_first_actions(const ExactModel& model, const SplitModel& split,
                                                  BeliefGraph& graph, const std::vector<int>& nodes,
-                                                 double slack, double nothing, const KeepGoing& may_look) {
+                                                 const Slack& slack, double nothing,
+                                                 const KeepGoing& may_look) {
   std::vector<FirstDecision> decisions(model.starts.size());
   for (std::size_t i = 0; i < decisions.size(); ++i) decisions[i].start = i;
   std::stable_sort(decisions.begin(), decisions.end(), [&](const FirstDecision& a, const FirstDecision& b) {
@@ -49,7 +51,7 @@ std::vector<FirstDecision> look_at_first_actions(const ExactModel& model, const 
   return decisions;
 }
 
-void choose_first_actions(const ExactModel& model, const AlphaPolicy& policy,
+void choose_first_actions(const ExactModel& model, const AlphaPolicy& policy, double lower,
                           std::vector<FirstDecision>& decisions) {
   for (FirstDecision& decision : decisions) {
     decision.action = policy.action(model.starts[decision.start].belief);
@@ -58,6 +60,10 @@ void choose_first_actions(const ExactModel& model, const AlphaPolicy& policy,
     };
     std::sort(decision.actions.begin(), decision.actions.end(),
               [&](const ActionBounds& a, const ActionBounds& b) { return key(a) < key(b); });
+    if (model.starts.size() == 1 && !decision.actions.empty() &&
+        decision.actions[0].action == decision.action) {
+      decision.actions[0].lower = std::max(decision.actions[0].lower, lower);
+    }
   }
 }
 

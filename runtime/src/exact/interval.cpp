@@ -21,6 +21,8 @@ using Clock = std::chrono::steady_clock;
 constexpr double kTrialTarget = 0.5;
 // Improvements below this part of the largest value are not worth a vector or a point.
 constexpr double kNothing = 1e-12;
+// What rounding changes of a reward, of the largest one, where the compiler cannot tell.
+constexpr double kUnknown = 0x1p-20;
 constexpr double kSecondsBetweenReports = 0.2;
 // Nodes may take this part of the memory; they are forgotten when they do, and made again from the start.
 constexpr double kNodeShare = 0.6;
@@ -91,7 +93,12 @@ class IntervalSearch {
 
  private:
   void bound_simply();
-  void find_best_blind(const StateValues& worst);
+  double law_slack(double off, double lost, double span) const;
+  double reward_slack() const;
+  double start_slack() const;
+  double lower_slack(double least) const;
+  double upper_slack(double floor) const;
+  double find_best_blind(const StateValues& worst);
   void add_first_steps(const StateValues& values);
   void add_vectors(const ClassPolicy& policy, const StateValues& values);
   void find_starts();
@@ -120,6 +127,11 @@ class IntervalSearch {
   IntervalSolution solution_;
   IntervalResult& result_ = solution_.result;
   double largest_value_ = 0.0;
+  double most_ = 0.0;   // no state is worth more ...
+  double worst_ = 0.0;  // ... and no policy is worth less
+  double upper_slack_ = 0.0;
+  double open_gap_ = 0.0;  // at the start, before slack
+  double rounding_ = 0.0;  // what the solver's own arithmetic can have changed
   double last_report_ = 0.0;
   bool stopped_ = false;
   bool refines_ = false;
@@ -174,14 +186,20 @@ void IntervalSearch::bound_simply() {
   for (const StateValues* values : {&mdp, &worst}) {
     for (const double value : *values) largest_value_ = std::max(largest_value_, std::abs(value));
   }
-  result_.slack = split_.rounding() * largest_value_;
-  result_.mdp = expected_at_start(mdp) + result_.slack;
-  result_.lower = expected_at_start(worst) - result_.slack;
   ActionValues q = qmdp_values(split_, mdp);
-  result_.upper = result_.qmdp = best_at_start(q) + result_.slack;
+  result_.qmdp = best_at_start(q);
   solution_.qmdp = policy_of(model_, split_, q);
   q = fib_values(split_, std::move(q), going);
-  result_.upper = result_.fib = best_at_start(q) + result_.slack;
+  result_.fib = best_at_start(q);
+  result_.mdp = expected_at_start(mdp);
+  most_ = split_.ends() ? 0.0 : -split_.most();
+  worst_ = split_.ends() ? 0.0 : split_.most();
+  for (const auto& of_class : q) {
+    for (const double value : of_class) most_ = std::max(most_, value);
+  }
+  for (const double value : worst) worst_ = std::min(worst_, value);
+  graph_.set_worst(worst_);
+  rounding_ = split_.rounding() * largest_value_;
   for (int c = 0; c < split_.classes(); ++c) {
     const auto from = worst.begin() + split_.first(c);
     graph_.add_class(AlphaVectors(std::vector<double>(from, from + split_.size(c))),
@@ -193,10 +211,60 @@ void IntervalSearch::bound_simply() {
     // Any policy is worth at least the worst values, this one too.
     add_vectors(blind_policy(split_, 0), worst);
   }
-  find_best_blind(worst);
+  upper_slack_ = upper_slack(find_best_blind(worst));
+  result_.mdp += upper_slack_;
+  result_.qmdp += upper_slack_;
+  result_.upper = result_.fib += upper_slack_;
+  result_.slack = std::max(upper_slack_, lower_slack(worst_));
 }
 
-void IntervalSearch::find_best_blind(const StateValues& worst) {
+// What the model's probabilities can have changed of what a step earns and comes to, where they differ by
+// `off` in all and values by `span`; `lost` of it may be outcomes that were never enumerated.
+double IntervalSearch::law_slack(double off, double lost, double span) const {
+  const TextRounding& text = model_.rounding;
+  const double reward = std::isfinite(text.drawn_reward) ? text.drawn_reward : split_.largest_reward();
+  const double all = std::isfinite(text.largest_return) ? 2.0 * text.largest_return : most_ - worst_;
+  const double seen = std::max(0.0, off - lost);
+  return (seen + lost) * reward + 0.5 * split_.discount() * (seen * span + lost * std::max(all, span));
+}
+
+double IntervalSearch::reward_slack() const {
+  const double text = model_.rounding.reward;
+  return std::isfinite(text) ? text : kUnknown * split_.largest_reward();
+}
+
+double IntervalSearch::start_slack() const {
+  const double all = model_.rounding.largest_return;
+  return 0.5 * model_.rounding.start * std::max(std::isfinite(all) ? 2.0 * all : 0.0, most_ - worst_);
+}
+
+// What a policy can be worth less on the real numbers of the text, where it is never worth less than `least`
+// in what it comes to. In each step its two values differ by what rewards differ, and by half of what
+// probabilities differ times the span of what may follow.
+double IntervalSearch::lower_slack(double least) const {
+  const TextRounding& text = model_.rounding;
+  const double in_step = reward_slack() + law_slack(text.step, text.lost, most_ - least);
+  return rounding_ + split_.steps() * in_step + start_slack();
+}
+
+// What the best policy can be worth more on the real numbers. As above; or, where probabilities differ by a
+// part of themselves, by that part of what the most is above the policy's value, which is `floor` or more.
+double IntervalSearch::upper_slack(double floor) const {
+  const TextRounding& text = model_.rounding;
+  const double steps = split_.steps();
+  const double reward = std::isfinite(text.drawn_reward) ? text.drawn_reward : split_.largest_reward();
+  const double in_step = reward_slack() + text.relative * (reward + split_.discount() * (most_ - floor)) +
+                         law_slack(text.rest, text.rest, most_ - worst_);
+  // The policy's value on the real numbers is itself off by what is asked for.
+  const double grows = 1.0 - steps * text.relative;
+  const double by_part =
+      grows > 0.5 ? rounding_ + steps * in_step / grows + start_slack() : lower_slack(worst_);
+  return std::min(lower_slack(worst_), by_part);
+}
+
+// Returns what the best policy is worth at least at any belief, on the real numbers too.
+double IntervalSearch::find_best_blind(const StateValues& worst) {
+  double floor = worst_;
   result_.acts_at_random = split_.is_endless();
   ClassPolicy best_policy = blind_policy(split_, 0);
   StateValues best_values = worst;
@@ -206,11 +274,13 @@ void IntervalSearch::find_best_blind(const StateValues& worst) {
     if (values.empty()) continue;
     result_.acts_at_random = false;
     add_vectors(policy, values);
+    if (!values.empty()) floor = std::max(floor, *std::min_element(values.begin(), values.end()));
     if (expected_at_start(values) <= expected_at_start(best_values)) continue;
     best_policy = std::move(policy);
     best_values = std::move(values);
   }
-  result_.lower = result_.blind = expected_at_start(best_values) - result_.slack;
+  const double least = best_values.empty() ? 0.0 : *std::min_element(best_values.begin(), best_values.end());
+  result_.lower = result_.blind = expected_at_start(best_values) - lower_slack(least);
   std::vector<AlphaPolicy::Class> classes(index(split_.classes()));
   for (int c = 0; c < split_.classes(); ++c) {
     if (best_policy[index(c)] < 0) continue;
@@ -220,13 +290,16 @@ void IntervalSearch::find_best_blind(const StateValues& worst) {
                                          std::vector<double>(from, from + split_.size(c))});
   }
   solution_.blind = AlphaPolicy(model_, std::move(classes));
+  return floor - lower_slack(floor);
 }
 
 void IntervalSearch::add_vectors(const ClassPolicy& policy, const StateValues& values) {
+  const double least = values.empty() ? 0.0 : *std::min_element(values.begin(), values.end());
   for (int c = 0; c < split_.classes(); ++c) {
     const auto from = values.begin() + split_.first(c);
     AlphaVector vector;
     vector.choice = policy[index(c)];
+    vector.least = least;
     vector.values.assign(from, from + split_.size(c));
     graph_.add(c, std::move(vector));
   }
@@ -237,10 +310,12 @@ void IntervalSearch::add_first_steps(const StateValues& values) {
   const ActionValues q = qmdp_values(split_, values);
   for (int c = 0; c < split_.classes(); ++c) {
     const std::size_t width = split_.actions(c).size();
-    if (width == 0) graph_.add(c, {0, -1, {}, std::vector<double>(index(split_.size(c)), 0.0)});
+    if (width == 0)
+      graph_.add(c, {0, -1, {}, std::vector<double>(index(split_.size(c)), 0.0), {}, 0.0, worst_});
     for (std::size_t a = 0; a < width; ++a) {
       AlphaVector vector;
       vector.choice = static_cast<int>(a);
+      vector.least = worst_;
       for (std::size_t at = a; at < q[index(c)].size(); at += width) vector.values.push_back(q[index(c)][at]);
       graph_.add(c, std::move(vector));
     }
@@ -256,12 +331,15 @@ void IntervalSearch::find_starts() {
 void IntervalSearch::bound_start() {
   double lower = 0.0;
   double upper = 0.0;
+  double least = 0.0;
   for (std::size_t i = 0; i < starts_.size(); ++i) {
     lower += starts_[i].probability * graph_.lower(start_nodes_[i]);
+    least = std::min(least, graph_[start_nodes_[i]].best->least);
     upper += starts_[i].probability * graph_.upper(start_nodes_[i]);
   }
-  result_.lower = std::max(result_.lower, lower - result_.slack);
-  result_.upper = std::min(result_.upper, upper + result_.slack);
+  open_gap_ = upper - lower;
+  result_.lower = std::max(result_.lower, lower - lower_slack(least));
+  result_.upper = std::min(result_.upper, upper + upper_slack_);
   result_.beliefs = graph_.nodes();
   result_.points = graph_.points();
   result_.vectors = graph_.vectors();
@@ -340,7 +418,7 @@ void IntervalSearch::search() {
       width = std::max(width, now);
     }
     const std::uint64_t before = graph_.changes();
-    const bool whole = trial(start_nodes_[widest], kTrialTarget * (result_.upper - result_.lower));
+    const bool whole = trial(start_nodes_[widest], kTrialTarget * open_gap_);
     ++result_.iterations;
     if (refines_) refine();
     bound_start();
@@ -379,7 +457,7 @@ void IntervalSearch::look_at_first_actions() {
       seconds() + (hurries ? kFirstSeconds : std::max(kFirstSeconds, kFirstShare * options_.seconds));
   const double room = kNodeShare * static_cast<double>(options_.bytes);
   solution_.first = hypgen::exact::look_at_first_actions(
-      model_, split_, graph_, start_nodes_, result_.slack, kNothing * largest_value_,
+      model_, split_, graph_, start_nodes_, {lower_slack(worst_), upper_slack_}, kNothing * largest_value_,
       [&] { return seconds() < until && static_cast<double>(graph_.node_bytes()) < room; });
   bound_start();
 }
@@ -390,7 +468,7 @@ IntervalSolution IntervalSearch::solve() {
   look_at_first_actions();
   result_.seconds = seconds();
   solution_.alpha = alpha_policy();
-  choose_first_actions(model_, solution_.alpha, solution_.first);
+  choose_first_actions(model_, solution_.alpha, result_.lower, solution_.first);
   return std::move(solution_);
 }
 

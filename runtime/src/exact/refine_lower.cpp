@@ -71,6 +71,7 @@ void Controller::gather(const std::vector<int>& points) {
 void Controller::add_vectors() {
   Chain chain;
   chain.reward.assign(unknowns_, 0.0);
+  double least = 0.0;
   for (const Step& step : steps_) {
     const ClassAction& action = model_.actions(step.of_class)[index(step.vector->choice)];
     for (std::size_t s = 0; s < index(model_.size(step.of_class)); ++s) {
@@ -86,6 +87,7 @@ void Controller::add_vectors() {
         if (known != begin_.end()) {
           chain.lead(static_cast<int>(from), static_cast<int>(known->second) + next, action.weight[index(i)]);
         } else {
+          least = std::min(least, after->least);
           chain.reward[from] += model_.discount() * action.weight[index(i)] * after->values[index(next)];
         }
       }
@@ -101,7 +103,10 @@ void Controller::add_vectors() {
   double high = 0.0;
   for (std::size_t i = 0; i < values.size(); ++i) high = std::max(high, values[i] - once[i]);
   const double steps = model_.is_endless() ? most_steps(chain) : model_.steps();
-  for (double& value : values) value -= high * steps;
+  for (double& value : values) {
+    value -= high * steps;
+    least = std::min(least, value);
+  }
   for (const Step& step : steps_) {
     if (step.vector->better != nullptr) continue;
     const auto from = values.begin() + static_cast<std::ptrdiff_t>(step.begin);
@@ -109,6 +114,7 @@ void Controller::add_vectors() {
     vector.choice = step.vector->choice;
     vector.values.assign(from, from + model_.size(step.of_class));
     vector.plan = step.vector->plan;
+    vector.least = least;
     graph_.add(step.of_class, std::move(vector));
   }
 }

@@ -4,9 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace hypgen::exact {
 namespace {
+
+// Probabilities that add up to less leave something for an episode's end.
+constexpr double kWhole = 1.0 - 1e-12;
 
 double discounted_steps(const ExactModel& model) {
   if (model.discount < 1.0 && model.horizon == 0) return 1.0 / (1.0 - model.discount);
@@ -141,10 +145,14 @@ void SplitModel::add_class(const ExactModel& model, const std::vector<char>& fre
     const auto& reward = model.actions[static_cast<std::size_t>(action)].reward;
     if (std::isinf(reward[begin])) continue;  // legality is the same in all states of a class
     actions_.back().push_back(class_action(model, free, action, begin, first(of_class + 1), local));
-    for (const double value : actions_.back().back().reward) {
-      largest_reward_ = std::max(largest_reward_, std::abs(value));
+    const ClassAction& added = actions_.back().back();
+    for (const double value : added.reward) largest_reward_ = std::max(largest_reward_, std::abs(value));
+    for (std::size_t s = 0; s < added.reward.size() && !ends_; ++s) {
+      const auto row = added.weight.begin();
+      ends_ = std::accumulate(row + added.row_begin[s], row + added.row_begin[s + 1], 0.0) < kWhole;
     }
   }
+  ends_ = ends_ || actions_.back().empty();
 }
 
 }  // namespace hypgen::exact

@@ -27,6 +27,8 @@ struct AlphaVector {
   // Where loops count (`SplitModel::is_long`): what follows each outcome of the action. Empty if nothing does.
   std::vector<const AlphaVector*> plan{};
   double sum = 0.0;
+  // No state is worth less, nor is one that the policy comes to later.
+  double least = 0.0;
   const AlphaVector* better = nullptr;  // set once: a vector that is nowhere less
 
   // The vector that stands for this one.

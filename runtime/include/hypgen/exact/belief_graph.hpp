@@ -47,6 +47,9 @@ class BeliefGraph {
  public:
   explicit BeliefGraph(const SplitModel& model) : model_(model) {}
 
+  // No policy is worth less in any state.
+  void set_worst(double worst) { worst_ = worst; }
+
   // The bounds of a class, to be called for each class in order.
   void add_class(AlphaVectors vectors, Sawtooth upper);
   const AlphaVector* add(int of_class, AlphaVector vector);
@@ -107,6 +110,7 @@ class BeliefGraph {
   std::vector<int> columns_reached(const ClassAction& action, const BeliefNode& node);
 
   const SplitModel& model_;
+  double worst_ = 0.0;
   std::vector<AlphaVectors> lower_;
   std::vector<Sawtooth> upper_;
   std::vector<BeliefNode> nodes_;

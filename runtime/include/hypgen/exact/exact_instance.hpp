@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "hypgen/episode/world.hpp"
+#include "hypgen/exact/exact_model.hpp"
 #include "hypgen/exact/outcome_model.hpp"
 #include "hypgen/model/descriptor.hpp"
 #include "hypgen/model/model_contract.hpp"
@@ -46,6 +47,8 @@ struct ExactDescriptor {
   // The values of all flattened variables as people read them.
   std::function<std::vector<std::string>(const std::int32_t*)> value_names;
   std::function<std::unique_ptr<ExactInstance>(const ParamValues&, std::string& error)> create;
+  TextRounding rounding;    // with the params of the text ...
+  TextRounding any_params;  // ... and with any that their types allow
 };
 
 // Loads the params; null and `error` if the model rejects them.

@@ -33,6 +33,21 @@ struct ExactStart {
   SparseBelief belief;
 };
 
+// How far a model may be from the real numbers of its text. The compiler knows it (`dsl/ir/rounding.py`).
+struct TextRounding {
+  double reward = 0.0;  // of what a step earns; infinite where the text does not limit it
+  double start = 0.0;   // sum of the differences of all probabilities of what is drawn at the start ...
+  double step = 0.0;    // ... and of what a step draws
+  double lost = 0.0;    // the part of `step` that may be outcomes which are never drawn
+  // No probability of a step differs by more than this part of itself, but for parts that add up to `rest`.
+  double relative = 0.0;
+  double rest = 0.0;
+  // The most that a step can earn in terms that read what it draws, and that an episode can earn; infinite
+  // where the text does not limit it.
+  double drawn_reward = 0.0;
+  double largest_return = 0.0;
+};
+
 // States are numbered by class: states of one class agree in all that is visible (and in time, where there
 // is a horizon), so a belief never spans two, and legality is the same in all of them. A state in which no
 // action is legal is worth 0; terminal outcomes leave the model, and so do all outcomes of the last step
@@ -46,6 +61,8 @@ struct ExactModel {
   std::vector<ExactStart> starts;
   std::vector<int> seen;         // the class of each state; does not fall from state to state
   std::vector<int> class_begin;  // class c has the states class_begin[c] .. class_begin[c + 1] - 1
+
+  TextRounding rounding;
 
   // What states and observations stand for.
   int variables = 0;

@@ -12,6 +12,12 @@
 
 namespace hypgen::exact {
 
+// What rounding can have changed of a lower bound and of an upper one.
+struct Slack {
+  double lower;
+  double upper;
+};
+
 // Taking an action and acting in the best way from then on is worth at least `lower` and at most `upper`.
 struct ActionBounds {
   int action;
@@ -34,13 +40,15 @@ constexpr std::size_t kMostFirst = 100;
 
 // The decisions after the likeliest starts, of which `nodes` are the beliefs, without `action` and not in order.
 // Looks at what follows each action while `may_look` says so; other actions have the bounds that need no look.
-// All are moved outwards by `slack`. Then backs the beliefs up, so that what was found is in their bounds too.
+// Lower bounds are moved down and upper ones up by `slack`. Then backs the beliefs up, so that what was found
+// is in their bounds too.
 std::vector<FirstDecision> look_at_first_actions(const ExactModel& model, const SplitModel& split,
                                                  BeliefGraph& graph, const std::vector<int>& nodes,
-                                                 double slack, double nothing, const KeepGoing& may_look);
+                                                 const Slack& slack, double nothing,
+                                                 const KeepGoing& may_look);
 
-// Fills in what the policy takes, and brings the actions in order.
-void choose_first_actions(const ExactModel& model, const AlphaPolicy& policy,
+// Fills in what the policy takes, and brings the actions in order. The policy is worth at least `lower`.
+void choose_first_actions(const ExactModel& model, const AlphaPolicy& policy, double lower,
                           std::vector<FirstDecision>& decisions);
 
 }  // namespace hypgen::exact

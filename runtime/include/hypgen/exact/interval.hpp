@@ -45,7 +45,7 @@ struct IntervalResult {
   std::size_t beliefs = 0;
   std::size_t points = 0;
   std::size_t vectors = 0;
-  double slack = 0.0;
+  double slack = 0.0;  // no end has been moved by more
   double seconds = 0.0;
   IntervalEnd end = IntervalEnd::kTime;
 

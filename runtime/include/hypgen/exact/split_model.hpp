@@ -50,6 +50,8 @@ class SplitModel {
   // until `limit_steps` is told how many steps a policy takes that is worth looking at.
   bool is_endless() const { return recurs_ && discount_ == 1.0; }
   void limit_steps(double steps);
+  // Whether an episode can end, in a state without actions or after an action.
+  bool ends() const { return ends_; }
   // No value is larger.
   double most() const { return largest_reward_ * steps_; }
   // What all rounding together can change of a value, for each unit of the largest value.
@@ -60,6 +62,7 @@ class SplitModel {
                  std::vector<int>& local);
 
   double discount_;
+  bool ends_ = false;
   bool recurs_;  // states come again: time is no part of them
   double steps_;
   double largest_reward_ = 0.0;
