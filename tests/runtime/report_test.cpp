@@ -192,6 +192,7 @@ class SpreadBelief final : public Belief {
   void propagate(int, KeyWords) override {}
   void reserve(ScenarioBuffer&, std::size_t) const override {}
   void sample(StreamKey, std::uint32_t, std::size_t, ScenarioBuffer&) const override {}
+  bool is_legal(int) const override { return true; }
   int default_action(StreamKey) const override { return 0; }
   void each_value(int variable, const TakeValue& take) const override {
     if (variable == 0) {

@@ -39,6 +39,14 @@ const char* status_name(Status status) {
       return "device_lost";
     case Status::kInterrupted:
       return "interrupted";
+    case Status::kDeadlineDefault:
+      return "deadline_default";
+    case Status::kNoGpu:
+      return "no_gpu";
+    case Status::kNoMemory:
+      return "no_memory";
+    case Status::kWrongArgument:
+      return "wrong_argument";
   }
   return "unknown";
 }

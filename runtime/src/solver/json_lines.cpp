@@ -4,6 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "marginal_json.hpp"
+
 namespace hypgen {
 
 namespace {
@@ -34,15 +36,6 @@ Json counts(const std::map<Status, std::uint64_t>& statuses) {
   Json json = Json::object();
   for (const auto& [status, count] : statuses) json[status_name(status)] = count;
   return json;
-}
-
-Json json_of(const Marginal& marginal) {
-  if (marginal.is_float)
-    return {{"variable", marginal.name}, {"mean", marginal.mean}, {"deviation", marginal.deviation}};
-  Json values = Json::array();
-  for (const auto& [name, probability] : marginal.values)
-    values.push_back({{"value", name}, {"probability", probability}});
-  return {{"variable", marginal.name}, {"values", std::move(values)}};
 }
 
 void add_details(const ModelDescriptor& model, const StepDetails& details, Json& json) {

@@ -67,6 +67,9 @@ class Belief {
   // Draws `count` scenarios, numbered from `first` on, with the agent's history.
   virtual void sample(StreamKey key, std::uint32_t first, std::size_t count, ScenarioBuffer& out) const = 0;
 
+  // Whether the model allows an action in what is visible.
+  virtual bool is_legal(int action) const = 0;
+
   // The default policy's action; -1 if no action is legal.
   virtual int default_action(StreamKey key) const = 0;
 

@@ -168,6 +168,8 @@ class FactoredBelief final : public Belief {
     }
   }
 
+  bool is_legal(int action) const override { return M::is_legal(params_, fixed_, state_, action); }
+
   int default_action(StreamKey key) const override {
     PhiloxDraws draws(key, 0, 0);
     return M::default_policy(params_, fixed_, state_, history_, draws);

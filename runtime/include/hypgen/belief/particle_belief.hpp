@@ -70,6 +70,8 @@ class ParticleBelief final : public Belief {
            [&](std::size_t, int i) { out.push(U::plain(filter_.fixed(i)), filter_.state(i)); });
   }
 
+  bool is_legal(int action) const override { return T::is_legal(params(), fixed_.values, state_, action); }
+
   int default_action(StreamKey key) const override {
     PhiloxDraws draws(key, 0, 0);
     return T::default_policy(params(), fixed_.values, state_, history_, draws);

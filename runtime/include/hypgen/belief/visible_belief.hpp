@@ -55,6 +55,8 @@ class VisibleBelief final : public Belief {
     for (std::size_t i = 0; i < count; ++i) out.push(fixed_, state_);
   }
 
+  bool is_legal(int action) const override { return M::is_legal(params_, fixed_, state_, action); }
+
   int default_action(StreamKey key) const override {
     PhiloxDraws draws(key, 0, 0);
     return M::default_policy(params_, fixed_, state_, history_, draws);

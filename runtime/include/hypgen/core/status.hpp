@@ -22,6 +22,10 @@ enum class Status {
   kEvaluatorFailed,
   kDeviceLost,  // the GPU failed in mid-search
   kInterrupted,
+  kDeadlineDefault,  // the time limit left no search: the default policy acts
+  kNoGpu,            // a GPU is required, and there is none that the program can use
+  kNoMemory,         // the memory that the options ask for is not to be had
+  kWrongArgument,
 };
 
 // Whether a search with this status has nothing to go by.

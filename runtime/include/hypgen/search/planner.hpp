@@ -36,6 +36,9 @@ class Planner {
   // the belief's last update.
   void prepare(Belief& belief);
 
+  // Gives later plans so many seconds each.
+  void set_time_limit(double seconds) { options_.time_limit = seconds; }
+
   // Decides at time `step` of episode `run`. Gives a legal action unless the status is kNoLegalAction.
   Decision plan(const Belief& belief, std::uint64_t run, int step);
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,6 +23,15 @@ struct Marginal {
   double deviation = 0.0;
   std::vector<std::pair<std::string, double>> values{};  // otherwise: the likeliest and their probabilities
 };
+
+// The name of entry `i` of a hidden variable, and of a value of hidden_variables[variable].
+std::string entry_name(const ModelDescriptor& model, const HiddenVariable& variable, int i);
+std::string value_name(const ModelDescriptor& model, int variable, std::int32_t value);
+
+// The belief in the hidden variables, entry by entry in the model's order: the first `most` of them, each with
+// its `most_values` likeliest values.
+std::vector<Marginal> marginals(const ModelDescriptor& model, const Belief& belief, std::size_t most,
+                                std::size_t most_values, std::size_t& left_out);
 
 struct StepDetails {
   static constexpr std::size_t kMostMarginals = 100;

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Observation keys from values and back, for a model that is known by its fields alone.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "hypgen/core/span.hpp"
+#include "hypgen/embed/embedded_model.hpp"
+#include "hypgen/model/key.hpp"
+
+namespace hypgen {
+
+// The caller sees one order of values, that of the fields, for keys of one word and of several.
+class KeyCodec {
+ public:
+  KeyCodec(const std::vector<ValueField>& fields, std::size_t words);
+
+  std::size_t words() const { return words_; }
+  std::size_t values() const { return digits_.size(); }
+
+  // The key of values that `check_values` accepts.
+  std::vector<std::uint64_t> encode(Span<const std::int32_t> values) const;
+
+  // The values of a key; false if the model has no such key.
+  bool decode(KeyWords key, std::vector<std::int32_t>& values) const;
+
+ private:
+  struct Digit {
+    std::uint64_t size;
+    std::int64_t low;
+    bool is_float;
+  };
+
+  std::vector<Digit> digits_;
+  std::size_t words_;
+};
+
+}  // namespace hypgen

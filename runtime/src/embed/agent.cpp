@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hypgen/embed/agent.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <utility>
+
+#include "../solver/marginal_json.hpp"
+#include "hypgen/embed/value_text.hpp"
+#include "hypgen/episode/world.hpp"
+#include "hypgen/model/params.hpp"
+#include "hypgen/solver/device_choice.hpp"
+#include "hypgen/solver/step_details.hpp"
+
+namespace hypgen {
+
+namespace {
+
+constexpr double kMostSeconds = 1e6;
+
+// The options of the solver that are about planning.
+constexpr const char* kSettings[] = {
+    "mode",      "time",      "trials",        "threads", "in-flight",   "observation-loss", "exploration",
+    "device",    "scenarios", "rollouts",      "depth",   "xi",          "pruning",          "belief",
+    "particles", "memory",    "device-memory", "seed",    "require-gpu", "signature"};
+
+Status refuse(std::string text, std::string& error) {
+  error = std::move(text);
+  return Status::kWrongArgument;
+}
+
+bool read_settings(const std::string& text, const ModelDescriptor& model, SolverOptions& options,
+                   std::string& error) {
+  std::istringstream words(text);
+  std::vector<std::string> arguments;
+  for (std::string word; words >> word;) {
+    const std::string name = word.substr(0, word.find('='));
+    if (std::find(std::begin(kSettings), std::end(kSettings), name) == std::end(kSettings)) {
+      error = "no setting is named " + name + "; the settings are:";
+      for (const char* known : kSettings) error += std::string(" ") + known;
+      return false;
+    }
+    arguments.push_back("--" + word);
+  }
+  std::vector<const char*> argv = {"agent"};
+  for (const std::string& argument : arguments) argv.push_back(argument.c_str());
+  return parse_options(static_cast<int>(argv.size()), argv.data(), this_machine(model.device), options,
+                       error);
+}
+
+}  // namespace
+
+std::unique_ptr<Agent> Agent::create(EmbeddedModel model, const AgentOptions& options, Status& status,
+                                     std::string& error) {
+  status = Status::kWrongArgument;
+  const ModelDescriptor& descriptor = model.descriptor;
+  try {
+    SolverOptions parsed;
+    if (!read_settings(options.settings, descriptor, parsed, error)) return nullptr;
+    if (parsed.belief == BeliefKind::kFactored && !descriptor.factored) {
+      error = "--belief: this model's belief does not factor";
+      return nullptr;
+    }
+    ParamValues values(descriptor.params);
+    if (!options.params.empty() && !read_params(options.params, descriptor.params, values, error))
+      return nullptr;
+    if (!check_complete(descriptor.params, values, error)) return nullptr;
+    auto instance = descriptor.create(values, error);
+    if (!instance) return nullptr;
+    std::unique_ptr<Agent> agent(new Agent(std::move(model), parsed, std::move(instance)));
+    return agent->start(status, error) ? std::move(agent) : nullptr;
+  } catch (const std::bad_alloc&) {
+    status = Status::kNoMemory;
+    error = "not enough memory; the settings memory, particles and scenarios lower the need";
+    return nullptr;
+  }
+}
+
+Agent::Agent(EmbeddedModel model, const SolverOptions& options, std::unique_ptr<ModelInstance> instance)
+    : model_(std::move(model)),
+      options_(options),
+      instance_(std::move(instance)),
+      codec_(model_.seen, model_.key_words) {}
+
+bool Agent::start(Status& status, std::string& error) {
+  const ModelDescriptor& descriptor = model_.descriptor;
+  ChosenEvaluator chosen = choose_evaluator(descriptor, *instance_, options_);
+  if (!chosen.problem.empty() && options_.require_gpu) {
+    status = Status::kNoGpu;
+    error = chosen.problem;
+    return false;
+  }
+  device_ = chosen.device;
+  problem_ = chosen.problem;
+  planner_ = std::make_unique<Planner>(std::move(chosen.evaluator), descriptor, options_.planner);
+  planner_->set_fallback([this](const std::string& problem) { return fall_back(problem); });
+  belief_ = instance_->make_belief(options_.planner.seed, options_.particles, options_.belief);
+  planner_->prepare(*belief_);
+  first_visible_.resize(static_cast<std::size_t>(descriptor.visible_count));
+  std::vector<std::int32_t> visible(first_visible_.size() + 1);
+  const auto world = instance_->make_world(options_.planner.seed);
+  world->reset(0);
+  world->export_visible(visible.data());
+  std::copy_n(visible.begin(), first_visible_.size(), first_visible_.begin());
+  status = Status::kOk;
+  return true;
+}
+
+// What plans once a GPU is lost; null where a GPU is required or memory is short, and the default policy acts.
+std::unique_ptr<LeafEvaluator> Agent::fall_back(const std::string& problem) {
+  problem_ = "the GPU was lost" + (problem.empty() ? "" : " (" + problem + ")");
+  if (options_.require_gpu) return nullptr;
+  try {
+    auto made = instance_->make_evaluator(evaluator_options(options_.planner, model_.descriptor));
+    device_ = "cpu";
+    return made;
+  } catch (const std::bad_alloc&) {
+    return nullptr;
+  }
+}
+
+Status Agent::begin(const std::vector<std::int32_t>& visible, std::uint64_t episode) {
+  episode_ = episode;
+  step_ = 0;
+  has_begun_ = true;
+  std::vector<std::int32_t> values = visible;
+  values.push_back(0);  // never empty
+  return belief_->init(values.data(), episode);
+}
+
+Status Agent::reset(Span<const std::int32_t> visible, std::uint64_t episode, std::string& error) {
+  if (visible.empty()) return reset(std::string("{}"), episode, error);
+  if (!check_values(model_.visible, visible, error)) return Status::kWrongArgument;
+  return begin({visible.begin(), visible.end()}, episode);
+}
+
+Status Agent::reset(const std::string& visible, std::uint64_t episode, std::string& error) {
+  std::vector<std::int32_t> values = first_visible_;
+  std::vector<bool> given;
+  if (!read_values(visible, model_.visible, values, given, error)) return Status::kWrongArgument;
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const ValueField& field = model_.visible[i];
+    if (field.drawn && !given[i])
+      return refuse(field.name + ": the model draws its first value, so say what it is", error);
+  }
+  return begin(values, episode);
+}
+
+Status Agent::check_begun(std::string& error) const {
+  return has_begun_ ? Status::kOk : refuse("no episode has begun: reset comes first", error);
+}
+
+Status Agent::plan(double seconds, Decision& decision, std::string& error) {
+  if (check_begun(error) != Status::kOk) return Status::kWrongArgument;
+  if (!(0.0 <= seconds && seconds <= kMostSeconds))
+    return refuse("seconds: expected a number from 0 (the settings' time) to 1e6", error);
+  planner_->set_time_limit(seconds > 0.0 ? seconds : options_.planner.time_limit);
+  decision = planner_->plan(*belief_, episode_, step_);
+  if (decision.status == Status::kDeadline && decision.looked == Looked::kNowhere)
+    decision.status = Status::kDeadlineDefault;
+  return decision.status;
+}
+
+Status Agent::update(int action, KeyWords key, std::string& error) {
+  if (check_begun(error) != Status::kOk) return Status::kWrongArgument;
+  const ModelDescriptor& descriptor = model_.descriptor;
+  if (action < 0 || action >= descriptor.action_count) {
+    return refuse("action: expected a number from 0 to " + std::to_string(descriptor.action_count - 1) +
+                      ", found " + std::to_string(action),
+                  error);
+  }
+  std::vector<std::int32_t> values;
+  if (!codec_.decode(key, values)) return refuse("key: no observation of the model has it", error);
+  if (!check_values(model_.seen, {values.data(), values.size()}, error)) return Status::kWrongArgument;
+  if (!belief_->is_legal(action)) {
+    return refuse("action " + descriptor.action_names[static_cast<std::size_t>(action)] + " is not legal now",
+                  error);
+  }
+  const Status status = belief_->update(action, key);
+  if (status != Status::kOk) belief_->propagate(action, key);
+  ++step_;
+  return status;
+}
+
+Status Agent::encode(Span<const std::int32_t> values, std::vector<std::uint64_t>& key,
+                     std::string& error) const {
+  if (!check_values(model_.seen, values, error)) return Status::kWrongArgument;
+  key = codec_.encode(values);
+  return Status::kOk;
+}
+
+Status Agent::encode(const std::string& seen, std::vector<std::uint64_t>& key, std::string& error) const {
+  std::vector<std::int32_t> values(codec_.values());
+  std::vector<bool> given;
+  if (!read_values(seen, model_.seen, values, given, error)) return Status::kWrongArgument;
+  const auto missing = std::find(given.begin(), given.end(), false);
+  if (missing != given.end()) {
+    const auto number = static_cast<std::size_t>(missing - given.begin());
+    return refuse(model_.seen[number].name + ": its value is missing", error);
+  }
+  key = codec_.encode({values.data(), values.size()});
+  return Status::kOk;
+}
+
+Status Agent::decode(KeyWords key, std::string& seen, std::string& error) const {
+  std::vector<std::int32_t> values;
+  if (!codec_.decode(key, values)) return refuse("key: no observation of the model has it", error);
+  seen = values_text(model_.seen, values);
+  return Status::kOk;
+}
+
+Status Agent::find_action(const std::string& name, int& action, std::string& error) const {
+  const std::vector<std::string>& names = model_.descriptor.action_names;
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) return refuse("no action is named " + name, error);
+  action = static_cast<int>(found - names.begin());
+  return Status::kOk;
+}
+
+Status Agent::describe_belief(std::string& text, std::string& error) const {
+  if (check_begun(error) != Status::kOk) return Status::kWrongArgument;
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  std::size_t left_out = 0;
+  for (const Marginal& marginal : marginals(model_.descriptor, *belief_, SIZE_MAX, SIZE_MAX, left_out))
+    json.push_back(json_of(marginal));
+  text = json.dump();
+  return Status::kOk;
+}
+
+Status Agent::probability(const std::string& variable, const std::string& value, double& out,
+                          std::string& error) const {
+  if (check_begun(error) != Status::kOk) return Status::kWrongArgument;
+  const ModelDescriptor& model = model_.descriptor;
+  for (std::size_t number = 0; number < model.hidden_variables.size(); ++number) {
+    const HiddenVariable& hidden = model.hidden_variables[number];
+    for (int i = 0; i < hidden.count; ++i) {
+      if (entry_name(model, hidden, i) != variable) continue;
+      if (hidden.is_float)
+        return refuse(variable + " is a float, of which no value has a probability", error);
+      out = 0.0;
+      belief_->each_value(hidden.first + i, [&](std::int32_t code, double weight) {
+        if (value_name(model, static_cast<int>(number), code) == value) out += weight;
+      });
+      return Status::kOk;
+    }
+  }
+  return refuse("no hidden variable is named " + variable, error);
+}
+
+}  // namespace hypgen

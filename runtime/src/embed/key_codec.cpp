@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hypgen/embed/key_codec.hpp"
+
+#include "hypgen/math/float_bits.hpp"
+
+namespace hypgen {
+
+KeyCodec::KeyCodec(const std::vector<ValueField>& fields, std::size_t words) : words_(words) {
+  for (const ValueField& field : fields) {
+    const bool is_float = field.kind == ValueKind::kFloat;
+    const auto low = is_float ? 0 : static_cast<std::int64_t>(field.low);
+    const std::uint64_t size =
+        is_float ? std::uint64_t{1} << 32
+                 : static_cast<std::uint64_t>(static_cast<std::int64_t>(field.high) - low) + 1;
+    digits_.insert(digits_.end(), field.length(), Digit{size, low, is_float});
+  }
+}
+
+std::vector<std::uint64_t> KeyCodec::encode(Span<const std::int32_t> values) const {
+  std::vector<std::uint64_t> key(words_);
+  KeyCursor cursor;
+  for (std::size_t i = 0; i < digits_.size(); ++i) {
+    const Digit& digit = digits_[i];
+    const std::uint64_t number = digit.is_float ? static_cast<std::uint32_t>(values[i])
+                                                : static_cast<std::uint64_t>(values[i] - digit.low);
+    if (words_ == 1) {  // the first digit is the most significant, as in generated code
+      key[0] = key[0] * digit.size + number;
+    } else {
+      cursor.advance(digit.size);
+      key[cursor.word()] += number * cursor.place();
+    }
+  }
+  return key;
+}
+
+bool KeyCodec::decode(KeyWords key, std::vector<std::int32_t>& values) const {
+  if (key.size() != words_) return false;
+  values.assign(digits_.size(), 0);
+  KeyCursor cursor;
+  std::uint64_t rest = key[0];
+  for (std::size_t n = 0; n < digits_.size(); ++n) {
+    const std::size_t i = words_ == 1 ? digits_.size() - 1 - n : n;
+    const Digit& digit = digits_[i];
+    if (words_ > 1 && cursor.advance(digit.size)) {
+      if (rest != 0) return false;  // more than the digits of the word before can say
+      rest = key[cursor.word()];
+    }
+    const auto number = static_cast<std::int64_t>(rest % digit.size);
+    rest /= digit.size;
+    values[i] = static_cast<std::int32_t>(number + digit.low);
+  }
+  return rest == 0;
+}
+
+}  // namespace hypgen

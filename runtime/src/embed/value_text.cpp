@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hypgen/embed/value_text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "hypgen/math/float_bits.hpp"
+
+namespace hypgen {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+float float_of(std::int32_t value) { return math::from_bits(static_cast<std::uint32_t>(value)); }
+
+bool is_in_range(const ValueField& field, std::int32_t value) {
+  const double number = field.kind == ValueKind::kFloat ? double{float_of(value)} : value;
+  return field.low <= number && number <= field.high;  // false for NaN
+}
+
+std::string text_of(double number) { return Json(number).dump(); }
+
+std::string range_of(const ValueField& field) {
+  switch (field.kind) {
+    case ValueKind::kBool:
+      return "true or false";
+    case ValueKind::kInt:
+      return "an integer from " + std::to_string(static_cast<std::int64_t>(field.low)) + " to " +
+             std::to_string(static_cast<std::int64_t>(field.high));
+    case ValueKind::kFloat:
+      if (std::isinf(field.low) && std::isinf(field.high)) return "a number";
+      return "a number from " + text_of(field.low) + " to " + text_of(field.high);
+    case ValueKind::kNamed:
+      return "a name such as \"" + field.value_name(0) + "\", of code 0 to " +
+             std::to_string(static_cast<std::int64_t>(field.high));
+  }
+  return "";
+}
+
+bool refuse(const ValueField& field, const std::string& found, std::string& error) {
+  error = field.name + ": expected " + range_of(field) + ", found " + found;
+  return false;
+}
+
+bool read_name(const ValueField& field, const std::string& name, std::int32_t& out) {
+  for (std::int64_t code = 0; code <= static_cast<std::int64_t>(field.high); ++code) {
+    out = static_cast<std::int32_t>(code);
+    if (field.value_name(out) == name) return true;
+  }
+  return false;
+}
+
+bool read_value(const ValueField& field, const Json& json, std::int32_t& out) {
+  switch (field.kind) {
+    case ValueKind::kBool:
+      if (json.is_boolean()) out = json.get<bool>() ? 1 : 0;
+      return json.is_boolean();
+    case ValueKind::kInt:
+      if (!json.is_number_integer() || !(field.low <= json.get<double>() && json.get<double>() <= field.high))
+        return false;
+      out = static_cast<std::int32_t>(json.get<std::int64_t>());
+      return true;
+    case ValueKind::kFloat:
+      if (!json.is_number()) return false;
+      out = static_cast<std::int32_t>(math::to_bits(static_cast<float>(json.get<double>())));
+      return is_in_range(field, out);
+    case ValueKind::kNamed:
+      return json.is_string() && read_name(field, json.get<std::string>(), out);
+  }
+  return false;
+}
+
+// Whether brackets are nested deeper than those of any array: the parts of a JSON value call themselves.
+bool is_too_deep(const std::string& text) {
+  constexpr int kMostDepth = 100;
+  int depth = 0, most = 0;
+  for (const char c : text) {
+    depth += c == '[' || c == '{' ? 1 : c == ']' || c == '}' ? -1 : 0;
+    most = std::max(most, depth);
+  }
+  return most > kMostDepth;
+}
+
+void flatten(const Json& json, std::vector<Json>& out) {
+  if (!json.is_array()) return out.push_back(json);
+  for (const Json& entry : json) flatten(entry, out);
+}
+
+Json json_of(const ValueField& field, std::int32_t value) {
+  switch (field.kind) {
+    case ValueKind::kBool:
+      return value != 0;
+    case ValueKind::kInt:
+      return value;
+    case ValueKind::kFloat:
+      return double{float_of(value)};
+    case ValueKind::kNamed:
+      return field.value_name(value);
+  }
+  return nullptr;
+}
+
+std::string names_of(const std::vector<ValueField>& fields) {
+  std::string names;
+  for (const ValueField& field : fields) names += (names.empty() ? "" : ", ") + field.name;
+  return names.empty() ? "none" : names;
+}
+
+}  // namespace
+
+bool check_values(const std::vector<ValueField>& fields, Span<const std::int32_t> values,
+                  std::string& error) {
+  const std::size_t count = value_count(fields);
+  if (values.size() != count) {
+    error = "expected " + std::to_string(count) + " value(s), found " + std::to_string(values.size());
+    return false;
+  }
+  const std::int32_t* value = values.begin();
+  for (const ValueField& field : fields) {
+    for (std::size_t i = 0; i < field.length(); ++i, ++value) {
+      if (is_in_range(field, *value)) continue;
+      return refuse(
+          field, field.kind == ValueKind::kFloat ? text_of(float_of(*value)) : std::to_string(*value), error);
+    }
+  }
+  return true;
+}
+
+bool read_values(const std::string& text, const std::vector<ValueField>& fields,
+                 std::vector<std::int32_t>& values, std::vector<bool>& given, std::string& error) {
+  const Json json = is_too_deep(text) ? Json() : Json::parse(text, nullptr, false);
+  if (!json.is_object()) {
+    error = "expected a JSON object with values by name, found " + text.substr(0, 60);
+    return false;
+  }
+  given.assign(fields.size(), false);
+  std::size_t known = 0, first = 0;
+  for (std::size_t number = 0; number < fields.size(); first += fields[number].length(), ++number) {
+    const ValueField& field = fields[number];
+    const auto found = json.find(field.name);
+    if (found == json.end()) continue;
+    ++known;
+    given[number] = true;
+    std::vector<Json> entries;
+    flatten(*found, entries);
+    if (entries.size() != field.length() || found->is_array() == field.dims.empty()) {
+      error = field.name + ": expected " +
+              (field.dims.empty() ? "one value" : "an array of " + std::to_string(field.length())) +
+              ", found " + found->dump().substr(0, 60);
+      return false;
+    }
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      if (!read_value(field, entries[i], values[first + i])) return refuse(field, entries[i].dump(), error);
+    }
+  }
+  if (known == json.size()) return true;
+  for (const auto& [name, value] : json.items()) {
+    bool is_known = false;
+    for (const ValueField& field : fields) is_known = is_known || field.name == name;
+    if (!is_known) error = "no value is named " + name + "; the names are: " + names_of(fields);
+  }
+  return false;
+}
+
+std::string values_text(const std::vector<ValueField>& fields, const std::vector<std::int32_t>& values) {
+  Json json = Json::object();
+  const std::int32_t* value = values.data();
+  for (const ValueField& field : fields) {
+    if (field.dims.empty()) {
+      json[field.name] = json_of(field, *value++);
+      continue;
+    }
+    json[field.name] = Json::array();
+    for (std::size_t i = 0; i < field.length(); ++i) json[field.name].push_back(json_of(field, *value++));
+  }
+  return json.dump();
+}
+
+}  // namespace hypgen
