@@ -36,11 +36,31 @@ def render_exact(
     return _render(templates, header, main, project)
 
 
+def render_library(
+    header: template_data.Header,
+    main: template_data.Main,
+    project: template_data.Project,
+    library: template_data.Library,
+) -> dict[str, str]:
+    """Return the files of a library, and its header and pages for users in ``package``."""
+    templates = {
+        f"src/{project.stem}.hpp": "model.hpp.j2",
+        "src/library.cpp": "library.cpp.j2",
+        "src/device.cu": "device.cu.j2",
+        "src/device_digests.cu": "device_digests.cu.j2",
+        f"package/include/{project.stem}.h": "library.h.j2",
+        f"package/lib/cmake/{project.stem}/{project.stem}-config.cmake": "library_config.cmake.j2",
+        "package/README.md": "library_README.md.j2",
+    }
+    return _render(templates, header, main, project, library)
+
+
 def _render(
     templates: Mapping[str, str],
     header: template_data.Header,
     main: template_data.Main,
     project: template_data.Project,
+    library: template_data.Library | None = None,
 ) -> dict[str, str]:
     environment = Environment(
         loader=FileSystemLoader(_TEMPLATES),
@@ -51,7 +71,7 @@ def _render(
         autoescape=False,
     )
     environment.filters["function_text"] = _function_text
-    values = {"model": header, "main": main, "project": project}
+    values = {"model": header, "main": main, "project": project, "library": library}
     return {path: environment.get_template(name).render(values) for path, name in templates.items()}
 
 

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from hypgen.codegen.fill_templates import render, render_exact
-from hypgen.codegen.project import lower
+from hypgen.codegen.fill_templates import render, render_exact, render_library
+from hypgen.codegen.project import lower, lower_library
 from hypgen.dsl import ir
 from hypgen.dsl.messages.watch import Watch, nobody
 
@@ -24,3 +24,8 @@ def generate_exact(model: ir.Model) -> dict[str, str]:
     """Return the files of the exact solver's program."""
     header, main, project = lower(model, exact=True)
     return render_exact(header, main, project)
+
+
+def generate_library(model: ir.Model) -> dict[str, str]:
+    """Return the files of a library that programs embed."""
+    return render_library(*lower_library(model))

@@ -77,6 +77,15 @@ def lower(
     )
 
 
+def lower_library(
+    model: ir.Model,
+) -> tuple[template_data.Header, template_data.Main, template_data.Project, template_data.Library]:
+    """Return the views of a library's files."""
+    header, _, project = lower(model)
+    main, library = descriptor.library_view(context_of(model, (), Names(model)), project)
+    return header, main, project, library
+
+
 def context_of(
     model: ir.Model,
     derived: tuple[DerivedTable, ...],

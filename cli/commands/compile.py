@@ -23,6 +23,11 @@ from hypgen.cli.output import say_warnings
     type=click.Path(path_type=Path),
     help="Write a project there that builds without hypgen, and the solver to DIR/bin.",
 )
+@click.option(
+    "--library",
+    is_flag=True,
+    help="Compile a shared library with a C interface for programs of your own; -o takes it with headers.",
+)
 @click.option("--emit-only", is_flag=True, help="Write the project, compile nothing; needs -o.")
 @click.option("--force", is_flag=True, help="Compile the model again even if nothing has changed.")
 def command(
@@ -33,10 +38,11 @@ def command(
     arch: str,
     nvcc: str,
     output: Path | None,
+    library: bool,
     emit_only: bool,
     force: bool,
 ) -> int:
-    """Compile MODEL into a solver and print the path of what was made.
+    """Compile MODEL into a solver, or a library, and print the path of what was made.
 
     Solvers are cached by content in HYPGEN_CACHE_DIR (or the user's cache folder); a model that has not
     changed is not compiled again.
@@ -50,20 +56,27 @@ def command(
       hypgen compile examples/tiger.pomdp
       hypgen compile examples/rock_sample.pomdp --set n=11 --set k=11 -o rock-solver
       hypgen compile examples/tag.pomdp -o tag --emit-only && cmake -S tag -B tag/build
+      hypgen compile examples/rock_sample.pomdp --library -o rock-library
       hypgen compile examples/tag.pomdp --target cuda
       hypgen compile examples/tag.pomdp --arch sm_80,sm_90 --nvcc /opt/cuda/bin/nvcc -o tag-solver
     """
     from hypgen.codegen import generate
-    from hypgen.runtime.builder.exported_project import check_target, export
+    from hypgen.runtime.builder.exported_project import check_target, export, export_library
 
     if emit_only and output is None:
         raise click.UsageError("--emit-only needs a folder to write to: add -o DIR.")
+    if emit_only and library:
+        raise click.UsageError("--emit-only writes a program's project: leave out --library.")
     if output is not None:
         check_target(output)
     cuda = choose_cuda(target, arch, nvcc)
     architectures = cuda.architectures if cuda else ()
     loaded = load(model, instance, settings)
     say_warnings(loaded)
+    if library:
+        built = build(loaded, generate.generate_library(loaded.model), model, instance, cuda, force)
+        click.echo(built if output is None else export_library(built, output))
+        return Exit.OK
     files = generate.generate(loaded.model)
     if emit_only and output is not None:
         export(files, output, architectures=architectures)

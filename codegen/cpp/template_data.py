@@ -76,6 +76,23 @@ class Main:
 
 
 @dataclass(frozen=True)
+class Group:
+    """Enumerators that belong together."""
+
+    title: str
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Library:
+    """What a library says of the values that its callers give and get."""
+
+    visible: tuple[str, ...]
+    seen: tuple[str, ...]
+    enumerators: tuple[Group, ...]
+
+
+@dataclass(frozen=True)
 class Project:
     """The build files and the page for people."""
 

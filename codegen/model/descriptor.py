@@ -14,6 +14,8 @@ from hypgen.codegen.cpp.expressions import Context
 from hypgen.codegen.cpp.key_codes import KeyLayout
 from hypgen.codegen.cpp.text import Code, from_int32, value_of, wrapped
 from hypgen.codegen.layout.naming import Scope
+from hypgen.codegen.model.c_header import c_groups
+from hypgen.codegen.model.value_fields import number, seen_fields, visible_fields
 from hypgen.dsl import ir
 from hypgen.dsl.ir.rounding import Rounding
 from hypgen.dsl.ir.undefined import may_be_undefined
@@ -38,6 +40,19 @@ _MAX_VARIABLE_NAMES = 4096
 def main_view(context: Context, project: template_data.Project) -> template_data.Main:
     """Return the view of ``main.cpp``."""
     return _Descriptor(context).view(project, exact=False)
+
+
+def library_view(
+    context: Context, project: template_data.Project
+) -> tuple[template_data.Main, template_data.Library]:
+    """Return the views of ``library.cpp``, which describes all values that its callers give and get."""
+    descriptor = _Descriptor(context)
+    model, names = context.model, descriptor.name_functions
+    return descriptor.view(project, exact=False, library=True), template_data.Library(
+        tuple(visible_fields(model, names)),
+        tuple(seen_fields(model, names)),
+        c_groups(model, project.stem),
+    )
 
 
 def exact_view(
@@ -79,11 +94,11 @@ class _Descriptor:
         coded: list[Enum | Record] = [*self.model.enums, *self.model.records]
         self.name_functions = {t.name: scope.unique(f"name_of_{t.name}") for t in coded}
 
-    def view(self, project: template_data.Project, exact: bool) -> template_data.Main:
-        """Return the view."""
+    def view(self, project: template_data.Project, exact: bool, library: bool = False) -> template_data.Main:
+        """Return the view; a library names the values of all variables, as the exact solver does."""
         shown: list[Type] = [self.model.action.type, *(k.type for k in self.model.key)]
         shown += [p.type for p in self.model.params]
-        shown += [v.type for v in self.model.variables if exact or v.informative or not v.visible]
+        shown += [v.type for v in self.model.variables if exact or library or v.informative or not v.visible]
         functions = [self._type_name(t) for t in self._named_types(shown)]
         functions += [self._action_names(), self._observation_name()]
         functions += [self._first_observation_name()] if self.model.first_seen else []
@@ -233,9 +248,9 @@ class _Descriptor:
     def _hidden_value_name(self) -> template_data.Function:
         """Return C++ for the name of one value of a hidden variable, which is given by its number."""
         code = Code()
-        for number, variable in enumerate(self._hidden()):
+        for place, variable in enumerate(self._hidden()):
             if isinstance(variable.type, Bool | Enum | Record):
-                code.add(f"if (variable == {number}) return {self._name(variable.type, 'value')};")
+                code.add(f"if (variable == {place}) return {self._name(variable.type, 'value')};")
         code.add("return std::to_string(value);")
         head = "std::string hidden_value_name(int variable, std::int32_t value) {"
         return template_data.Function((), (head,), tuple(code.lines))
@@ -302,13 +317,13 @@ class _Descriptor:
             case Float(prob=True):
                 kind = "kProb"
             case Float(low=least, high=most):
-                kind, low, high = "kFloat", _number(least), _number(most)
+                kind, low, high = "kFloat", number(least), number(most)
             case Int(low=least, high=most):
-                kind, low, high = "kInt", _number(least), _number(most)
+                kind, low, high = "kInt", number(least), number(most)
             case _:
                 kind, high = "kEnum", str(size_of(type_) - 1)
         dims = ", ".join(str(size_of(i)) for i in flat_indices(param.indices))
-        defaults = ", ".join(_number(v) for v in param.default or ())
+        defaults = ", ".join(number(v) for v in param.default or ())
         return (
             f"{{{_string(param.name)}, hypgen::ParamKind::{kind}, {low}, {high}, "
             f"{{{dims}}}, {{{defaults}}}, {{}}}}"
@@ -328,11 +343,3 @@ def _joined(parts: Sequence[tuple[str, str, str]]) -> str:
 def _glyphs(enum: Enum) -> str:
     """Return C++ for the glyph and the code of each variant that has one."""
     return ", ".join(f"{{{json.dumps(g, ensure_ascii=False)}, {code}}}" for g, code in enum.glyphs.items())
-
-
-def _number(value: bool | int | float) -> str:
-    if isinstance(value, float) and math.isinf(value):
-        return ("-" if value < 0 else "") + "std::numeric_limits<double>::infinity()"
-    if isinstance(value, int):
-        return str(int(value)) + (".0" if abs(int(value)) >= 2**31 else "")
-    return repr(value)

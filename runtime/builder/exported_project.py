@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes a generated project to a folder that builds by itself, with plain CMake and nothing of hypgen."""
+"""Writes what was generated to a folder of the user's: a project that builds by itself, or a library."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from hypgen import __version__
@@ -32,6 +32,27 @@ def export(
     """Write the project, the runtime's sources and the third-party header to ``directory``.
 
     With ``architectures``, its own build compiles for those GPUs unless told otherwise.
+    """
+    _replace(directory, lambda stage: _stage({**files, **_target(architectures)}, executable, stage))
+
+
+def export_library(library: Path, directory: Path) -> Path:
+    """Copy a library with its headers and pages to ``directory``; return its path there."""
+    package = library.parent.parent
+
+    def stage(to: Path) -> list[str]:
+        shutil.copytree(package, to)
+        licence = _json_licence()
+        if licence is not None:
+            shutil.copyfile(licence, to / "LICENSE.nlohmann-json")
+        return _mark(to)
+
+    _replace(directory, stage)
+    return directory / library.relative_to(package)
+
+
+def _replace(directory: Path, make: Callable[[Path], list[str]]) -> None:
+    """Put what ``make`` writes to a folder, and lists, into the place of what hypgen wrote before.
 
     Everything is staged first and then moved into place, so that a failure leaves no half-written
     project. Unchanged files keep their times (a CMake build in the folder stays incremental), files of
@@ -43,7 +64,7 @@ def export(
         inside = directory if directory.exists() else directory.parent
         with tempfile.TemporaryDirectory(prefix=".hypgen-", dir=inside) as temporary:
             stage = Path(temporary) / "project"
-            written = _stage({**files, **_target(architectures)}, executable, stage)
+            written = make(stage)
             if not directory.exists():
                 stage.rename(directory)
                 return
@@ -87,6 +108,11 @@ def _stage(files: Mapping[str, str], executable: Path | None, stage: Path) -> li
         shutil.copyfile(licence, third_party / "LICENSE")
     if executable is not None:
         shutil.copy(executable, _parent(stage / "bin" / solver_name(files)))
+    return _mark(stage)
+
+
+def _mark(stage: Path) -> list[str]:
+    """Write the marker; return the names of all files, the marker last."""
     written = sorted(path.relative_to(stage).as_posix() for path in stage.rglob("*") if path.is_file())
     listing = json.dumps({"hypgen": __version__, "files": [*written, MARKER]}, indent=1)
     (stage / MARKER).write_text(listing + "\n", encoding="utf-8")

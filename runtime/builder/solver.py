@@ -25,6 +25,8 @@ from hypgen.runtime.builder.tools import Tools, cpu_features, find_eigen, find_t
 RUNTIME_FOLDER = Path(__file__).parent.parent
 RUNTIME_PARTS = ("CMakeLists.txt", "LICENSE", "NOTICE", "cmake", "include", "src")
 EXACT_MAIN = "src/exact.cpp"  # a project with it is the exact solver's program
+LIBRARY = "src/library.cpp"  # a project with it is a shared library, with what its users need in PACKAGE
+PACKAGE = "package"
 CHANGES = {
     "model": "the model or its settings changed",
     "code": "hypgen generates other code for it",
@@ -65,7 +67,7 @@ def build_solver(
     cuda: CudaBuild | None = None,
     again: bool = False,
 ) -> Path:
-    """Return the executable of a generated project, built unless the cache has it.
+    """Return the executable or library of a generated project, built unless the cache has it.
 
     ``origin`` (the model's path) and ``model`` (a hash of its text) decide nothing but the reason that is
     reported: measured against the origin's last build, and telling its text from its generated code.
@@ -82,7 +84,7 @@ def build_solver(
     record = cache.digest(origin, name)
     found = None if again else cache.entry("solvers", key)
     reason = "as asked for" if again else _reason(components, cache.read_record("records", record))
-    report(Step(f"{name}{_suffix(cuda)}", "" if found else reason))
+    report(Step(f"{Path(name).name}{_suffix(cuda)}", "" if found else reason))
     if found is None:
         found = cache.make(
             "solvers",
@@ -95,8 +97,10 @@ def build_solver(
 
 
 def solver_name(files: Mapping[str, str]) -> str:
-    """Return what the project's executable is called: its model header's name, and which program it is."""
+    """Return what is built of a project: a program, called after its model's header, or lib/lib*.so."""
     model = next(Path(path).stem for path in sorted(files) if path.endswith(".hpp"))
+    if LIBRARY in files:
+        return f"lib/lib{model}.so"
     return f"{model}_exact" if EXACT_MAIN in files else model
 
 
@@ -244,5 +248,18 @@ def _compile(
     with ThreadPoolExecutor() as pool:
         objects = list(pool.map(compile_unit, units))
     link += shlex.split(os.environ.get("LDFLAGS", ""))
+    if LIBRARY in files:
+        symbols = RUNTIME_FOLDER / "cmake" / "exported_symbols.map"
+        link += ["-shared", f"-Wl,--version-script={symbols}", f"-Wl,-soname,{executable.name}"]
     call([str(tools.compiler.path), *flags, *objects, *link, "-o", str(executable)], "the model", tools)
+    if LIBRARY in files:
+        _pack(project / PACKAGE, executable.parent.parent)
     shutil.rmtree(project)
+
+
+def _pack(package: Path, to: Path) -> None:
+    """Put beside a library what its users need: headers, a page, and the licences of what is in it."""
+    shutil.copytree(package, to, dirs_exist_ok=True)
+    shutil.copy(RUNTIME_FOLDER / "include" / "hypgen.h", to / "include" / "hypgen.h")
+    for licence in ("LICENSE", "NOTICE"):
+        shutil.copy(RUNTIME_FOLDER / licence, to / f"{licence}.hypgen")

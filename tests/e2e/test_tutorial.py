@@ -6,9 +6,15 @@
 
 import os
 import re
+import subprocess
 from pathlib import Path
 
 from support.console import output
+
+from hypgen.codegen.generate import generate_library
+from hypgen.dsl.load import load
+from hypgen.runtime import builder
+from hypgen.runtime.builder import tools
 
 PAGE = Path(__file__).parent.parent.parent / "docs" / "guide" / "tutorial.md"
 PART = re.compile(r"```(pomdp|pomdp-part) (\S+)\n(.*?)```\n|```console\n\$ ([^\n]*)\n.*?```\n", re.DOTALL)
@@ -31,3 +37,20 @@ def test_the_tutorial_shows_what_happens(tmp_path: Path) -> None:
         PAGE.write_text(shown)
     assert shown.count("```console") >= 8
     assert PAGE.read_text() == shown
+
+
+def test_the_robots_program_fits_the_librarys_headers(tmp_path: Path) -> None:
+    page = PAGE.read_text()
+    blocks = [block for block in PART.finditer(page) if block[1]]
+    model, runtime = tmp_path / "pipes.pomdp", Path(builder.__file__).parent.parent
+    last = max(n for n, block in enumerate(blocks) if block[1] == "pomdp")
+    model.write_text("\n".join(block[3] for block in blocks[last:]))
+    header = generate_library(load(model).model)["package/include/pipes.h"]
+    (tmp_path / "pipes.h").write_text(header)
+    [text] = re.findall(r"```c\n(.*?)```", page, re.DOTALL)
+    includes = "".join(f"#include <{name}>\n" for name in ("pipes.h", "stdio.h", "string.h"))
+    command = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", f"-I{tmp_path}", "-x", "c", "-"]
+    compiler = str(tools.find_tools().compiler.path)
+    command = [compiler, f"-I{runtime / 'include'}", *command]
+    done = subprocess.run(command, input=includes + text, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from support import ir_samples
 
-from hypgen.codegen.generate import generate
+from hypgen.codegen.generate import generate, generate_library
 from hypgen.dsl import ir
 from hypgen.dsl.load import load
 
@@ -25,6 +25,8 @@ MODELS = [
     "rocks",
     "wanderer",
 ]
+
+LIBRARIES = ["first_look.pomdp", "rock_sample.pomdp", "two_robot_rock_sample.pomdp"]
 
 
 def model(name: str) -> ir.Model:
@@ -51,6 +53,25 @@ def test_generated_project(name: str, request: pytest.FixtureRequest) -> None:
     assert sorted(files) == sorted(golden)
     for path, text in files.items():
         assert text == golden[path], f"{path}: `pytest tests/golden --accept`, then review the diff"
+
+
+@pytest.mark.parametrize("name", LIBRARIES)
+def test_generated_library(name: str, request: pytest.FixtureRequest) -> None:
+    """The model's header and the files for GPUs are those of its project."""
+    folder = HERE / "libraries" / name.removesuffix(".pomdp")
+    project, files = generate(model(name)), generate_library(model(name))
+    own = {path: text for path, text in files.items() if project.get(path) != text}
+    if request.config.getoption("--accept", default=False):
+        shutil.rmtree(folder, ignore_errors=True)
+        for path, text in own.items():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_text(text, encoding="utf-8")
+    golden = {
+        path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8")
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+    assert own == golden, "`pytest tests/golden --accept`, then review the diff"
 
 
 def test_an_instance_differs_from_its_model_in_numbers_alone() -> None:

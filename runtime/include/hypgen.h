@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Planners of generated models for C, and for whatever calls C.
+ *
+ * `hypgen compile --library` makes a library with one model. Its header <model>.h declares the function that
+ * gives the model. All other functions are here, and know no model.
+ *
+ * - Every call gives a status. From HYPGEN_FAILED on, a call has done nothing of what it was asked for.
+ * - `error` may be NULL. Otherwise *error becomes NULL, or a text that says what is wrong where the status is
+ *   HYPGEN_FAILED or above. The caller frees it by hypgen_free, and texts from `char**` arguments too.
+ * - No exception leaves a call, and no call prints or ends the process.
+ * - A planner takes one call at a time: a second thread's call is refused with HYPGEN_BUSY. Several planners
+ *   may be at work at the same time.
+ * - A process that forks leaves its planners to the parent: the child's calls are refused.
+ * - Arrays and texts that a call takes are read during the call alone.
+ * - Only hypgen_create reserves memory for planning. Calls with JSON texts allocate while they run, and so does
+ *   hypgen_update.
+ *
+ * Values are 32-bit integers: whole numbers as they are, bools as 0 and 1, enums as codes, floats as the bits
+ * of a float. Several values come in the order of the model's description, arrays row by row.
+ */
+#ifndef HYPGEN_H
+#define HYPGEN_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define HYPGEN_ABI_VERSION 1 /* grows where a program has to be compiled again */
+#define HYPGEN_API __attribute__((visibility("default")))
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum hypgen_status {
+  HYPGEN_OK = 0,
+  /* How a plan ended. Each of these comes with a legal action. */
+  HYPGEN_CONVERGED = 1,        /* the bounds at the root have met */
+  HYPGEN_TRIAL_LIMIT = 2,      /* the trials that the settings allow are done */
+  HYPGEN_DEADLINE = 3,         /* the time is up */
+  HYPGEN_DEADLINE_DEFAULT = 4, /* the time left no search: the default policy's action */
+  HYPGEN_MEMORY_FULL = 5,      /* the tree has filled its memory */
+  HYPGEN_GPU_LOST = 6,         /* the GPU failed: the default policy's action; later plans use the CPU */
+  HYPGEN_MODEL_NAN = 7,        /* a bound or reward is no number: the default policy's action */
+  HYPGEN_BOUNDS_CROSSED = 8,   /* the model's upper bound is below what its default policy earns */
+  HYPGEN_EVALUATOR_FAILED = 9, /* leaves were not expanded: the default policy's action */
+  /* What a belief makes of what was seen. It has moved on all the same. */
+  HYPGEN_BELIEF_DEPLETED = 20,        /* no particle explains it, and hypotheses have been lost */
+  HYPGEN_IMPOSSIBLE_OBSERVATION = 21, /* no state explains it */
+  HYPGEN_ALL_PARTICLES_TERMINAL = 22, /* the belief holds that the episode has ended */
+  /* Refusals. */
+  HYPGEN_FAILED = 100,
+  HYPGEN_WRONG_ARGUMENT = 100,
+  HYPGEN_NO_LEGAL_ACTION = 101,
+  HYPGEN_NO_GPU = 102,    /* the settings require one that cannot be used */
+  HYPGEN_NO_MEMORY = 103, /* the memory that the settings ask for is not to be had */
+  HYPGEN_BUSY = 104,      /* another thread's call is under way */
+  HYPGEN_INTERNAL_ERROR = 105
+} hypgen_status;
+
+typedef struct hypgen_model hypgen_model;     /* lives as long as its library */
+typedef struct hypgen_planner hypgen_planner; /* a planner and its belief */
+
+typedef struct hypgen_options {
+  size_t size; /* sizeof(hypgen_options) */
+  /* Options of the model's solver about planning, without their dashes, between blanks, such as
+   * "mode=despot time=0.05 scenarios=200 seed=7". NULL: the solver's defaults. */
+  const char* settings;
+  const char* params; /* a JSON object that sets the model's params; NULL: the model's own values */
+} hypgen_options;
+
+typedef struct hypgen_decision {
+  size_t size;             /* sizeof(hypgen_decision), set by the caller */
+  int32_t action;          /* -1: no action is legal */
+  int32_t status;          /* what hypgen_plan returned */
+  const char* action_name; /* a view, valid until the planner is destroyed; NULL without an action */
+  double lower;            /* bounds of what the belief is worth; NaN where nothing was searched */
+  double upper;
+  double seconds; /* of the whole plan */
+  uint64_t trials;
+  uint64_t expansions;
+  uint64_t scenarios; /* of the tree; 0: no tree has looked ahead */
+  int32_t max_depth;
+  int32_t unused;
+} hypgen_decision;
+
+HYPGEN_API uint32_t hypgen_abi_version(void); /* HYPGEN_ABI_VERSION of the library */
+HYPGEN_API const char* hypgen_status_name(int32_t status);
+HYPGEN_API void hypgen_free(char* text);
+
+/* The model of a shared library that was loaded by dlopen. */
+HYPGEN_API const hypgen_model* hypgen_library_model(void);
+
+/* The model as a JSON object: names, types, actions, params, hash, compiler. */
+HYPGEN_API hypgen_status hypgen_describe(const hypgen_model* model, char** json, char** error);
+
+/* Makes a planner; `options` may be NULL. */
+HYPGEN_API hypgen_status hypgen_create(const hypgen_model* model, const hypgen_options* options,
+                                       hypgen_planner** planner, char** error);
+/* Does nothing where `planner` is NULL or busy. */
+HYPGEN_API hypgen_status hypgen_destroy(hypgen_planner* planner);
+
+/* The planner as a JSON object: mode, threads, device, and why that is no GPU where one was asked for. */
+HYPGEN_API hypgen_status hypgen_info(hypgen_planner* planner, char** json, char** error);
+
+/* Starts an episode. `visible` has the values of all visible variables. It may be NULL, with a count of 0, if the
+ * model draws none of them. The episode's number names the random numbers of belief and search. */
+HYPGEN_API hypgen_status hypgen_reset(hypgen_planner* planner, const int32_t* visible, size_t count,
+                                      uint64_t episode, char** error);
+/* The same with a JSON object by name. Variables that the model does not draw may be left out. */
+HYPGEN_API hypgen_status hypgen_reset_named(hypgen_planner* planner, const char* visible, uint64_t episode,
+                                            char** error);
+
+/* Decides within so many seconds; 0: within the settings' time. */
+HYPGEN_API hypgen_status hypgen_plan(hypgen_planner* planner, double seconds, hypgen_decision* decision,
+                                     char** error);
+
+/* Takes in the action that was done and the key of what was seen after it. */
+HYPGEN_API hypgen_status hypgen_update(hypgen_planner* planner, int32_t action, const uint64_t* key,
+                                       size_t words, char** error);
+/* The same with the values of all that is seen. */
+HYPGEN_API hypgen_status hypgen_update_values(hypgen_planner* planner, int32_t action, const int32_t* seen,
+                                              size_t count, char** error);
+/* The same with a JSON object by name. */
+HYPGEN_API hypgen_status hypgen_update_named(hypgen_planner* planner, int32_t action, const char* seen,
+                                             char** error);
+
+/* The key of values, or of a JSON object by name, and back. `words` is the description's "key_words". */
+HYPGEN_API hypgen_status hypgen_encode(hypgen_planner* planner, const int32_t* seen, size_t count,
+                                       uint64_t* key, size_t words, char** error);
+HYPGEN_API hypgen_status hypgen_encode_named(hypgen_planner* planner, const char* seen, uint64_t* key,
+                                             size_t words, char** error);
+HYPGEN_API hypgen_status hypgen_decode(hypgen_planner* planner, const uint64_t* key, size_t words,
+                                       char** seen, char** error);
+
+/* Actions by name. The name that is given back is a view, valid until the planner is destroyed. */
+HYPGEN_API hypgen_status hypgen_find_action(hypgen_planner* planner, const char* name, int32_t* action,
+                                            char** error);
+HYPGEN_API hypgen_status hypgen_action_name(hypgen_planner* planner, int32_t action, const char** name,
+                                            char** error);
+
+/* The belief in all hidden variables: a JSON array of objects with "variable" and either "values" and their
+ * probabilities, or "mean" and "deviation" of a float. */
+HYPGEN_API hypgen_status hypgen_belief(hypgen_planner* planner, char** json, char** error);
+/* The probability that a hidden variable, such as "rock.good[3]", has a value, such as "true". */
+HYPGEN_API hypgen_status hypgen_probability(hypgen_planner* planner, const char* variable, const char* value,
+                                            double* probability, char** error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* HYPGEN_H */

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// What stands behind the `hypgen_model` of hypgen.h: the generated unit of a library defines one.
+#pragma once
+
+#include <hypgen.h>
+
+#include "hypgen/embed/embedded_model.hpp"
+
+namespace hypgen {
+
+// Has another address in each shared library, as it is not exported: tells the models of one from those of others.
+void this_runtime();
+
+}  // namespace hypgen
+
+struct hypgen_model {
+  void (*runtime)();
+  hypgen::EmbeddedModel (*make)();
+};

@@ -1,0 +1,411 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hypgen/embed/c_api.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+#include "hypgen/embed/agent.hpp"
+
+struct hypgen_planner {
+  std::unique_ptr<hypgen::Agent> agent;
+  std::atomic<bool> is_busy{false};
+  pid_t process = 0;  // that the planner's threads belong to
+};
+
+namespace hypgen {
+
+void this_runtime() {}
+
+namespace {
+
+hypgen_status code_of(Status status) {
+  switch (status) {
+    case Status::kOk:
+    case Status::kTerminal:
+    case Status::kStepLimit:
+    case Status::kNotKept:
+      return HYPGEN_OK;
+    case Status::kDeadline:
+      return HYPGEN_DEADLINE;
+    case Status::kTrialLimit:
+      return HYPGEN_TRIAL_LIMIT;
+    case Status::kConverged:
+      return HYPGEN_CONVERGED;
+    case Status::kMemoryFull:
+      return HYPGEN_MEMORY_FULL;
+    case Status::kDepletedBelief:
+      return HYPGEN_BELIEF_DEPLETED;
+    case Status::kImpossibleObservation:
+      return HYPGEN_IMPOSSIBLE_OBSERVATION;
+    case Status::kAllParticlesTerminal:
+      return HYPGEN_ALL_PARTICLES_TERMINAL;
+    case Status::kNoLegalAction:
+      return HYPGEN_NO_LEGAL_ACTION;
+    case Status::kModelNan:
+      return HYPGEN_MODEL_NAN;
+    case Status::kCrossedBounds:
+      return HYPGEN_BOUNDS_CROSSED;
+    case Status::kEvaluatorFailed:
+      return HYPGEN_EVALUATOR_FAILED;
+    case Status::kDeviceLost:
+      return HYPGEN_GPU_LOST;
+    case Status::kDeadlineDefault:
+      return HYPGEN_DEADLINE_DEFAULT;
+    case Status::kNoGpu:
+      return HYPGEN_NO_GPU;
+    case Status::kNoMemory:
+      return HYPGEN_NO_MEMORY;
+    case Status::kWrongArgument:
+      return HYPGEN_WRONG_ARGUMENT;
+    case Status::kInterrupted:
+      break;
+  }
+  return HYPGEN_INTERNAL_ERROR;
+}
+
+char* copied(const std::string& text) { return strdup(text.c_str()); }
+
+hypgen_status fail(hypgen_status status, const std::string& text, char** error) {
+  if (error != nullptr) *error = copied(text);
+  return status;
+}
+
+hypgen_status wrong(const char* text, char** error) { return fail(HYPGEN_WRONG_ARGUMENT, text, error); }
+
+// Calls `run`, which gives a Status and writes an error's text, and lets no exception out.
+template <class Run>
+hypgen_status guarded(char** error, const Run& run) {
+  try {
+    std::string text;
+    const Status status = run(text);
+    const hypgen_status code = code_of(status);
+    if (code < HYPGEN_FAILED) return code;
+    return fail(code, text.empty() ? status_name(status) : text, error);
+  } catch (const std::bad_alloc&) {
+    return fail(HYPGEN_NO_MEMORY, "not enough memory", error);
+  } catch (const std::exception& problem) {
+    return fail(HYPGEN_INTERNAL_ERROR, problem.what(), error);
+  } catch (...) {
+    return fail(HYPGEN_INTERNAL_ERROR, "unknown exception", error);
+  }
+}
+
+// The same with the planner's agent, unless another thread has it.
+template <class Run>
+hypgen_status with_agent(hypgen_planner* planner, char** error, const Run& run) {
+  if (error != nullptr) *error = nullptr;
+  if (planner == nullptr) return wrong("planner: is NULL", error);
+  if (planner->process != getpid())
+    return wrong("planner: belongs to the process that made it, of which this one is a fork", error);
+  if (planner->is_busy.exchange(true, std::memory_order_acquire))
+    return fail(HYPGEN_BUSY, "planner: another thread's call is under way", error);
+  const hypgen_status status = guarded(error, [&](std::string& text) { return run(*planner->agent, text); });
+  planner->is_busy.store(false, std::memory_order_release);
+  return status;
+}
+
+// Refuses a null pointer that stands for something.
+#define HYPGEN_NEED(argument) \
+  if ((argument) == nullptr) return hypgen::wrong(#argument ": is NULL", error)
+
+hypgen_status check_model(const hypgen_model* model, char** error) {
+  HYPGEN_NEED(model);
+  if (model->runtime == &this_runtime) return HYPGEN_OK;
+  return wrong("model: belongs to another library; load each by dlopen with RTLD_LOCAL", error);
+}
+
+hypgen_status check_words(const Agent& agent, std::size_t words, std::string& text) {
+  const std::size_t expected = agent.model().key_words;
+  if (words == expected) return HYPGEN_OK;
+  text = "words: expected " + std::to_string(expected) + ", found " + std::to_string(words);
+  return HYPGEN_WRONG_ARGUMENT;
+}
+
+Status give(const std::vector<std::uint64_t>& words, std::uint64_t* key) {
+  std::copy(words.begin(), words.end(), key);
+  return Status::kOk;
+}
+
+hypgen_decision decision_of(const Agent& agent, const Decision& found, hypgen_status status) {
+  hypgen_decision decision{};
+  decision.action = found.action;
+  decision.status = status;
+  if (found.action >= 0)
+    decision.action_name =
+        agent.model().descriptor.action_names[static_cast<std::size_t>(found.action)].c_str();
+  decision.lower = found.lower;
+  decision.upper = found.upper;
+  decision.seconds = found.search_seconds;
+  decision.trials = found.trials;
+  decision.expansions = found.expansions;
+  decision.scenarios = found.scenarios;
+  decision.max_depth = found.max_depth;
+  return decision;
+}
+
+// Updates by what `encode` makes a key of.
+template <class Encode>
+hypgen_status update_encoded(hypgen_planner* planner, int32_t action, char** error, const Encode& encode) {
+  return with_agent(planner, error, [&](Agent& agent, std::string& text) {
+    std::vector<std::uint64_t> key;
+    const Status status = encode(agent, key, text);
+    return status == Status::kOk ? agent.update(action, {key.data(), key.size()}, text) : status;
+  });
+}
+
+}  // namespace
+}  // namespace hypgen
+
+using hypgen::Agent;
+using hypgen::Status;
+
+extern "C" {
+
+uint32_t hypgen_abi_version(void) { return HYPGEN_ABI_VERSION; }
+
+const char* hypgen_status_name(int32_t status) {
+  switch (status) {
+    case HYPGEN_OK:
+      return "ok";
+    case HYPGEN_CONVERGED:
+      return "converged";
+    case HYPGEN_TRIAL_LIMIT:
+      return "trial_limit";
+    case HYPGEN_DEADLINE:
+      return "deadline";
+    case HYPGEN_DEADLINE_DEFAULT:
+      return "deadline_default";
+    case HYPGEN_MEMORY_FULL:
+      return "memory_full";
+    case HYPGEN_GPU_LOST:
+      return "gpu_lost";
+    case HYPGEN_MODEL_NAN:
+      return "model_nan";
+    case HYPGEN_BOUNDS_CROSSED:
+      return "bounds_crossed";
+    case HYPGEN_EVALUATOR_FAILED:
+      return "evaluator_failed";
+    case HYPGEN_BELIEF_DEPLETED:
+      return "belief_depleted";
+    case HYPGEN_IMPOSSIBLE_OBSERVATION:
+      return "impossible_observation";
+    case HYPGEN_ALL_PARTICLES_TERMINAL:
+      return "all_particles_terminal";
+    case HYPGEN_WRONG_ARGUMENT:
+      return "wrong_argument";
+    case HYPGEN_NO_LEGAL_ACTION:
+      return "no_legal_action";
+    case HYPGEN_NO_GPU:
+      return "no_gpu";
+    case HYPGEN_NO_MEMORY:
+      return "no_memory";
+    case HYPGEN_BUSY:
+      return "busy";
+    case HYPGEN_INTERNAL_ERROR:
+      return "internal_error";
+    default:
+      return "unknown";
+  }
+}
+
+void hypgen_free(char* text) { std::free(text); }
+
+hypgen_status hypgen_describe(const hypgen_model* model, char** json, char** error) {
+  if (error != nullptr) *error = nullptr;
+  HYPGEN_NEED(json);
+  *json = nullptr;
+  const hypgen_status status = hypgen::check_model(model, error);
+  if (status != HYPGEN_OK) return status;
+  return hypgen::guarded(error, [&](std::string&) {
+    *json = hypgen::copied(hypgen::describe(model->make()));
+    return Status::kOk;
+  });
+}
+
+hypgen_status hypgen_create(const hypgen_model* model, const hypgen_options* options,
+                            hypgen_planner** planner, char** error) {
+  if (error != nullptr) *error = nullptr;
+  HYPGEN_NEED(planner);
+  *planner = nullptr;
+  const hypgen_status found = hypgen::check_model(model, error);
+  if (found != HYPGEN_OK) return found;
+  if (options != nullptr && options->size != sizeof(hypgen_options))
+    return hypgen::wrong("options: its size is not sizeof(hypgen_options) of this library's hypgen.h", error);
+  return hypgen::guarded(error, [&](std::string& text) {
+    hypgen::AgentOptions given;
+    if (options != nullptr && options->settings != nullptr) given.settings = options->settings;
+    if (options != nullptr && options->params != nullptr) given.params = options->params;
+    Status status = Status::kOk;
+    auto made = std::make_unique<hypgen_planner>();
+    made->agent = Agent::create(model->make(), given, status, text);
+    made->process = getpid();
+    if (made->agent) *planner = made.release();
+    return status;
+  });
+}
+
+hypgen_status hypgen_destroy(hypgen_planner* planner) {
+  if (planner == nullptr || planner->process != getpid()) return HYPGEN_OK;
+  if (planner->is_busy.exchange(true, std::memory_order_acquire)) return HYPGEN_BUSY;
+  return hypgen::guarded(nullptr, [&](std::string&) {
+    delete planner;
+    return Status::kOk;
+  });
+}
+
+hypgen_status hypgen_info(hypgen_planner* planner, char** json, char** error) {
+  return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
+    if (json == nullptr) return text = "json: is NULL", Status::kWrongArgument;
+    nlohmann::ordered_json info = {{"mode", hypgen::mode_name(agent.options().planner.mode)},
+                                   {"threads", agent.threads()},
+                                   {"seed", agent.options().planner.seed},
+                                   {"step", agent.step()},
+                                   {"device", agent.device()},
+                                   {"device_problem", nullptr}};
+    if (!agent.device_problem().empty()) info["device_problem"] = agent.device_problem();
+    *json = hypgen::copied(info.dump());
+    return Status::kOk;
+  });
+}
+
+hypgen_status hypgen_reset(hypgen_planner* planner, const int32_t* visible, size_t count, uint64_t episode,
+                           char** error) {
+  return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
+    if (visible == nullptr && count > 0) return text = "visible: is NULL", Status::kWrongArgument;
+    return agent.reset(hypgen::Span<const std::int32_t>(visible, count), episode, text);
+  });
+}
+
+hypgen_status hypgen_reset_named(hypgen_planner* planner, const char* visible, uint64_t episode,
+                                 char** error) {
+  return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
+    return agent.reset(std::string(visible == nullptr ? "{}" : visible), episode, text);
+  });
+}
+
+hypgen_status hypgen_plan(hypgen_planner* planner, double seconds, hypgen_decision* decision, char** error) {
+  return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
+    if (decision == nullptr) return text = "decision: is NULL", Status::kWrongArgument;
+    if (decision->size != sizeof(hypgen_decision))
+      return text = "decision: its size is not sizeof(hypgen_decision)", Status::kWrongArgument;
+    hypgen::Decision found;
+    const Status status = agent.plan(seconds, found, text);
+    *decision = hypgen::decision_of(agent, found, hypgen::code_of(status));
+    decision->size = sizeof(hypgen_decision);
+    return status;
+  });
+}
+
+hypgen_status hypgen_update(hypgen_planner* planner, int32_t action, const uint64_t* key, size_t words,
+                            char** error) {
+  return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
+    if (key == nullptr) return text = "key: is NULL", Status::kWrongArgument;
+    if (hypgen::check_words(agent, words, text) != HYPGEN_OK) return Status::kWrongArgument;
+    return agent.update(action, {key, words}, text);
+  });
+}
+
+hypgen_status hypgen_update_values(hypgen_planner* planner, int32_t action, const int32_t* seen, size_t count,
+                                   char** error) {
+  return hypgen::update_encoded(planner, action, error, [&](Agent& agent, auto& key, std::string& text) {
+    if (seen == nullptr && count > 0) return text = "seen: is NULL", Status::kWrongArgument;
+    return agent.encode(hypgen::Span<const std::int32_t>(seen, count), key, text);
+  });
+}
+
+hypgen_status hypgen_update_named(hypgen_planner* planner, int32_t action, const char* seen, char** error) {
+  return hypgen::update_encoded(planner, action, error, [&](Agent& agent, auto& key, std::string& text) {
+    return agent.encode(std::string(seen == nullptr ? "{}" : seen), key, text);
+  });
+}
+
+hypgen_status hypgen_encode(hypgen_planner* planner, const int32_t* seen, size_t count, uint64_t* key,
+                            size_t words, char** error) {
+  return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
+    if (key == nullptr || (seen == nullptr && count > 0)) {
+      text = "key or seen: is NULL";
+      return Status::kWrongArgument;
+    }
+    if (hypgen::check_words(agent, words, text) != HYPGEN_OK) return Status::kWrongArgument;
+    std::vector<std::uint64_t> found;
+    const Status status = agent.encode(hypgen::Span<const std::int32_t>(seen, count), found, text);
+    return status == Status::kOk ? hypgen::give(found, key) : status;
+  });
+}
+
+hypgen_status hypgen_encode_named(hypgen_planner* planner, const char* seen, uint64_t* key, size_t words,
+                                  char** error) {
+  return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
+    if (key == nullptr) return text = "key: is NULL", Status::kWrongArgument;
+    if (hypgen::check_words(agent, words, text) != HYPGEN_OK) return Status::kWrongArgument;
+    std::vector<std::uint64_t> found;
+    const Status status = agent.encode(std::string(seen == nullptr ? "{}" : seen), found, text);
+    return status == Status::kOk ? hypgen::give(found, key) : status;
+  });
+}
+
+hypgen_status hypgen_decode(hypgen_planner* planner, const uint64_t* key, size_t words, char** seen,
+                            char** error) {
+  if (seen != nullptr) *seen = nullptr;
+  return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
+    if (key == nullptr || seen == nullptr) return text = "key or seen: is NULL", Status::kWrongArgument;
+    if (hypgen::check_words(agent, words, text) != HYPGEN_OK) return Status::kWrongArgument;
+    std::string names;
+    const Status status = agent.decode({key, words}, names, text);
+    if (status == Status::kOk) *seen = hypgen::copied(names);
+    return status;
+  });
+}
+
+hypgen_status hypgen_find_action(hypgen_planner* planner, const char* name, int32_t* action, char** error) {
+  return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
+    if (name == nullptr || action == nullptr) return text = "name or action: is NULL", Status::kWrongArgument;
+    return agent.find_action(name, *action, text);
+  });
+}
+
+hypgen_status hypgen_action_name(hypgen_planner* planner, int32_t action, const char** name, char** error) {
+  return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
+    const std::vector<std::string>& names = agent.model().descriptor.action_names;
+    if (name == nullptr || action < 0 || static_cast<std::size_t>(action) >= names.size()) {
+      text = name == nullptr ? "name: is NULL" : "action: the model has none of this number";
+      return Status::kWrongArgument;
+    }
+    *name = names[static_cast<std::size_t>(action)].c_str();
+    return Status::kOk;
+  });
+}
+
+hypgen_status hypgen_belief(hypgen_planner* planner, char** json, char** error) {
+  if (json != nullptr) *json = nullptr;
+  return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
+    if (json == nullptr) return text = "json: is NULL", Status::kWrongArgument;
+    std::string found;
+    const Status status = agent.describe_belief(found, text);
+    if (status == Status::kOk) *json = hypgen::copied(found);
+    return status;
+  });
+}
+
+hypgen_status hypgen_probability(hypgen_planner* planner, const char* variable, const char* value,
+                                 double* probability, char** error) {
+  return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
+    if (variable == nullptr || value == nullptr || probability == nullptr) {
+      text = "variable, value or probability: is NULL";
+      return Status::kWrongArgument;
+    }
+    return agent.probability(variable, value, *probability, text);
+  });
+}
+
+}  // extern "C"
