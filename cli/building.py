@@ -25,15 +25,20 @@ def build_online(
     return build(loaded, generate.generate(loaded.model), model, instance, cuda, force)
 
 
-def build_exact(loaded: Loaded, model: Path, instance: Path | None, force: bool = False) -> Path:
-    """Return the exact solver's program for a model; refuse one whose outcomes cannot be tried one by one."""
+def build_exact(
+    loaded: Loaded, model: Path, instance: Path | None, force: bool = False, precise: bool = False
+) -> Path:
+    """Return the exact solver's program for a model; refuse one whose outcomes cannot be tried one by one.
+
+    ``precise``: constant probabilities are those of the text, not those that a planner draws with.
+    """
     from hypgen.codegen import generate
     from hypgen.codegen.passes.enumerable import not_enumerable
     from hypgen.dsl.messages.diagnostic import ModelError
 
     if found := not_enumerable(loaded.model):
         raise ModelError(found, loaded.sources)
-    return build(loaded, generate.generate_exact(loaded.model), model, instance, None, force)
+    return build(loaded, generate.generate_exact(loaded.model, precise), model, instance, None, force)
 
 
 def build(

@@ -6,6 +6,7 @@ from __future__ import annotations
 from hypgen.codegen.fill_templates import render, render_exact, render_library
 from hypgen.codegen.project import lower, lower_library
 from hypgen.dsl import ir
+from hypgen.dsl.ir.precise import with_precise_draws
 from hypgen.dsl.messages.watch import Watch, nobody
 
 
@@ -20,9 +21,9 @@ def generate(model: ir.Model, watch: Watch = nobody) -> dict[str, str]:
     return files
 
 
-def generate_exact(model: ir.Model) -> dict[str, str]:
-    """Return the files of the exact solver's program."""
-    header, main, project = lower(model, exact=True)
+def generate_exact(model: ir.Model, precise: bool = False) -> dict[str, str]:
+    """Return the exact solver's program; ``precise``: constant probabilities are those of the text."""
+    header, main, project = lower(with_precise_draws(model) if precise else model, exact=True)
     return render_exact(header, main, project)
 
 

@@ -94,7 +94,7 @@ def command(
 ) -> int:
     """Find all states of MODEL and bound the value of its best policy from both sides.
 
-    Every state that can be reached is found by trying all outcomes of all draws in the very code that plans
+    Every state that can be reached is found by trying all outcomes of all draws in the code that plans
     online. Then heuristic search closes the gap between a lower bound (alpha vectors, which are a policy)
     and an upper bound. Both are proven at any moment: Ctrl-C prints them as far as they have come.
 
@@ -115,7 +115,7 @@ def command(
     say_warnings(loaded)
     if param is None:
         require_params(loaded, " or --param FILE")
-    solver = build_exact(loaded, model, instance, force)
+    solver = build_exact(loaded, model, instance, force, precise=True)
     options = [f"--time={time!r}", f"--gap={gap!r}", f"--memory={memory}"]
     options += ["--json=-", "--quiet"] if as_json else []
     given: dict[str, object] = {

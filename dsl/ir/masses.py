@@ -32,8 +32,13 @@ def number(e: ir.Const) -> Fraction:
 
 
 def of_constant(e: ir.Const) -> int:
-    """Return the mass of a constant probability: its float32's if that tells it and its complement well."""
+    """Return the mass of a constant probability: its float32's if that tells it and its complement well.
+
+    A precise constant has that of its text.
+    """
     p, mass = number(e), rounded(float(e.value))
+    if e.precise:
+        return round(p * WHOLE)
     if e.exact is None or (mass >= RARE and _near(mass, p) and _near(WHOLE - mass, 1 - p)):
         return mass
     return round(p * WHOLE)
@@ -55,7 +60,7 @@ def of_table(dist: ir.Table) -> tuple[int, ...] | None:
     for constant in constants[: len(numbers) - 1]:
         masses.append(min(of_constant(constant), WHOLE - sum(masses)))
     last = WHOLE - sum(masses)
-    if _near(last, numbers[-1]):
+    if not any(p.precise for p in constants) and _near(last, numbers[-1]):
         return (*masses, last)
     masses = [round(p * WHOLE) for p in numbers]
     likeliest = masses.index(max(masses))

@@ -29,10 +29,12 @@ class Const(Expr):
     """A constant: bool, int (or code), or a float that float32 holds exactly.
 
     ``exact`` is the number that the text says, where float32 has rounded it; probabilities read it.
+    ``precise``: a probability has the mass of that number however well float32 holds it.
     """
 
     value: bool | int | float
     exact: Fraction | None = field(default=None, kw_only=True)
+    precise: bool = field(default=False, kw_only=True)
 
 
 @dataclass(frozen=True)

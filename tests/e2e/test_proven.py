@@ -30,7 +30,7 @@ def exact_files(name: str, model: SmallModel, folder: Path) -> dict[str, str]:
     written, imported = folder / f"{name}.POMDP", folder / f"{name}.pomdp"
     written.write_text(model.text())
     assert run(["import", str(written), "--horizon", str(model.horizon), "-o", str(imported)]) == 0
-    return generate_exact(load(str(imported)).model)
+    return generate_exact(load(str(imported)).model, precise=True)
 
 
 def program_of(models: dict[str, SmallModel], folder: Path) -> Path:

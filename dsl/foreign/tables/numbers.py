@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers as text: the fewest digits that give the same float32, which is all that the language keeps."""
+"""Numbers as text: those of arrays, of which float32 is kept, and others, of which all digits count."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _NORMAL = 2.0**-126  # float32s below have fewer digits
 
 @lru_cache(maxsize=1 << 17)
 def shown(number: float) -> str:
-    """Return a number's shortest text; one too large for a float32 is given in full."""
+    """Return the shortest text that gives the same float32; a number too large for one is given in full."""
     try:
         kept = _float32(number)
     except OverflowError:
@@ -20,6 +20,15 @@ def shown(number: float) -> str:
     text = _shortest(kept)
     if "e" in text and 1e-4 <= abs(number) < 1e9:
         text = f"{float(text):.10f}".rstrip("0").rstrip(".")
+    return _brief(text)
+
+
+def in_full(number: float) -> str:
+    """Return a number with 15 digits at most, which is what a file's double tells."""
+    return _brief(f"{number:.15g}")
+
+
+def _brief(text: str) -> str:
     return text.replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
 
 

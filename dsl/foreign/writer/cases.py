@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from hypgen.dsl.foreign.tables.foreign_model import Row
-from hypgen.dsl.foreign.tables.numbers import shown
+from hypgen.dsl.foreign.tables.numbers import in_full
 from hypgen.dsl.foreign.tables.plan import groups_of
 from hypgen.dsl.foreign.tables.rows import in_order
 from hypgen.dsl.foreign.tables.table import Table
@@ -45,7 +45,7 @@ def row_text(row: Row, values: Values) -> str | None:
     if len(row) > MOST_ENTRIES:
         return None
     row = in_order(row)
-    entries = [f"{values.names[v]}: {shown(p)}" for v, p in row[:-1]]
+    entries = [f"{values.names[v]}: {in_full(p)}" for v, p in row[:-1]]
     return "{ " + ", ".join(entries) + f", else {values.names[row[-1][0]]} }}"
 
 

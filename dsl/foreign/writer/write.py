@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from hypgen.dsl.foreign.tables.foreign_model import ForeignModel, Gain, Law, Read, Row, Variable
 from hypgen.dsl.foreign.tables.names import Names, is_plain, type_name
-from hypgen.dsl.foreign.tables.numbers import shown
+from hypgen.dsl.foreign.tables.numbers import in_full, shown
 from hypgen.dsl.foreign.tables.reduction import reduced_gain, reduced_law
 from hypgen.dsl.foreign.tables.table import Table
 from hypgen.dsl.foreign.writer import cases, shared_tables
@@ -215,7 +215,7 @@ class _Writer:
         name = self.names.unique(gain.name, "gain")
 
         def small(reads: Sequence[Scrutinee], values: Table[float], indent: int) -> list[str] | None:
-            return cases.match_text(reads, values, shown, lambda read, entries: False, indent)
+            return cases.match_text(reads, values, in_full, lambda read, entries: False, indent)
 
         lines = small(reads, gain.values, 0)
         if lines is None:

@@ -16,6 +16,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kEnough = 1e-7;
 // The same for the fast informed bound, whose sweeps cost more and which a search lowers in any case.
 constexpr double kEnoughInformed = 1e-4;
+// Where episodes end soon, so many sweeps show how soon.
+constexpr int kStaySweeps = 100;
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
@@ -138,6 +140,28 @@ double largest_reward(const SplitModel& model, double sign) {
 }
 
 }  // namespace
+
+double longest_stay(const SplitModel& model, const KeepGoing& keep_going) {
+  // What a reward of 1 a step comes to at most, from above.
+  StateValues values = start_values(model, model.steps());
+  for (int sweep = 0; sweep < kStaySweeps && keep_going(); ++sweep) {
+    for (int c = model.classes() - 1; c >= 0; --c) {
+      for (int s = model.size(c) - 1; s >= 0; --s) {
+        double most = 0.0;
+        for (const ClassAction& action : model.actions(c)) {
+          double sum = 0.0;
+          for (int i = action.row_begin[index(s)]; i < action.row_begin[index(s) + 1]; ++i) {
+            sum += action.weight[index(i)] * values[index(action.next[index(action.column[index(i)])])];
+          }
+          most = std::max(most, 1.0 + model.discount() * sum);
+        }
+        double& old = values[index(model.first(c) + s)];
+        old = std::min(old, most);
+      }
+    }
+  }
+  return largest(values);
+}
 
 StateValues mdp_values(const SplitModel& model, const KeepGoing& keep_going) {
   StateValues values = or_else(model.is_long() ? direct_mdp_values(model, 1.0) : StateValues(),

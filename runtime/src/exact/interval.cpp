@@ -131,6 +131,7 @@ class IntervalSearch {
   double worst_ = 0.0;  // ... and no policy is worth less
   double upper_slack_ = 0.0;
   double open_gap_ = 0.0;  // at the start, before slack
+  double steps_ = 0.0;     // of an episode, discounted, on the real numbers too
   double rounding_ = 0.0;  // what the solver's own arithmetic can have changed
   double last_report_ = 0.0;
   bool stopped_ = false;
@@ -200,6 +201,12 @@ void IntervalSearch::bound_simply() {
   for (const double value : worst) worst_ = std::min(worst_, value);
   graph_.set_worst(worst_);
   rounding_ = split_.rounding() * largest_value_;
+  steps_ = split_.steps();
+  if (split_.is_long() && split_.ends() && !split_.is_endless()) {
+    const double stay = longest_stay(split_, going);
+    const double less = 1.0 - stay * model_.rounding.step;
+    if (less > 0.0) steps_ = std::min(steps_, stay / less);
+  }
   for (int c = 0; c < split_.classes(); ++c) {
     const auto from = worst.begin() + split_.first(c);
     graph_.add_class(AlphaVectors(std::vector<double>(from, from + split_.size(c))),
@@ -244,21 +251,20 @@ double IntervalSearch::start_slack() const {
 double IntervalSearch::lower_slack(double least) const {
   const TextRounding& text = model_.rounding;
   const double in_step = reward_slack() + law_slack(text.step, text.lost, most_ - least);
-  return rounding_ + split_.steps() * in_step + start_slack();
+  return rounding_ + steps_ * in_step + start_slack();
 }
 
 // What the best policy can be worth more on the real numbers. As above; or, where probabilities differ by a
 // part of themselves, by that part of what the most is above the policy's value, which is `floor` or more.
 double IntervalSearch::upper_slack(double floor) const {
   const TextRounding& text = model_.rounding;
-  const double steps = split_.steps();
   const double reward = std::isfinite(text.drawn_reward) ? text.drawn_reward : split_.largest_reward();
   const double in_step = reward_slack() + text.relative * (reward + split_.discount() * (most_ - floor)) +
                          law_slack(text.rest, text.rest, most_ - worst_);
   // The policy's value on the real numbers is itself off by what is asked for.
-  const double grows = 1.0 - steps * text.relative;
+  const double grows = 1.0 - steps_ * text.relative;
   const double by_part =
-      grows > 0.5 ? rounding_ + steps * in_step / grows + start_slack() : lower_slack(worst_);
+      grows > 0.5 ? rounding_ + steps_ * in_step / grows + start_slack() : lower_slack(worst_);
   return std::min(lower_slack(worst_), by_part);
 }
 

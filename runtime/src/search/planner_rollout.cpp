@@ -101,6 +101,7 @@ bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_poin
     return false;
   }
   const std::size_t actions = take_gains(decision);
+  decision.compared_actions = std::max(decision.compared_actions, actions);
   ++decision.trials;
   ++decision.expansions;
   decision.leaf_scenarios += batch;

@@ -131,6 +131,7 @@ void JsonLines::write(const StepRecord& step, const StepDetails* details) {
                {"upper", decision.upper},
                {"looked", looked_name(decision.looked)},
                {"scenarios", decision.scenarios},
+               {"compared_actions", decision.compared_actions},
                {"trials", decision.trials},
                {"expansions", decision.expansions},
                {"nodes", decision.nodes},

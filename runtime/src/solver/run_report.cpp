@@ -73,6 +73,10 @@ std::string decided_rows(const RunTotals& totals) {
   std::string text =
       row("steps decided by", format("tree %llu, one-ply rollouts %llu, default policy %llu",
                                      count(totals.trees), count(totals.compared), count(blind)));
+  if (totals.comparisons > 0) {
+    text += row("actions compared", format("mean %.1f", static_cast<double>(totals.compared_actions) /
+                                                            static_cast<double>(totals.comparisons)));
+  }
   if (totals.trees > 0) text += row("scenarios of a tree", format("mean %.1f", scenarios));
   if (totals.plan_statuses.count(Status::kModelNan) > 0) return text;
   if (2 * totals.trees < steps && totals.mode != "rollout") {
@@ -125,6 +129,8 @@ void RunTotals::add(const StepRecord& step) {
   trees += decision.looked == Looked::kTree;
   tree_scenarios += decision.looked == Looked::kTree ? decision.scenarios : 0;
   compared += decision.looked == Looked::kOneStep;
+  comparisons += decision.compared_actions > 0;
+  compared_actions += decision.compared_actions;
   ++plan_statuses[decision.status];
   broken += step.is_broken || decision.status == Status::kModelNan;
   ++belief_statuses[step.belief_status];

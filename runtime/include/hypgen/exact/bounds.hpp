@@ -21,6 +21,9 @@ using StateValues = std::vector<double>;
 // Of each class: a row of values for each of its states, a column for each action that is legal in the class.
 using ActionValues = std::vector<std::vector<double>>;
 
+// At least the discounted steps of an episode from any state, whatever is done.
+double longest_stay(const SplitModel& model, const KeepGoing& keep_going);
+
 // At least the value of an agent that sees the state.
 StateValues mdp_values(const SplitModel& model, const KeepGoing& keep_going);
 

@@ -63,7 +63,8 @@ struct Decision {
   double lower = std::numeric_limits<double>::quiet_NaN();
   double upper = std::numeric_limits<double>::quiet_NaN();
   Looked looked = Looked::kNowhere;
-  std::size_t scenarios = 0;  // of the tree; 0: there was none
+  std::size_t scenarios = 0;         // of the tree; 0: there was none
+  std::size_t compared_actions = 0;  // by one-ply rollouts, before the tree or alone; 0: there was no time
   std::uint64_t trials = 0;
   std::uint64_t expansions = 0;
   std::uint64_t nodes = 0;           // that trials visited
@@ -83,6 +84,7 @@ struct Decision {
 
   // Adds what another stage of the same decision has done.
   void add_work(const Decision& other) {
+    compared_actions = compared_actions > other.compared_actions ? compared_actions : other.compared_actions;
     trials += other.trials;
     expansions += other.expansions;
     nodes += other.nodes;

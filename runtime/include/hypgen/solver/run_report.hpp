@@ -36,6 +36,9 @@ struct RunTotals {
   std::uint64_t trees = 0;           // steps in which a tree looked ahead
   std::uint64_t tree_scenarios = 0;  // summed over them
   std::uint64_t compared = 0;        // steps in which one-ply rollouts alone decided
+  // Steps in which rollouts compared actions, before a tree or alone, and how many actions in all.
+  std::uint64_t comparisons = 0;
+  std::uint64_t compared_actions = 0;
   std::string mode;
   std::uint64_t late_searches = 0;  // that ended without waiting for a thread
   std::size_t threads = 1;          // of a search
