@@ -60,6 +60,7 @@ struct Shifted : NoHistory, NotFactored {
     step(params, fixed, state, action, draws, next);
     return chance(static_cast<int>(fixed.words[0] + kShift * next.words[0]), static_cast<int>(reading));
   }
+  static bool is_legal(const Params&, const Fixed&, const State&, int) { return true; }
   template <class D>
   static int default_policy(const Params&, const Fixed&, const State&, const History&, D&) {
     return 0;
