@@ -94,6 +94,11 @@ def test_only_cli_prints_or_exits() -> None:
         assert "sys.exit" not in text, path
 
 
+def test_the_python_interface_imports_no_command_line() -> None:
+    for path in import_graph.python_files(ROOT / "src" / "hypgen" / "api"):
+        assert not any(name.startswith("hypgen.cli") for name in import_graph.imported(path)), path
+
+
 def test_every_folder_with_modules_is_a_package() -> None:
     for _, path in python_files(*LAYERS):
         assert (path.parent / "__init__.py").is_file(), f"{path} would be missing from the wheel"

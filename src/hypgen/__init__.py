@@ -1,4 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """hypgen compiles declarative POMDP models into native online planners."""
 
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hypgen.api import Decision, Model, ModelError, Moments, Planner, PlannerError, Solver, load
+
 __version__ = "0.2.0"
+__all__ = ["Decision", "Model", "ModelError", "Moments", "Planner", "PlannerError", "Solver", "load"]
+
+
+def __getattr__(name: str) -> Any:
+    """Return a name of ``hypgen.api``, which is imported where it is used: the command line starts sooner."""
+    if name in __all__:
+        from hypgen import api
+
+        return getattr(api, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

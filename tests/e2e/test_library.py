@@ -7,17 +7,25 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
-from support.embedding import Embedded
 
+from hypgen.api import Planner, PlannerError, Solver
 from hypgen.runtime.builder import tools
 
 pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
 ROCKS = str(ROOT / "examples" / "rock_sample.pomdp")
 HYPGEN = [sys.executable, "-c", "from hypgen.cli.main import main; main()"]
-SETTINGS = {"mode": "despot", "trials": 60, "scenarios": 100, "particles": 500, "memory": 64, "seed": 3}
+SETTINGS: dict[str, Any] = {
+    "mode": "despot",
+    "trials": 60,
+    "scenarios": 100,
+    "particles": 500,
+    "memory": 64,
+    "seed": 3,
+}
 
 
 def hypgen(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -35,11 +43,14 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def embedded(package: Path) -> Iterator[Embedded]:
-    settings = " ".join(f"{name}={value}" for name, value in SETTINGS.items())
-    found = Embedded(package / "lib" / "librock_sample.so", settings)
-    yield found
-    found.close()
+def solver(package: Path) -> Solver:
+    return Solver(package / "lib" / "librock_sample.so")
+
+
+@pytest.fixture
+def planner(solver: Solver) -> Iterator[Planner]:
+    with solver.planner(**SETTINGS) as found:
+        yield found
 
 
 def test_the_package_has_what_its_users_need(package: Path) -> None:
@@ -65,7 +76,7 @@ def test_the_library_exports_the_interface_alone(package: Path) -> None:
     assert "RPATH" not in dynamic and "RUNPATH" not in dynamic and "hypgen" not in dynamic
 
 
-def test_the_library_decides_as_the_solver_does(embedded: Embedded, tmp_path: Path) -> None:
+def test_the_library_decides_as_the_solver_does(planner: Planner, tmp_path: Path) -> None:
     lines = tmp_path / "lines.jsonl"
     options = [f"--{name}={value}" for name, value in SETTINGS.items()]
     done = hypgen(
@@ -75,19 +86,18 @@ def test_the_library_decides_as_the_solver_does(embedded: Embedded, tmp_path: Pa
     steps = [s for s in map(json.loads, lines.read_text().splitlines()) if s["type"] == "step"]
     for step in steps:
         if step["step"] == 0:
-            embedded.reset(episode=step["episode"])
-        decision = embedded.plan()
-        found = (decision.action, decision.lower, decision.upper, decision.trials)
-        assert found == (step["action"], step["lower"], step["upper"], step["trials"])
-        assert embedded.status_name(decision.status) == step["status"]
+            planner.reset(episode=step["episode"])
+        found = planner.plan()
+        decision = (found.action, found.lower, found.upper, found.trials, found.status)
+        assert decision == tuple(step[name] for name in ("action", "lower", "upper", "trials", "status"))
         if not step["terminal"]:
-            assert embedded.decode([step["observation_key"]]) == {"reading": step["observation"]}
-            assert embedded.update_key(decision.action, [step["observation_key"]]) == 0
+            assert planner.seen(step["observation_key"]) == {"reading": step["observation"]}
+            assert planner.update(found.action, step["observation_key"]) == "ok"
     assert len(steps) > 6
 
 
-def test_the_model_is_described(embedded: Embedded) -> None:
-    model = embedded.json("describe", embedded.model, planner=False)
+def test_the_model_is_described(solver: Solver, planner: Planner) -> None:
+    model = solver.description
     assert model["model"] == "RockSample" and model["actions"][5] == "check(0)"
     [reading] = model["seen"]
     assert reading["values"] == ["nothing", "looks_good", "looks_bad"]
@@ -95,30 +105,28 @@ def test_the_model_is_described(embedded: Embedded) -> None:
         ("rover.x", 0, 7, False),
         ("rover.y", 0, 6, False),
     ]
-    embedded.reset({"rover.x": 2})
-    belief = embedded.json("belief")
-    assert len(belief) == 8 and belief[3]["variable"] == "rock.good[3]"
+    planner.reset({"rover.x": 2})
+    assert list(planner.belief)[3] == "rock.good[3]" and len(planner.belief) == 8
 
 
-def test_mistakes_are_refused(embedded: Embedded, package: Path) -> None:
-    with pytest.raises(ValueError, match="wrong_argument: no episode has begun"):
-        embedded.plan()
-    with pytest.raises(ValueError, match="rover.x: expected an integer from 0 to 7, found -5"):
-        embedded.reset({"rover.x": -5})
-    embedded.reset()
-    with pytest.raises(ValueError, match="wrong_argument: seconds"):
-        embedded.plan(float("nan"))
-    with pytest.raises(ValueError, match="reading: expected a name such as"):
-        embedded.update(5, {"reading": "looks"})
-    with pytest.raises(ValueError, match="wrong_argument: key"):
-        embedded.update_key(5, [99])
-    with pytest.raises(ValueError, match="wrong_argument: action"):
-        embedded.update_key(99, [0])
-    library = package / "lib" / "librock_sample.so"
-    with pytest.raises(ValueError, match="no setting is named scenario; the settings are: mode"):
-        Embedded(library, "scenario=3")
-    with pytest.raises(ValueError, match="sure.: expected probability from 0 to 1, found 7"):
-        Embedded(library, "", '{"sure": 7}')
+def test_mistakes_are_refused(solver: Solver, planner: Planner) -> None:
+    with pytest.raises(PlannerError, match="no episode has begun"):
+        planner.plan()
+    with pytest.raises(PlannerError, match="rover.x: expected an integer from 0 to 7, found -5"):
+        planner.reset({"rover.x": -5})
+    planner.reset()
+    with pytest.raises(PlannerError, match="seconds: expected"):
+        planner.plan(float("nan"))
+    with pytest.raises(PlannerError, match="reading: expected a name such as"):
+        planner.update(5, {"reading": "looks"})
+    with pytest.raises(PlannerError, match="key: no observation of the model has it"):
+        planner.update(5, 99)
+    with pytest.raises(PlannerError, match="action: expected a number from 0 to 12"):
+        planner.update(99, 0)
+    with pytest.raises(PlannerError, match="no setting is named scenario; the settings are: mode"):
+        solver.planner(scenario=3)
+    with pytest.raises(PlannerError, match="sure.: expected probability from 0 to 1, found 7"):
+        solver.planner(params={"sure": 7})
 
 
 def test_the_c_example_plans(package: Path, tmp_path: Path) -> None:

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A checked model, and the way to its library."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hypgen.api.solver import Solver
+from hypgen.codegen.generate import generate_library
+from hypgen.dsl import load as driver
+from hypgen.dsl.messages.diagnostic import Diagnostic
+from hypgen.runtime.builder import cuda_tools
+from hypgen.runtime.builder.solver import Step, build_solver
+
+FilePath = str | os.PathLike[str]
+TARGETS = ("auto", "cpu", "cuda", "both")
+
+
+@dataclass(frozen=True)
+class Model:
+    """A model without mistakes; ``load`` makes one."""
+
+    loaded: driver.Loaded
+    origin: str  # the files that it was read from
+
+    @property
+    def name(self) -> str:
+        """The model's name in its file."""
+        return self.loaded.model.name
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """What is allowed in the model and yet doubtful."""
+        return self.loaded.warnings
+
+    def compile(self, *, target: str = "auto", progress: Callable[[Step], None] | None = None) -> Solver:
+        """Return the model's solver, compiled unless the cache has it.
+
+        ``target`` is that of ``hypgen compile``. ``progress`` is told of what is built, and why.
+        """
+        if target not in TARGETS:
+            raise ValueError(f"target: expected {', '.join(TARGETS)}, found {target!r}")
+        path = build_solver(
+            generate_library(self.loaded.model),
+            self.origin,
+            progress or (lambda step: None),
+            model=self.loaded.model.source_hash,
+            cuda=cuda_tools.choose(target, "", "").build,
+        )
+        return Solver(path)
+
+
+def load(path: FilePath, instance: FilePath | None = None, **values: Any) -> Model:
+    """Return the model of a file; mistakes raise ``ModelError``, which holds the diagnostics.
+
+    ``values`` set consts and params of the model. A value is a number, a bool, a list of values, or a text
+    as in the model.
+    """
+    settings = [f"{name}={_text(value)}" for name, value in values.items()]
+    loaded = driver.load(path, instance=instance, settings=settings)
+    files = (str(Path(file).absolute()) for file in (path, instance) if file is not None)
+    return Model(loaded, " ".join(files))
+
+
+def _text(value: Any) -> str:
+    """Return a value as a model writes it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_text, value))}]"
+    return str(value)

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``import hypgen``: from a model's file to decisions in this process."""
+
+import re
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import hypgen
+from hypgen.api.c_interface import CLibrary
+from hypgen.runtime.builder.solver import Step
+
+pytestmark = pytest.mark.cxx
+ROOT = Path(__file__).parent.parent.parent
+ROCKS = ROOT / "examples" / "rock_sample.pomdp"
+
+
+@pytest.fixture(scope="module")
+def solver() -> hypgen.Solver:
+    return hypgen.load(ROCKS).compile(target="cpu")
+
+
+@pytest.fixture
+def planner(solver: hypgen.Solver) -> Iterator[hypgen.Planner]:
+    with solver.planner(mode="despot", trials=60, scenarios=100, particles=500, memory=64) as found:
+        yield found
+
+
+def test_a_planner_plans_and_learns(planner: hypgen.Planner) -> None:
+    assert planner.reset() == "ok"
+    decision = planner.plan()
+    assert decision.status == "trial_limit" and decision.name and decision.lower <= decision.upper
+    for _ in range(3):
+        assert planner.update("check(1)", {"reading": "looks_good"}) == "ok"
+    assert planner.update(planner.action("check(1)"), 1) == "ok"
+    assert planner.seen(1) == {"reading": "looks_good"}
+    good = planner.probability("rock.good[1]", True)
+    assert good > 0.9
+    marginal = planner.belief["rock.good[1]"]
+    assert isinstance(marginal, dict) and marginal["true"] == pytest.approx(good)
+    assert planner.info["mode"] == "despot" and planner.info["step"] == 4
+    assert planner.plan(seconds=0.01).seconds < 5
+
+
+def test_equal_settings_give_equal_decisions(solver: hypgen.Solver) -> None:
+    settings: dict[str, str | int] = {"mode": "despot", "trials": 60, "memory": 64, "seed": 5}
+    first, second = solver.planner(**settings), solver.planner(**settings)
+    for planner in (first, second):
+        planner.reset({"rover.x": 2, "rover.y": 0})
+    assert (first.plan().lower, first.plan().action) == (second.plan().lower, second.plan().action)
+
+
+def test_a_solver_describes_its_model(solver: hypgen.Solver) -> None:
+    assert solver.description["actions"][:5] == ["north", "south", "east", "west", "sample"]
+
+
+def test_a_model_is_compiled_once(solver: hypgen.Solver) -> None:
+    steps: list[Step] = []
+    again = hypgen.load(str(ROCKS)).compile(target="cpu", progress=steps.append)
+    assert again.path == solver.path
+    assert [(step.what, step.reason) for step in steps] == [("librock_sample.so", "")]
+
+
+def test_values_reach_the_model() -> None:
+    model = hypgen.load(ROCKS, start_row=1, rock_x=[1, 0, 3, 6, 2, 3, 5, 1])
+    params = {p.name: p.default for p in model.loaded.model.params}
+    assert params["start_row"] == (1,) and params["rock_x"] == (1, 0, 3, 6, 2, 3, 5, 1)
+
+
+def test_the_readmes_example_runs(solver: hypgen.Solver, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    [text] = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(text, names)
+    assert names["decision"].name in solver.description["actions"]
+
+
+def test_a_target_has_a_known_name() -> None:
+    with pytest.raises(ValueError, match="target: expected auto, cpu, cuda, both, found 'gpu'"):
+        hypgen.load(ROCKS).compile(target="gpu")
+
+
+def test_mistakes_of_a_model_are_raised(tmp_path: Path) -> None:
+    path = tmp_path / "wrong.pomdp"
+    path.write_text("model Wrong\ndiscount 2\n")
+    with pytest.raises(hypgen.ModelError) as caught:
+        hypgen.load(path)
+    assert caught.value.diagnostics[0].code
+
+
+@pytest.mark.parametrize(
+    ("settings", "text"),
+    [
+        ({"scenarios": 0}, "--scenarios: bad value"),
+        ({"time": float("nan")}, "--time: bad value"),
+        ({"on_depletion": "stop"}, "no setting is named on-depletion"),
+        ({"mode": "gpu", "require_gpu": True}, "CUDA"),
+    ],
+)
+def test_wrong_settings_are_raised(solver: hypgen.Solver, settings: dict[str, str | int], text: str) -> None:
+    with pytest.raises(hypgen.PlannerError, match=text):
+        solver.planner(**settings)
+
+
+def test_wrong_calls_are_raised(planner: hypgen.Planner) -> None:
+    with pytest.raises(hypgen.PlannerError, match="reset comes first"):
+        planner.plan()
+    planner.reset()
+    wrong = "expected an integer from"
+    for call in (
+        lambda: planner.update(2**40, 0),
+        lambda: planner.update(5, -1),
+        lambda: planner.reset(episode=-1),
+    ):
+        with pytest.raises(hypgen.PlannerError, match=wrong):
+            call()
+    with pytest.raises(hypgen.PlannerError, match="no action is named fly"):
+        planner.update("fly", 0)
+    with pytest.raises(hypgen.PlannerError, match="no value is named smell; the names are: reading"):
+        planner.update(5, {"smell": 1})
+    with pytest.raises(hypgen.PlannerError, match="words: expected 1, found 2"):
+        planner.update(5, [0, 0])
+    planner.close()
+    planner.close()
+    with pytest.raises(hypgen.PlannerError, match="the planner is closed"):
+        planner.plan()
+
+
+def test_a_second_thread_is_refused(solver: hypgen.Solver) -> None:
+    planner = solver.planner(mode="despot", time=1.0, memory=256)
+    planner.reset()
+    thread = threading.Thread(target=planner.plan)
+    thread.start()
+    refused = None
+    while thread.is_alive() and refused is None:
+        try:
+            planner.action("north")
+        except hypgen.PlannerError as error:
+            refused = error.status
+    thread.join()
+    assert refused == "busy"
+
+
+def test_another_file_is_no_library(tmp_path: Path) -> None:
+    path = tmp_path / "libnothing.so"
+    path.write_bytes(b"nothing")
+    with pytest.raises(hypgen.PlannerError, match="is no library of hypgen"):
+        CLibrary(path)
