@@ -93,6 +93,8 @@ class IntervalSearch {
 
  private:
   void bound_simply();
+  // An end is worth 0.
+  double with_end(double least) const { return split_.ends() ? std::min(least, 0.0) : least; }
   double law_slack(double off, double lost, double span) const;
   double reward_slack() const;
   double start_slack() const;
@@ -250,7 +252,7 @@ double IntervalSearch::start_slack() const {
 // probabilities differ times the span of what may follow.
 double IntervalSearch::lower_slack(double least) const {
   const TextRounding& text = model_.rounding;
-  const double in_step = reward_slack() + law_slack(text.step, text.lost, most_ - least);
+  const double in_step = reward_slack() + law_slack(text.step, text.lost, most_ - with_end(least));
   return rounding_ + steps_ * in_step + start_slack();
 }
 
@@ -280,7 +282,7 @@ double IntervalSearch::find_best_blind(const StateValues& worst) {
     if (values.empty()) continue;
     result_.acts_at_random = false;
     add_vectors(policy, values);
-    if (!values.empty()) floor = std::max(floor, *std::min_element(values.begin(), values.end()));
+    floor = std::max(floor, *std::min_element(values.begin(), values.end()));
     if (expected_at_start(values) <= expected_at_start(best_values)) continue;
     best_policy = std::move(policy);
     best_values = std::move(values);
@@ -296,7 +298,7 @@ double IntervalSearch::find_best_blind(const StateValues& worst) {
                                          std::vector<double>(from, from + split_.size(c))});
   }
   solution_.blind = AlphaPolicy(model_, std::move(classes));
-  return floor - lower_slack(floor);
+  return with_end(floor) - lower_slack(floor);
 }
 
 void IntervalSearch::add_vectors(const ClassPolicy& policy, const StateValues& values) {
