@@ -268,6 +268,7 @@ def _belief(model: ir.Model) -> dict[str, Any]:
     return {
         "filter": "factored" if model.factored else "particles",
         "seen_first": [init.variable for init in model.first_seen],
+        "moved": [v.name for v in model.variables if not v.visible] if redraw.moves_values(model) else [],
         "drawn_when_read": [init.variable for init in redraw.redrawn(model)],
         "factors": [
             {

@@ -10,6 +10,7 @@ from hypgen.codegen.belief import redraw
 from hypgen.codegen.belief.belief_functions import BeliefFunctions
 from hypgen.codegen.belief.factor_functions import FactorFunctions
 from hypgen.codegen.belief.policy_memory import HistoryFunctions
+from hypgen.codegen.belief.value_moves import ValueMoves
 from hypgen.codegen.bounds.group_functions import GroupFunctions
 from hypgen.codegen.bounds.groups import Relaxation
 from hypgen.codegen.bounds.least_reward import least_reward
@@ -125,6 +126,7 @@ def _header(
     groups = kind(interface, relaxation, packed.state.fields) if relaxation.groups else None
     bases = [*([] if packed.history.fields else ["NoHistory"]), *([] if factors else ["NotFactored"])]
     tracks = bool(redraw.redrawn(model))
+    moves = ValueMoves(interface) if redraw.moves_values(model) else None
     whole = {variable for table in derived for variable in table.variables} & names.bits.keys()
     whole |= groups.whole() if groups else set()
     return template_data.Header(
@@ -134,6 +136,7 @@ def _header(
             *_constants(model, relaxation),
             *(groups.constants() if groups else []),
             *redraw.constants(model),
+            *(moves.constants() if moves else []),
             *partitioned.constants(),
             *(factors.constants() if factors else []),
         ),
@@ -165,7 +168,7 @@ def _header(
         moments=bool(factors and factors.matched) or any(b.deviation for b in context.beliefs.values()),
         relaxed=groups is not None,
         shares=relaxation.team is not None,
-        sections=_sections(interface, partitioned, factors, groups, derived),
+        sections=_sections(interface, partitioned, factors, moves, groups, derived),
     )
 
 
@@ -208,6 +211,7 @@ def _sections(
     interface: Interface,
     partitioned: PartitionedStep,
     factors: FactorFunctions | None,
+    moves: ValueMoves | None,
     groups: GroupFunctions | None,
     derived: tuple[DerivedTable, ...],
 ) -> tuple[template_data.Section, ...]:
@@ -240,6 +244,7 @@ def _sections(
                     density(i, model.variable(i.variable).type, parts.init_densities[i.variable], context)
                     for i in model.first_seen
                 ),
+                *(moves.density_functions() if moves else []),
             ],
         ),
         ("Posteriors of factors", factors.all() if factors else []),
@@ -260,6 +265,7 @@ def _sections(
                 interface.observe(),
                 interface.filter(),
                 *redraw.functions(model, context.names, pack(model).fixed),
+                *(moves.all() if moves else []),
                 *(beliefs.all() if beliefs else []),
                 *history,
                 *PolicyFunctions(interface).all(),

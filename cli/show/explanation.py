@@ -194,7 +194,9 @@ def _belief(belief: Facts) -> str:
         return f"Belief: factored, each factor independent of the others given what was seen{given}"
     lazily = ", ".join(belief["drawn_when_read"])
     copies = f"; copies draw anew what they have not read of {lazily}" if lazily else ""
-    return f"Belief: particles of the whole state{copies}{given}"
+    moved = ", ".join(belief["moved"])
+    moves = f"; moves change single values of {moved}" if moved else ""
+    return f"Belief: particles of the whole state{copies}{moves}{given}"
 
 
 def _factors(belief: Facts) -> list[str]:

@@ -1,25 +1,50 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Initial values that particles may draw anew as long as nothing has read them (``redraw.hpp``)."""
+"""Initial values that particles may draw anew as long as nothing has read them (``redraw.hpp``).
+
+Few values of which all hidden state consists are moved one by one instead (``value_moves.py``).
+"""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 
 from hypgen.codegen.cpp import template_data
 from hypgen.codegen.layout.naming import Names, takes_word
 from hypgen.codegen.layout.state_layout import WORD, Block, Field
 from hypgen.dsl import ir
-from hypgen.dsl.types import length_of
+from hypgen.dsl.types import Float, length_of, size_of
 
 MOST = 4_096  # words that a particle keeps: 16 kB, and thousands of particles have them
+MOST_MOVED = 64  # values: of more, moves one by one change too few
+MOST_BITS = 512.0  # of these values together, so that their joint probability is a double
 
 
 def redrawn(model: ir.Model) -> tuple[ir.Assign, ...]:
     """Return the inits of hidden fixed variables that draw: those of single values first.
 
     None without a variable that has entries: what is a single value is soon read. None either where the
-    belief is a product of posteriors, or where the words would take too much memory.
+    belief is a product of posteriors, where the words would take too much memory, or where values move.
     """
+    return () if moves_values(model) else _drawn(model)
+
+
+def moves_values(model: ir.Model) -> bool:
+    """Return whether particles move their hidden values one by one.
+
+    So where all of these are drawn at the start and never change: then what was seen weighs them alone.
+    """
+    hidden = [v for v in model.variables if not v.visible]
+    if not hidden or {a.variable for a in _drawn(model)} != {v.name for v in hidden}:
+        return False
+    if any(isinstance(v.type, Float) for v in hidden) or any(takes_word(e.dist) for e in model.all_lets):
+        return False
+    bits = sum(length_of(v.indices) * math.log2(size_of(v.type)) for v in hidden)
+    return bits <= MOST_BITS and sum(length_of(v.indices) for v in hidden) <= MOST_MOVED
+
+
+def _drawn(model: ir.Model) -> tuple[ir.Assign, ...]:
+    """Return the inits of hidden fixed variables that draw, each word for one value."""
     if model.factored:
         return ()
     variables = {v.name: v for v in model.variables}

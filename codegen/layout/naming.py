@@ -51,6 +51,7 @@ _CONCEPT = _words(
     Part kStages kMaxWarps step_stage step_rewards step_end
     advance_visible unit_size unit_of probability put_unit posteriors
     moments Evidence kUnitValues see draw_unit move_unit copy_unit export_unit
+    kHiddenValues hidden_size hidden_value put_hidden init_density weigh_hidden
     """
 )
 

@@ -261,6 +261,33 @@ class Interface:
                 if assign.variable in seen:
                     self._condition(builder, assign, digits[assign.variable])
         code.add(f"if ({self._test('is_terminal', self.model.terminal)}) return 0.0;")
+        self._weigh_observations(builder, digits)
+        code.add("return weight;")
+        return builder.done("double", "filter")
+
+    def weigh_hidden(self) -> template_data.Function:
+        """Return ``weigh_hidden``: what ``filter`` returns, where the state after the step is known."""
+        builder = self.acting(
+            [*PLACE, ("int", "action"), (self.key.argument, "key"), ("const State&", "next")]
+        )
+        code = builder.code
+        weighed = [a for stage in self.stages for u in stage if u.observed for a in u.assigns]
+        weighed = [a for a in weighed if not self.model.variable(a.variable).copied]
+        code.add(f"if ({self._test('is_terminal', self.model.terminal)}) return 0.0;")
+        seen = {o.name for o in self.model.observations}
+        digits = self.digits(builder, seen) if seen else {}
+        code.add("double weight = 1.0;")
+        for assign in weighed:
+            with builder.printer.loops(assign.binders):
+                type_ = self.model.variable(assign.variable).type
+                value = ir.StateRead(type_, assign.variable, _locals(assign.binders), True)
+                name = self.parts.densities[assign.variable]
+                self._weigh(builder, name, assign, builder.printer.text(value))
+        self._weigh_observations(builder, digits)
+        code.add("return weight;")
+        return builder.done("double", "weigh_hidden")
+
+    def _weigh_observations(self, builder: Builder, digits: Mapping[str, Digit]) -> None:
         for observation in self.model.observations:
             with builder.printer.loops(observation.binders):
                 self._weigh(
@@ -269,8 +296,6 @@ class Interface:
                     observation,
                     digits[observation.name](observation.binders),
                 )
-        code.add("return weight;")
-        return builder.done("double", "filter")
 
     def _condition(self, builder: Builder, assign: ir.Assign, digit: Digit) -> None:
         """Append what takes a visible variable from the key."""

@@ -38,6 +38,7 @@ struct Standing {
   static constexpr bool kCountsApart = false;
   static constexpr bool kSeesFirst = false;
   static constexpr bool kRedraws = false;
+  static constexpr bool kMovesValues = false;
 
   static void see(const Params&, const Fixed&, const State& state, int, const Key& key, Evidence& seen) {
     seen.next = state;

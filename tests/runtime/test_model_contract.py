@@ -34,6 +34,7 @@ LACKING = {
     "struct Wanting : Tiger { static int roll_history; };": "advance_history or roll_history is missing",
     "struct Wanting : Tiger { static int init_posterior; };": "or advance_posterior is missing",
     "struct Wanting : Tiger { using Tracking = Tiger; };": "a model with Tracking lacks kRedrawnWords",
+    "struct Wanting : Tiger { static constexpr int kHiddenValues = 1; };": "a model with kHiddenValues lacks",
     "struct Wanting : CoinAndLevel { static int unit_of; };": "a model with kFactored lacks kParticleUnits",
     "struct Wanting : CoinAndLevel { static int put_unit; };": "lacks unit_size, probability or put_unit",
     "struct Wanting : CoinAndLevel { static int copy_unit; };": (

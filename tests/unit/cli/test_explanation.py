@@ -128,6 +128,12 @@ def test_what_is_drawn_when_read_is_named() -> None:
     assert "; copies draw anew what they have not read of floor.wet\n" in text(model)
 
 
+def test_what_moves_value_by_value_is_named() -> None:
+    model = load(EXAMPLES / "classics" / "battleship.pomdp").model
+    assert explain(model)["belief"]["moved"] == ["ship.place"]
+    assert "; moves change single values of ship.place\n" in text(model)
+
+
 def test_what_is_seen_at_the_start_is_named() -> None:
     model = load(ROOT / "tests" / "golden" / "first_look.pomdp").model
     assert explain(model)["belief"]["seen_first"] == ["bell.rings", "chest.glint"]

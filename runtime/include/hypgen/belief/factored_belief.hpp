@@ -27,6 +27,7 @@ struct ParticleUnits {
   static constexpr int kFirstWords = 256;
   static constexpr bool kCountsApart = false;
   static constexpr bool kRedraws = false;
+  static constexpr bool kMovesValues = false;
 
   static void see(const Params& params, const Fixed& fixed, const State& state, int action, const Key& key,
                   Evidence& seen) {

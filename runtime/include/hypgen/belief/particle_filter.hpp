@@ -109,14 +109,24 @@ class ParticleFilter : UnitStarts<U> {
   void accept() {
     const bool any_moves =
         std::any_of(columns_.begin(), columns_.end(), [](const Column& column) { return column.can_move(); });
-    if (any_moves && past_.size() == step_ && step_ < kLongestPast) past_.push_back(latest_);
+    if (any_moves && past_.size() == step_ && step_ < kLongestPast) {
+      if constexpr (U::kMovesValues) {
+        latest_.before = now_[0].state;
+        latest_.seen.next = next_[0].state;
+      }
+      past_.push_back(latest_);
+    }
     const std::uint32_t before = largest();
     ++step_;
     for_units([&](int unit) { take_weights(unit); });
     now_.swap(next_);
     gather(before);
     for_slots(largest(), [&](std::uint32_t i) {
-      for (int unit = 0; unit < U::kUnits; ++unit) rejuvenate(unit, i);
+      if constexpr (U::kMovesValues) {
+        move_values(i, PhiloxDraws(key_, i, step_), moves_of(columns_[0], i));
+      } else {
+        for (int unit = 0; unit < U::kUnits; ++unit) rejuvenate(unit, i);
+      }
     });
     for_units([&](int unit) {
       if (columns_[unit].moves > 0 || columns_[unit].resampled) count_values(unit, now_);
@@ -144,6 +154,7 @@ class ParticleFilter : UnitStarts<U> {
     for (Column& column : columns_) {
       column.count = most_;
       column.names.clear(0);
+      column.moved = 0;
       std::iota(column.origins.begin(), column.origins.end(), 0U);
       column.weights = weights;
     }
@@ -167,8 +178,10 @@ class ParticleFilter : UnitStarts<U> {
   std::vector<UnitHealth> health() const {
     std::vector<UnitHealth> found;
     for (const Column& column : columns_) {
-      found.push_back({column.count, column.effective_size(), column.distinct(), column.surprise,
-                       column.is_depleted(kFewValues, most_)});
+      const bool is_depleted =
+          !U::kMovesValues && column.is_depleted(kFewValues, most_);  // moves find others
+      found.push_back(
+          {column.count, column.effective_size(), column.distinct(), column.surprise, is_depleted});
     }
     return found;
   }
@@ -188,12 +201,14 @@ class ParticleFilter : UnitStarts<U> {
   static constexpr std::uint32_t kLongestPast = 256;  // steps that a move can run again
   static constexpr std::uint32_t kRestart = 32;       // the first round of draws of a unit that starts again
   static constexpr std::uint32_t kReplays = 8;        // steps run again for each particle and step
+  static constexpr std::uint32_t kValueMoves = 16;    // of a particle in a step, where most values are lost
   static constexpr std::size_t kFewValues = 20;       // of a unit that had many, they are doubtful
   static constexpr double kManyValues = 512.0;        // as spread as that, a unit takes all its particles
 
   struct Step {
     int action;
     typename U::Evidence seen;
+    State before;  // for moves of values alone
   };
 
   static std::size_t chunks(std::uint32_t slots) { return (slots + kChunk - 1) / kChunk; }
@@ -266,8 +281,9 @@ class ParticleFilter : UnitStarts<U> {
   double advance(int unit, std::uint32_t i, std::uint32_t round, PhiloxDraws& draws) {
     Particle& to = next_[i];
     if (!columns_[unit].starts_again && (round == 0 || step_ > 0 || U::kSeesFirst)) {
-      if (U::kRedraws && round > 0) {
+      if ((U::kRedraws || U::kMovesValues) && round > 0) {
         redraw(unit, i, now_[i], draws);
+        if constexpr (U::kMovesValues) move_values(i, draws, kValueMoves);
         U::copy(unit, now_[i].fixed, now_[i].state, to.fixed, to.state);
       }
       return U::move(params_, to.fixed, now_[i].state, latest_.action, latest_.seen, draws, unit, to.state);
@@ -302,9 +318,10 @@ class ParticleFilter : UnitStarts<U> {
       column.past.push_back({{}, column.round, column.explained});
     count_values(unit, next_);
     const bool repeats = column.repeats();
+    const double lost = column.lost();
     column.resampled = column.effective_size() < 0.5 * static_cast<double>(column.count);
     if (column.resampled) resample(unit);
-    plan_moves(column, repeats || step_ == column.born + 1);
+    plan_moves(column, repeats || step_ == column.born + 1, lost);
   }
 
   void resample(int unit) {
@@ -358,9 +375,12 @@ class ParticleFilter : UnitStarts<U> {
 
   // How many moves a unit makes. None where the model's own noise has told all copies apart by the next step. A
   // longer past allows fewer, so that all steps take about as long.
-  void plan_moves(Column& column, bool pays) {
+  void plan_moves(Column& column, bool pays, [[maybe_unused]] double lost) {
     pays = pays && column.can_move() && column.born + column.past.size() == step_;
-    column.moves = pays ? std::max(1U, kReplays * column.count / (step_ - column.born)) : 0;
+    const std::uint32_t wanted = U::kMovesValues
+                                     ? static_cast<std::uint32_t>(lost * kValueMoves * column.count)
+                                     : kReplays * column.count / (step_ - column.born);
+    column.moves = pays ? std::max(1U, wanted) : 0;
   }
 
   // How many of a unit's moves are for a slot. Over the steps all slots have their turn.
@@ -391,6 +411,44 @@ class ParticleFilter : UnitStarts<U> {
       column.likelihoods[i] = likelihood;
       std::copy_n(words, column.names.size(), column.words_of(i));
     }
+  }
+
+  // Moves values of a particle. Two tests accept a move, one after the other, and each leaves its own factor of the
+  // posterior as it is (delayed acceptance; Christen and Fox, 2005). The first one mostly ends early.
+  void move_values(std::uint32_t i, PhiloxDraws draws, std::uint32_t moves) {
+    Column& column = columns_[0];
+    if (moves == 0 || i >= column.count || !(column.weights[i] > 0.0) || !column.can_move() ||
+        column.past.size() != step_)
+      return;
+    double density = -1.0;  // of the particle's values; below 0: not known
+    for (std::uint32_t number = 0; number < moves; ++number) {
+      typename U::Move move(draws, kMoveSite, number * U::Move::kWords);
+      Fixed fixed = now_[i].fixed;
+      PathLikelihood likelihood;
+      if (!move.propose(fixed.values) ||
+          !weigh_past(fixed, move.likelihood_share(), column.likelihoods[i], likelihood))
+        continue;
+      if (density < 0.0) density = U::start_density(params_, now_[i].fixed, starts_[0]);
+      const double other = U::start_density(params_, fixed, starts_[0]);
+      if (!(other > move.density_share() * density)) continue;
+      density = other;
+      now_[i].fixed = fixed;
+      column.likelihoods[i] = likelihood;
+    }
+  }
+
+  // How likely values make all that was seen. Gives false as `replay` does.
+  bool weigh_past(const Fixed& fixed, double share, const PathLikelihood& least,
+                  PathLikelihood& likelihood) const {
+    const Column& column = columns_[0];
+    if (column.start_weighed) likelihood.multiply(U::weigh_start(params_, 0, fixed, starts_[0]));
+    for (std::size_t s = 0; s < column.past.size(); ++s) {
+      if (!column.past[s].weighed) continue;
+      const Step& step = past_[s];
+      likelihood.multiply(U::weigh(params_, fixed, step.before, step.action, step.seen));
+      if (!likelihood.exceeds(share, least)) return false;
+    }
+    return likelihood.exceeds(share, least);
   }
 
   // Finds the scenarios whose names a particle has drawn with in each step.

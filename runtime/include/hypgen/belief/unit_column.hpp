@@ -89,7 +89,7 @@ struct UnitColumn {
   }
 
   // Whether moves can change anything. The past is kept for them alone.
-  bool can_move() const { return names.moved() > 0 && !parts.empty(); }
+  bool can_move() const { return moved > 0 && !parts.empty(); }
 
   // How many values the part has left that has lost most.
   std::size_t distinct() const {
@@ -108,6 +108,15 @@ struct UnitColumn {
     return false;
   }
 
+  // The share of its values that the part has lost that has lost most.
+  double lost() const {
+    double most = 0.0;
+    for (const Part& part : parts)
+      most = std::max(most, 1.0 - static_cast<double>(part.distinct) /
+                                      static_cast<double>(std::min<std::size_t>(part.most, count)));
+    return most;
+  }
+
   // Whether few values are left of a part that had many.
   bool is_depleted(std::size_t few, std::size_t most) const {
     for (const Part& part : parts) {
@@ -120,6 +129,7 @@ struct UnitColumn {
   bool start_weighed = false;  // what is visible at the start has weighed
   std::uint32_t born = 0;      // the step at which the unit has started, or started again
   bool starts_again = false;   // in the latest step
+  int moved = 0;               // words or values that moves may change
   FirstNames names;
   std::vector<std::uint32_t> words, next_words;      // names.size() for each particle
   std::vector<std::uint32_t> origins, next_origins;  // the scenarios with whose other names particles started

@@ -24,6 +24,7 @@ namespace hypgen {
 //   bool kCountsApart;                           // each value is counted by itself, and not all together
 //   bool kSeesFirst;                             // what is visible at the start tells of units
 //   bool kRedraws;                               // copies draw again what they have not read (redraw.hpp)
+//   bool kMovesValues;                           // moves change values, not words (value_moves.hpp)
 //   double weigh_start(P, int unit, F, S);       // how likely a unit's initial values make that
 //   void see(P, F, S, int action, Key, Evidence&);             // what all particles of a step share
 //   const State& visible(const Evidence&);                     // the visible variables after the step
@@ -32,6 +33,10 @@ namespace hypgen {
 //                                                                                  // what was seen
 //   void copy(int unit, F, S, Fixed&, State&);
 //   int values(int unit, F, S, double* out);                   // a unit's values, and how many
+// and if kMovesValues, of a single unit:
+//   type Move                                                  // proposes other values of Fixed
+//   double start_density(P, F, S start);                       // how probable its values are at the start
+//   double weigh(P, F, S, int action, const Evidence&);        // what `move` gives; visible variables are known
 // and if kRedraws:
 //   bool is_redrawn(std::uint32_t site, std::uint32_t index);  // the word of that name may be drawn again
 //   bool is_moved(std::uint32_t site, std::uint32_t index);    // moves may change the word of that name
@@ -59,7 +64,13 @@ class UnitStarts {
   void begin(int unit) {
     Column& column = columns_[unit];
     column.count = most_;
-    note_names(unit);
+    if constexpr (U::kMovesValues) {
+      column.names.clear(0);
+      column.moved = 1;
+    } else {
+      note_names(unit);
+      column.moved = column.names.moved();
+    }
     column.words.resize(static_cast<std::size_t>(most_) * static_cast<std::size_t>(column.names.size()));
     column.next_words.resize(column.words.size());
     column.past.clear();
@@ -154,7 +165,8 @@ class UnitStarts {
     if (column.parts.empty() && !U::kRedraws) column.names.clear(0);  // nothing will ever be drawn again
   }
 
-  // Finds the values of which many particles have one of their own at the start, as far as some tell.
+  // Finds the values of which many particles have one of their own at the start, as far as some tell. Where values
+  // move, all fixed state together is counted too, however few values it has.
   void find_parts(int unit, const std::vector<Particle>& now) {
     const std::uint32_t asked = std::min(most_, kAskedStarts);
     std::vector<double> values(asked * static_cast<std::size_t>(U::kValues + 1));
@@ -165,7 +177,8 @@ class UnitStarts {
       ValueSet found(asked);
       for (std::uint32_t i = 0; i < asked; ++i)
         found.add(ValueSet::hash(values.data() + i * (U::kValues + 1) + value, 1));
-      if (2 * found.size() > asked) columns_[unit].parts.push_back({value, 1, 0, 0, 0});
+      const bool is_all = U::kMovesValues && value + 1 == count;
+      if (is_all || 2 * found.size() > asked) columns_[unit].parts.push_back({value, 1, 0, 0, 0});
     }
   }
 

@@ -10,6 +10,7 @@
 #include "hypgen/belief/redraw.hpp"
 #include "hypgen/belief/replay.hpp"
 #include "hypgen/belief/value_counts.hpp"
+#include "hypgen/belief/value_moves.hpp"
 #include "hypgen/model/model.hpp"
 
 namespace hypgen {
@@ -28,7 +29,7 @@ struct WholeState {
   };
   struct Evidence {
     Key key;
-    State next;  // nothing: `filter` writes what is visible too
+    State next;  // nothing until `accept`: `filter` writes what is visible too
   };
   static constexpr int kUnits = 1;
   static constexpr int kValues = M::kVariableCount + 1;
@@ -36,6 +37,7 @@ struct WholeState {
   static constexpr bool kCountsApart = true;
   static constexpr bool kSeesFirst = SeesFirst<M>::value;
   static constexpr bool kRedraws = Redrawn::kAny;
+  static constexpr bool kMovesValues = MovesValues<M>::value;
 
   static void see(const Params&, const Fixed&, const State&, int, const Key& key, Evidence& seen) {
     seen.key = key;
@@ -108,6 +110,16 @@ struct WholeState {
       read.values = fixed;
     }
     return read;
+  }
+
+  // Moves of values (value_moves.hpp).
+  using Move = ValueMove<M>;
+  static double start_density(const Params& params, const Fixed& fixed, const State& start) {
+    return T::init_density(params, fixed.values, start);
+  }
+  static double weigh(const Params& params, const Fixed& fixed, const State& state, int action,
+                      const Evidence& seen) {
+    return T::weigh_hidden(params, fixed.values, state, action, seen.key, seen.next);
   }
 
   // Redraw (redraw.hpp). Its first proposal draws all unread words, the second those of arrays alone: that is

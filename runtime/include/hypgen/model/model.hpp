@@ -106,6 +106,14 @@
 //   int redrawn_word(std::uint32_t site, std::uint32_t index);  // the word's number; -1: not such a word
 //   bool Tracking::is_word_read(const Tracking::Fixed&, int word);
 //
+// Moves of values (belief/value_moves.hpp). Optional, all or none: where all hidden variables are fixed.
+//   int kHiddenValues;                                          // entries of hidden variables, numbered from 0
+//   std::int32_t hidden_size(int entry);                        // how many values it may have
+//   std::int32_t hidden_value(F, int entry);                    // which of them it has, numbered from 0
+//   void put_hidden(Fixed&, int entry, std::int32_t value);
+//   double init_density(P, F, S);                               // the probability of hidden values at the start
+//   double weigh_hidden(P, F, S, int action, const Key&, S next);  // what `filter` returns; `next` is given
+//
 // Parts of a step (verify/schedule.hpp, cuda/steppers.cuh). Optional on the host, required for a GPU. The
 // warps of a block share a step: stage by stage, and within a stage by numbers (part.hpp).
 //   int kStages;

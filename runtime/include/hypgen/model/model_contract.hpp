@@ -144,6 +144,16 @@ using Redrawn = std::void_t<Number<M::kRedrawnWords>, Number<M::kRedrawnSingles>
                             Returns<bool, decltype(M::Tracking::is_word_read(F<typename M::Tracking>(), 0))>>;
 
 template <class M>
+using HasHiddenValues = Number<M::kHiddenValues>;
+template <class M>
+using MovesValues =
+    std::void_t<Returns<std::int32_t, decltype(M::hidden_size(0))>,
+                Returns<std::int32_t, decltype(M::hidden_value(F<M>(), 0))>,
+                decltype(M::put_hidden(to<typename M::Fixed>(), 0, std::int32_t{})),
+                Returns<double, decltype(M::init_density(P<M>(), F<M>(), S<M>()))>,
+                Returns<double, decltype(M::weigh_hidden(P<M>(), F<M>(), S<M>(), 0, key<M>(), S<M>()))>>;
+
+template <class M>
 using Parts = std::void_t<Number<M::kStages>, Number<M::kMaxWarps>,
                           decltype(M::step_stage(0, P<M>(), F<M>(), S<M>(), 0, draws(),
                                                  to<typename M::State>(), Part{})),
@@ -206,6 +216,9 @@ struct Functions {
   static_assert(!kHas<HasTracking, M> || kHas<Redrawn, M>,
                 "model contract: a model with Tracking lacks kRedrawnWords, kRedrawnSingles, redrawn_word or "
                 "Tracking::is_word_read");
+  static_assert(!kHas<HasHiddenValues, M> || kHas<MovesValues, M>,
+                "model contract: a model with kHiddenValues lacks hidden_size, hidden_value, put_hidden, "
+                "init_density or weigh_hidden");
 };
 
 template <class M>
