@@ -129,6 +129,7 @@ def _header(
     moves = ValueMoves(interface) if redraw.moves_values(model) else None
     whole = {variable for table in derived for variable in table.variables} & names.bits.keys()
     whole |= groups.whole() if groups else set()
+    sections = _sections(interface, partitioned, factors, moves, groups, derived)  # finds the masses
     return template_data.Header(
         banner=banner,
         name=names.model,
@@ -168,7 +169,7 @@ def _header(
         moments=bool(factors and factors.matched) or any(b.deviation for b in context.beliefs.values()),
         relaxed=groups is not None,
         shares=relaxation.team is not None,
-        sections=_sections(interface, partitioned, factors, moves, groups, derived),
+        sections=sections,
     )
 
 
@@ -204,6 +205,7 @@ def _params(context: Context, derived: tuple[DerivedTable, ...]) -> tuple[str, .
         over = f", by {inputs}" if inputs else ""
         dims = dimensions(tuple(b.type for b in table.inputs))
         lines.append(f"{stored(table.type)} {table.name}{dims};  // computed: {origin(table.span)}{over}")
+    lines += [f"std::uint64_t {name};  // computed" for name in context.masses.values()]
     return tuple(lines)
 
 
@@ -298,6 +300,8 @@ def _load(
         count = math.prod(size_of(i) for i in param.indices)
         target = f"&params.{context.names.params[param.name]}" + "[0]" * len(param.indices)
         builder.code.add(f'if (!values.copy("{param.name}", {target}, {count}, error)) return false;')
+    for mass, name in context.masses.items():
+        builder.code.add(f"params.{name} = {mass};")
     for table in derived:
         table_fill(table, entries[table.name], context, builder)
     if groups:

@@ -58,6 +58,7 @@ class Context:
     needs: NeedsAnalysis
     index_types: dict[str, tuple[Type, ...]]  # of params, derived tables and constant arrays, by IR name
     beliefs: Mapping[int, ir.BeliefRead] = field(default_factory=dict)  # those that take a function
+    masses: dict[str, str] = field(default_factory=dict)  # fields of Params, by the masses printed so far
 
 
 class ExprPrinter:

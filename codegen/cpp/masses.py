@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from hypgen.codegen.cpp.expressions import ExprPrinter
 from hypgen.dsl import ir
 from hypgen.dsl.ir import masses
+from hypgen.dsl.ir.walk import walk
 from hypgen.dsl.types import Float
 
 PART = 1 << 45  # the least mass of another than a noisy value that whole words are split for
@@ -41,12 +42,18 @@ def text(probability: ir.Expr, complement: ir.Expr | None, printer: ExprPrinter)
 
 
 def mass_text(probability: ir.Expr, complement: ir.Expr | None, printer: ExprPrinter) -> str:
-    """Return the mass of a probability."""
+    """Return the mass of a probability. One that is made of params alone is computed when they are loaded."""
     if isinstance(probability, ir.Const):
         return literal(masses.of_constant(probability))
-    if complement is None:
-        return f"dist::mass({printer.text(probability)})"
-    return f"dist::mass({printer.text(probability)}, {printer.text(complement)})"
+    parts = (probability,) if complement is None else (probability, complement)
+    mass = f"dist::mass({', '.join(map(printer.text, parts))})"
+    read = {node.param: None for part in parts for node in walk(part) if isinstance(node, ir.ParamRead)}
+    if not read or not all(_reads_only_params(part, printer.context.model) for part in parts):
+        return mass
+    fields = printer.context.masses
+    if mass not in fields:
+        fields[mass] = printer.names.derived_table("_".join((*read, "mass")))
+    return f"params.{fields[mass]}"
 
 
 def table_texts(dist: ir.Table, printer: ExprPrinter) -> list[str]:
@@ -77,6 +84,17 @@ def leaves(probability: ir.Expr) -> int:
 def literal(mass: int) -> str:
     """Return a mass as C++."""
     return f"std::uint64_t{{0x{mass:016X}}}"
+
+
+def _reads_only_params(e: ir.Expr, model: ir.Model) -> bool:
+    """Return whether a probability is the same in all draws: arithmetic of params that are no arrays."""
+    params = {p.name for p in model.params if not p.indices}
+    return all(
+        node.param in params
+        if isinstance(node, ir.ParamRead)
+        else isinstance(node, ir.Const | ir.Unary | ir.Binary | ir.Clamp)
+        for node in walk(e)
+    )
 
 
 def _least(probability: ir.Expr, model: ir.Model) -> float:

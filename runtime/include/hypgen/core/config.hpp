@@ -8,3 +8,13 @@
 #else
 #define HYPGEN_FN inline
 #endif
+
+/// The same for functions that are hardly ever called, which host compilers keep out of their callers' code.
+#if defined(__CUDACC__)
+#define HYPGEN_COLD_FN HYPGEN_FN
+#else
+#define HYPGEN_COLD_FN __attribute__((noinline, cold)) inline
+#endif
+
+/// Whether `condition`, which hardly ever holds, does.
+#define HYPGEN_RARELY(condition) __builtin_expect(static_cast<bool>(condition), false)

@@ -108,6 +108,10 @@ class SearchDraws {
     return uncached_.word(site, index);
   }
 
+  std::uint32_t second_word(std::uint32_t site, std::uint32_t index) const {
+    return uncached_.second_word(site, index);
+  }
+
  private:
   DrawCache& cache_;
   DrawCache::Slot* slots_;
@@ -115,5 +119,9 @@ class SearchDraws {
   std::uint32_t step_;
   PhiloxDraws uncached_;
 };
+
+inline std::uint32_t second_word(SearchDraws& draws, std::uint32_t site, std::uint32_t index) {
+  return draws.second_word(site, index);
+}
 
 }  // namespace hypgen

@@ -95,7 +95,9 @@ HYPGEN_FN double noisy_density(bool is_value, float p, std::int32_t count) {
 template <class D>
 HYPGEN_FN std::int32_t noisy(const FineWord<D>& word, std::int32_t value, std::uint64_t mass,
                              std::int32_t count) {
-  if (count == 1 || word.below(mass)) return value;
+  if (count == 1) return value;
+  if (count == 2) return word.below(mass) ? value : 1 - value;
+  if (word.below(mass)) return value;
   const auto others = static_cast<std::uint64_t>(count - 1);
   const bool by_words = (mass & kLow) == 0 && kWhole - mass >= others << 45;
   const auto other = static_cast<std::int32_t>(by_words ? piece_of(word.word(), mass >> kLowBits, others)

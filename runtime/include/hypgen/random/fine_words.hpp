@@ -84,7 +84,7 @@ class FineWord {
   /// In which of the pieces, from a mass on that the draw is not below, it lies.
   HYPGEN_FN std::uint64_t piece(const Pieces& pieces) const { return piece_at(word_, pieces, *this); }
 
-  HYPGEN_FN std::uint64_t low_bits() const { return draws_->word(site_, index_ | kSecondWord) >> 1; }
+  HYPGEN_FN std::uint64_t low_bits() const { return second_word(*draws_, site_, index_) >> 1; }
 
   HYPGEN_FN auto word() const { return word_; }
 
@@ -99,8 +99,8 @@ class FineWord {
 template <class D>
 HYPGEN_FN bool is_below(std::uint32_t word, std::uint64_t mass, const FineWord<D>& fine) {
   const std::uint64_t high = mass >> kLowBits, low = mass & kLow;
-  if (word != high || low == 0) return word < high;
-  return fine.low_bits() < low;
+  if (HYPGEN_RARELY(word == high) && low != 0) return fine.low_bits() < low;
+  return word < high;
 }
 
 template <class D>

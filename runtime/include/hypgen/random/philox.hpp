@@ -72,7 +72,18 @@ class PhiloxDraws {
     return words_.words[index % 4];
   }
 
+  // The second word of a draw; it leaves the kept block alone.
+  HYPGEN_FN std::uint32_t second_word(std::uint32_t site, std::uint32_t index) const {
+    return apart(key_, scenario_, step_, site, index | kSecondWord);
+  }
+
  private:
+  // Takes values, as the address of the draws would keep them out of registers.
+  HYPGEN_COLD_FN static std::uint32_t apart(StreamKey key, std::uint32_t scenario, std::uint32_t step,
+                                            std::uint32_t site, std::uint32_t index) {
+    return philox(key.key0, key.key1, {{scenario, step, site, index / 4}}).words[index % 4];
+  }
+
   StreamKey key_;
   std::uint32_t scenario_;
   std::uint32_t step_;
@@ -81,6 +92,15 @@ class PhiloxDraws {
   bool cached_ = false;
   PhiloxBlock words_;
 };
+
+// The second word of a draw, from any source.
+template <class D>
+HYPGEN_FN auto second_word(D& draws, std::uint32_t site, std::uint32_t index) {
+  return draws.word(site, index | kSecondWord);
+}
+HYPGEN_FN std::uint32_t second_word(PhiloxDraws& draws, std::uint32_t site, std::uint32_t index) {
+  return draws.second_word(site, index);
+}
 
 // Draws from a list, in the order of the calls; starts again at its end. For tests.
 class RecordedDraws {

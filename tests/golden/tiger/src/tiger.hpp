@@ -52,6 +52,7 @@ struct Tiger : NoHistory {
 
   struct Params {
     float hearing;  // tiger.pomdp:9
+    std::uint64_t hearing_mass;  // computed
     float group_0_table[2];  // computed: the worth of outcome
     float earned_table[2];  // computed: what the default policy earns
   };
@@ -102,8 +103,8 @@ struct Tiger : NoHistory {
   HYPGEN_FN static std::int32_t observe_heard(const Params& params, std::int32_t act, D& draws,
       const State& next) {
     if (act == Act::listen) {
-      return dist::noisy(dist::fine(draws, Site::observe_heard, 0), next.room_tiger(),
-          dist::mass(params.hearing), 2);
+      return dist::noisy(dist::fine(draws, Site::observe_heard, 0), next.room_tiger(), params.hearing_mass,
+          2);
     }
     return dist::uniform(draws.word(Site::observe_heard, 0), 2);
   }
@@ -113,7 +114,7 @@ struct Tiger : NoHistory {
   // tiger.pomdp:19
   HYPGEN_FN static double density_heard(const Params& params, std::int32_t act, const State& next,
       std::int32_t value) {
-    if (act == Act::listen) return dist::noisy_density(value == next.room_tiger(), dist::mass(params.hearing), 2);
+    if (act == Act::listen) return dist::noisy_density(value == next.room_tiger(), params.hearing_mass, 2);
     return 1.0 / 2.0;
   }
 
@@ -374,6 +375,7 @@ struct Tiger : NoHistory {
   template <class Draws = exact::EnumeratingDraws>
   static bool load(const ParamValues& values, Params& params, std::string& error) {
     if (!values.copy("hearing", &params.hearing, 1, error)) return false;
+    params.hearing_mass = dist::mass(params.hearing);
     static constexpr int actions_0[] = {0, 1, 2};
     const relaxation::Group<Params, Fixed, State> groups[] = {
       {2, {actions_0, 3}, put_group_0, index_of_group_0, is_legal, step_group_0<Draws>, declared_upper,

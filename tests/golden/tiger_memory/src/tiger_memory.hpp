@@ -54,6 +54,7 @@ struct TigerMemory {
     float hearing;  // tiger_memory.pomdp:8
     std::int8_t policy_n_table[2][3][2][5];  // computed: tiger_memory.pomdp:28, by started, last_action, last_heard, memory_lead
     std::uint8_t policy_table[2][3][2][5];  // computed: tiger_memory.pomdp:26, by started, last_action, last_heard, memory_lead
+    std::uint64_t hearing_mass;  // computed
     float group_0_table[2];  // computed: the worth of outcome
   };
 
@@ -131,8 +132,8 @@ struct TigerMemory {
   HYPGEN_FN static std::int32_t observe_heard(const Params& params, std::int32_t act, D& draws,
       const State& next) {
     if (act == Act::listen) {
-      return dist::noisy(dist::fine(draws, Site::observe_heard, 0), next.room_tiger(),
-          dist::mass(params.hearing), 2);
+      return dist::noisy(dist::fine(draws, Site::observe_heard, 0), next.room_tiger(), params.hearing_mass,
+          2);
     }
     return dist::uniform(draws.word(Site::observe_heard, 0), 2);
   }
@@ -142,7 +143,7 @@ struct TigerMemory {
   // tiger_memory.pomdp:18
   HYPGEN_FN static double density_heard(const Params& params, std::int32_t act, const State& next,
       std::int32_t value) {
-    if (act == Act::listen) return dist::noisy_density(value == next.room_tiger(), dist::mass(params.hearing), 2);
+    if (act == Act::listen) return dist::noisy_density(value == next.room_tiger(), params.hearing_mass, 2);
     return 1.0 / 2.0;
   }
 
@@ -457,6 +458,7 @@ struct TigerMemory {
   template <class Draws = exact::EnumeratingDraws>
   static bool load(const ParamValues& values, Params& params, std::string& error) {
     if (!values.copy("hearing", &params.hearing, 1, error)) return false;
+    params.hearing_mass = dist::mass(params.hearing);
     for (std::int32_t started = 0; started <= 1; ++started) {
       for (std::int32_t last_action = 0; last_action <= 2; ++last_action) {
         for (std::int32_t last_heard = 0; last_heard <= 1; ++last_heard) {
