@@ -26,11 +26,7 @@ class FactorFunctions(UnitFunctions):
 
     def fields(self) -> tuple[str, ...]:
         """Return the members of ``Posterior``."""
-        return tuple(f"double {self.field(f)}[{f.members * stored(f)}];" for f in self.exact)
-
-    def field(self, factor: ir.Factor) -> str:
-        """Return the member of ``Posterior`` that holds a factor's probabilities."""
-        return self.advance[factor.element].removeprefix("advance_")
+        return tuple(f"double {self.field[f.element]}[{f.members * stored(f)}];" for f in self.exact)
 
     def constants(self) -> list[str]:
         """Return what the runtime asks of the model about its factors."""
@@ -185,7 +181,7 @@ class FactorFunctions(UnitFunctions):
         if told:
             builder.code.add("bool possible = true;")
         for factor in self.exact:
-            call = f"{self.start[factor.element]}(params, fixed, state, after.{self.field(factor)});"
+            call = f"{self.start[factor.element]}(params, fixed, state, after.{self.field[factor.element]});"
             builder.code.add(f"possible &= {call}" if factor.first else call)
         if told:
             builder.code.add("return possible;")
@@ -201,7 +197,7 @@ class FactorFunctions(UnitFunctions):
         builder.code.add("after = now;")
         builder.code.add("bool possible = true;")
         for factor in self.exact:
-            field = self.field(factor)
+            field = self.field[factor.element]
             given = f"params, fixed, state, action, key, next, now.{field}, after.{field}"
             builder.code.add(f"possible &= {self.advance[factor.element]}({given});")
         builder.code.add("return possible;")
@@ -259,7 +255,7 @@ class FactorFunctions(UnitFunctions):
             [("const Posterior&", "posterior"), ("int", "unit"), ("std::int32_t", "value")]
         )
         for factor in self._units(builder, self.exact):
-            place = self._place(builder, factor, f"posterior.{self.field(factor)}")
+            place = self._place(builder, factor, f"posterior.{self.field[factor.element]}")
             builder.code.add(f"return posteriors::probability<{factor.size}>({place}, value);")
         return builder.done("double", "probability")
 

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from hypgen.codegen.cpp import template_data
 from hypgen.codegen.cpp.function_builder import Builder
 from hypgen.codegen.cpp.text import shifted
+from hypgen.codegen.layout.naming import Scope
 from hypgen.codegen.model.interface import Interface
 from hypgen.codegen.model.model_functions import arguments, density, density_needs
 from hypgen.codegen.passes.guards import own_value
@@ -35,6 +36,8 @@ class Hypotheses:
         self.code = {f.element: unique(f"code_of_{f.element}") for f in self.exact}
         self.start = {f.element: unique(f"start_{f.element}") for f in self.exact}
         self.advance = {f.element: unique(f"advance_{f.element}") for f in self.exact}
+        fields = Scope({"Posterior"})
+        self.field = {f.element: fields.unique(f.element) for f in self.exact}  # of Posterior
         self.copy = {f.element: unique(f"copy_{f.element}") for f in self.sampled}
         hidden = {name for f in self.exact for name in f.variables}
         self.first = {n: unique(f"density_init_{n}") for n in sorted(hidden)}

@@ -18,6 +18,8 @@ from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import negated
 from hypgen.dsl.types import Bool, Type, low_of, size_of
 
+_DRAWN = "drawn%"  # the local that stands for a variant that was drawn
+
 
 @dataclass(frozen=True)
 class Word:
@@ -94,6 +96,9 @@ class DistPrinter:
                 self._sample_weighted(dist, word, sink)
             case ir.Widened(dist=inner):
                 self.sample(inner, word, sink)
+            case ir.InVariant(type=enum, variant=variant, dist=inner):
+                make = printer.constructor(enum, variant)
+                self.sample(inner, word, Sink(f"{sink.before}{make}(", f"){sink.after}"))
             case nodes.WeightedPick(value=value):
                 drawn = printer.scope.unique("word")
                 self.code.add(f"const auto {drawn} = {word.plain};")
@@ -286,6 +291,8 @@ class DistPrinter:
                     lambda: self.density(inner, value, sink),
                     sink,
                 )
+            case ir.InVariant():
+                self._variant_density(dist, value, sink)
             case nodes.WeightedPick(probabilities=probabilities, value=picked):
                 sums = printer.scope.unique("masses")
                 code.add(f"dist::Masses {sums};")
@@ -313,6 +320,22 @@ class DistPrinter:
         last = dist.entries[-1][0] if dist.rest is None else dist.rest
         code.add(f"{sums}.take_rest({self._is(last, value)});")
         code.add(sink(f"{sums}.density()"))
+
+    def _variant_density(self, dist: ir.InVariant, value: str, sink: Sink) -> None:
+        printer, inner = self.printer, dist.dist
+        printer.bind(_DRAWN, value)
+        whole = ir.Local(dist.type, _DRAWN)
+
+        def of_argument() -> None:
+            argument = printer.scope.unique("argument")
+            if not isinstance(inner, ir.Uniform):  # its density is that of any value
+                read = printer.text(dist.argument_of(whole))
+                self.code.add(f"const {scalar(inner.type)} {argument} = {read};")
+            self.density(inner, argument, sink)
+
+        printer.branch(
+            printer.text(dist.is_made(whole)), of_argument, lambda: self.code.add(sink("0.0")), sink
+        )
 
     def _set_density(self, dist: ir.UniformSet, value: str, sink: Sink) -> None:
         printer, code = self.printer, self.code

@@ -26,7 +26,7 @@ from hypgen.codegen.passes.expr_shapes import (
 )
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import free_locals, negated
-from hypgen.dsl.types import INT32_MAX, INT32_MIN, Bool, Float, Int, Type, low_of, size_of
+from hypgen.dsl.types import INT32_MAX, INT32_MIN, Bool, Enum, Float, Int, Type, low_of, size_of
 
 PRIMARY, UNARY, MULTIPLY, ADD, COMPARE, EQUAL, AND, OR, TERNARY = 100, 90, 80, 70, 60, 55, 40, 30, 20
 
@@ -380,13 +380,17 @@ class ExprPrinter:
                 argument = members[enum.name][f"of {variant}"]
                 return f"{types[enum.name]}::{argument}({self.text(operand)})", PRIMARY
             case ir.MakeVariant(enum=enum, variant=variant, argument=argument):
-                return f"{types[enum.name]}::{members[enum.name][variant]}({self.text(argument)})", PRIMARY
+                return f"{self.constructor(enum, variant)}({self.text(argument)})", PRIMARY
             case ir.FieldRead(record=record, field=field, operand=operand):
                 return f"{types[record.name]}::{members[record.name][field]}({self.text(operand)})", PRIMARY
             case ir.MakeRecord(record=record, values=values):
                 make = f"{types[record.name]}::{members[record.name]['make']}"
                 return f"{make}({self.arguments(values)})", PRIMARY
         raise TypeError(f"no C++ for {type(expr).__name__}")
+
+    def constructor(self, enum: Enum, variant: str) -> str:
+        """Return the name of the function that makes a variant of its argument."""
+        return f"{self.names.types[enum.name]}::{self.names.members[enum.name][variant]}"
 
     def _is_plain(self, test: ir.IsVariant, sign: str) -> str:
         """Return ``operand == Enum::variant``, or with ``!=``, for a variant without an argument."""

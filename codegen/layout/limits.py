@@ -18,6 +18,10 @@ TABLE_COST = 8
 MAX_CODE_TABLE_ENTRIES = 4096
 MAX_POSITIONS = 8
 
+# A table's formula has at most so many nodes when its calls are written out: functions that call functions
+# grow without bound.
+MAX_FORMULA = 10000
+
 # A value of the whole state that takes this many simple operations is looked up even in a table that only a
 # larger cache holds: 2 MB of floats, of which a search uses the few rows near its root.
 STATE_TABLE_COST = 64

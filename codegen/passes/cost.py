@@ -24,6 +24,7 @@ class Costs:
     def __init__(self, functions: Mapping[str, ir.Function], lets: Mapping[str, ir.Let]) -> None:
         self.functions = functions
         self.lets = lets
+        self.known: dict[str, int] = {}  # by function
 
     def of(self, node: Node) -> int:
         """Return how many simple operations ``node`` takes; both sides of a condition count."""
@@ -34,7 +35,9 @@ class Costs:
             case ir.StateRead(indices=()):
                 return 0
             case ir.Call(function=name):
-                return inside + self.of(self.functions[name].body)
+                if name not in self.known:
+                    self.known[name] = self.of(self.functions[name].body)
+                return inside + self.known[name]
             case ir.LetRead(let=name):
                 return inside + (0 if self.lets[name].draws else self.of(self.lets[name].dist))
             case (

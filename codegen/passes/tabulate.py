@@ -71,6 +71,10 @@ def tabulate(model: ir.Model, names: Names) -> tuple[ir.Model, tuple[DerivedTabl
     return _Tabulator(model, names).run()
 
 
+class _TooLarge(Exception):
+    """A formula whose calls would be written out without end."""
+
+
 class _Tabulator:
     def __init__(self, model: ir.Model, names: Names) -> None:
         self.model = model
@@ -82,6 +86,7 @@ class _Tabulator:
         self.hoisting = Hoisting(model)
         self.costs = Costs(self.functions, self.lets)
         self.fields = {field.variable: field for field in pack(model).state.fields}
+        self.room = 0  # how many more nodes a formula may have
         self.tested: set[tuple[str, Any]] = set()  # variants that the formula in work tests for
 
     def run(self) -> tuple[ir.Model, tuple[DerivedTable, ...]]:
@@ -95,6 +100,7 @@ class _Tabulator:
             )
         for let in self.model.all_lets:
             self.lets[let.name] = replace(let, dist=self.rewrite(let.dist, let.name, let.span))
+            self.costs.known.clear()  # functions that read it cost less now
         model = replace(
             self.model,
             functions=tuple(self.functions[f.name] for f in self.model.functions),
@@ -136,7 +142,8 @@ class _Tabulator:
         rewritten = self.rewrite(value, name, span)
         if self.costs.of(rewritten) < limits.STATE_TABLE_COST:
             return rewritten
-        reads = state_reads(self._inline(rewritten), self.fields)
+        inlined = self._inlined(rewritten)
+        reads = None if inlined is None else state_reads(inlined, self.fields)
         if reads is None:
             return rewritten
         scope = Scope({local for node in walk(rewritten) for local in bound_names(node)})
@@ -195,7 +202,7 @@ class _Tabulator:
         """Return a table's read for ``node``, a value that is cheap to compute and cheaper to look up."""
         if not is_finite(node.type):
             return None
-        body, inputs = self._over_inputs(self._inline(node), {})
+        body, inputs = self._over_inputs(node, {})
         if inputs is None or self._domain(inputs) > limits.MAX_CODE_TABLE_ENTRIES * self._positions(inputs):
             return None
         return self._add(node, body, inputs, name, span)
@@ -234,15 +241,18 @@ class _Tabulator:
 
         The inputs are what ``node`` reads, or else its largest finite parts, such as a distance.
         """
-        formula, found = self._over_inputs(self._inline(node), {})
+        formula, found = self._over_inputs(node, {})
         if found is None:
             parts: dict[str, ir.Expr] = {}
-            formula, found = self._over_inputs(self._inline(self._set_apart(node, parts)), parts)
+            formula, found = self._over_inputs(self._set_apart(node, parts), parts)
         return formula, found
 
     def _over_inputs(
-        self, formula: ir.Expr, parts: dict[str, ir.Expr]
+        self, node: ir.Expr, parts: dict[str, ir.Expr]
     ) -> tuple[ir.Expr, tuple[_Input, ...] | None]:
+        formula = None if self._reads_what_is_not_finite(node) else self._inlined(node)
+        if formula is None:
+            return node, None
         inputs: dict[Any, _Input] = {}
         bound = {name for inner in walk(formula) for name in bound_names(inner)}
         if any(free_locals(part) & bound for part in parts.values()):
@@ -272,7 +282,26 @@ class _Tabulator:
             return ir.Local(node.type, name)
         return map_children(node, lambda child: self._set_apart(child, parts))
 
+    def _reads_what_is_not_finite(self, node: ir.Expr) -> bool:
+        """Return whether a formula reads what no input can be, told without inlining it."""
+        free = free_locals(node)
+        if any(isinstance(n, ir.Local) and n.name in free and not is_finite(n.type) for n in walk(node)):
+            return True
+        inside = reached((node,), self.functions, self.lets)
+        return any(isinstance(n, ir.StateRead | HistoryRead) and not is_finite(n.type) for n, _ in inside)
+
+    def _inlined(self, node: ir.Expr) -> ir.Expr | None:
+        """Return ``node`` without calls and lets; None where that is too large for a table's formula."""
+        self.room = limits.MAX_FORMULA
+        try:
+            return self._inline(node)
+        except _TooLarge:
+            return None
+
     def _inline(self, node: ir.Expr) -> ir.Expr:
+        self.room -= 1
+        if self.room < 0:
+            raise _TooLarge
         match node:
             case ir.Call():
                 return self._inline(self.inliner.call(node))

@@ -106,9 +106,11 @@ class _Factors:
 
     # What forbids it -----------------------------------------------------------------------------
 
-    def _forbid(self, element: str, owner: Owner, read: str, reason: str) -> None:
+    def _forbid(
+        self, element: str, owner: Owner, read: str, reason: str, span: Span | None = None
+    ) -> None:
         if element not in self.obstacles:
-            self.obstacles[element] = ir.Obstacle(element, self._span(owner, read), reason)
+            self.obstacles[element] = ir.Obstacle(element, span or self._span(owner, read), reason)
 
     def _span(self, owner: Owner, read: str) -> Span:
         """Return where ``owner`` comes to read ``read``, or where it is declared."""
@@ -140,7 +142,7 @@ class _Factors:
                     self._forbid(part.owner, owner, part.read, reason)
                 elif part.vague or shape(part.index) != own:
                     reason = f"{_words(owner)} reads '{part.read}' of another member of the family"
-                    self._forbid(element, owner, part.read, reason)
+                    self._forbid(element, owner, part.read, reason, part.span)
 
     def _member(self, element: str, binders: tuple[ir.Binder, ...]) -> ir.Expr | None:
         """Return the member that the first of ``binders`` stands for; None where there is no family."""

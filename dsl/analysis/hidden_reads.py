@@ -9,12 +9,13 @@ is a condition on known things between two trees. Calls and lets are followed, s
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from hypgen.dsl import ir
 from hypgen.dsl.ir.inline import Inliner, unnamed
-from hypgen.dsl.ir.walk import Node, bound_names, children, free_locals, shape
+from hypgen.dsl.ir.walk import Node, Numbering, bound_names, children, free_locals, shape
+from hypgen.dsl.messages.source import Span
 
 # A tree with more leaves than this is joined into one: then everything counts as read together.
 _MAX_LEAVES = 64
@@ -25,6 +26,7 @@ class Part:
     """Hidden state of one member of ``owner`` (``index`` None: no family), or a draw, a let called ``owner``.
 
     ``read`` is the variable. ``vague``: which member is not known from action and visible state, or several.
+    ``span`` is where it is read.
     """
 
     owner: str
@@ -32,6 +34,7 @@ class Part:
     draw: bool
     read: str
     vague: str = ""
+    span: Span | None = field(default=None, compare=False)
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -75,7 +78,8 @@ class Touches:
         self._functions = {f.name: f for f in model.functions}
         self._lets = {x.name: x for x in model.lets}
         self._inliner = Inliner(self._functions, self._lets, mark="_t")
-        self._trees: dict[ir.LetRead | ir.Call, Tree] = {}
+        self._numbering = Numbering()
+        self._trees: dict[int, Tree] = {}  # of reads and calls, by their numbers
         self._known: dict[int, tuple[Node, bool]] = {}  # by id, which the node itself keeps from being reused
 
     def secret(self, node: Node) -> bool:
@@ -104,17 +108,16 @@ class Touches:
         if not self.secret(node):
             return NOTHING
         match node:
-            case ir.StateRead(variable=name, indices=indices):
-                return self._state_read(name, indices)
+            case ir.StateRead():
+                return self._state_read(node)
             case ir.LetRead(indices=indices) if self._lets[node.let].draws:
                 part = self._part(node.let, indices, True, node.let, self._lets[node.let].binder is not None)
                 return _together([Leaf((part,)), *map(self.tree, indices), self.tree(self.body(node))])
-            case ir.LetRead() | ir.Call():
-                if node not in self._trees:  # equal reads have equal trees, and chains of lets repeat them
-                    self._trees[node] = self.tree(self.body(node))
-                return self._trees[node]
-            case ir.LetIn() | ir.LetDist():
-                return self.tree(self.body(node))
+            case ir.LetRead() | ir.Call() | ir.LetIn() | ir.LetDist():
+                number = self._numbering.of(node)
+                if number not in self._trees:  # equal reads have equal trees, and chains of lets repeat them
+                    self._trees[number] = self.tree(self.body(node))
+                return self._trees[number]
             case (
                 ir.If(condition=condition, then=then, otherwise=otherwise)
                 | ir.IfDist(condition=condition, then=then, otherwise=otherwise)
@@ -138,13 +141,14 @@ class Touches:
                 return self._inliner.let(node)
         return unnamed(node)
 
-    def _state_read(self, name: str, indices: tuple[ir.Expr, ...]) -> Tree:
-        variable = self._variables[name]
-        inside = [self.tree(i) for i in indices]
+    def _state_read(self, node: ir.StateRead) -> Tree:
+        name, variable = node.variable, self._variables[node.variable]
+        inside = [self.tree(i) for i in node.indices]
         if variable.visible:
             return _together(inside)
         family = variable.element in self._families
-        return _together([Leaf((self._part(variable.element, indices, False, name, family),)), *inside])
+        part = self._part(variable.element, node.indices, False, name, family)
+        return _together([Leaf((replace(part, span=node.span),)), *inside])
 
     def _part(self, owner: str, indices: tuple[ir.Expr, ...], draw: bool, read: str, family: bool) -> Part:
         index = indices[0] if family else None

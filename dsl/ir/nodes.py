@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import TypeVar
 
 from hypgen.dsl.messages.source import Span
-from hypgen.dsl.types import Enum, Record, Type
+from hypgen.dsl.types import BOOL, Enum, Record, Type
 
 # Expressions -------------------------------------------------------------------------------------
 
@@ -17,7 +17,7 @@ from hypgen.dsl.types import Enum, Record, Type
 class Expr:
     """Base of expressions; ``type`` is never an array.
 
-    ``span`` says where a sampled mistake in it stands; only what can have one has it.
+    ``span`` says where a sampled mistake in it stands, or a read of state; other expressions have none.
     """
 
     type: Type
@@ -388,6 +388,27 @@ class LetDist(Dist):
     name: str
     value: Expr
     body: Dist
+
+
+@dataclass(frozen=True)
+class InVariant(Dist):
+    """The variant of an enum, ``type``, whose argument ``dist`` draws. Density: 0 of other variants."""
+
+    type: Enum
+    variant: str
+    dist: Dist
+
+    def made_of(self, argument: Expr) -> Expr:
+        """Return the value that is drawn with an argument."""
+        return MakeVariant(self.type, self.type, self.variant, argument)
+
+    def is_made(self, value: Expr) -> Expr:
+        """Return whether a value of the enum can be drawn."""
+        return IsVariant(BOOL, self.type, self.variant, value)
+
+    def argument_of(self, value: Expr) -> Expr:
+        """Return the argument with which a value is drawn."""
+        return VariantArgument(self.dist.type, self.type, self.variant, value)
 
 
 Placed = TypeVar("Placed", Expr, Dist)

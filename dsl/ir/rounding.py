@@ -117,7 +117,7 @@ class _LawErrors:
                 return max(self.lost(then), self.lost(otherwise))
             case ir.LetDist(body=body):
                 return self.lost(body)
-            case ir.Widened(dist=inner):
+            case ir.Widened(dist=inner) | ir.InVariant(dist=inner):
                 return self.lost(inner)
             case ir.Certain() | ir.Uniform():
                 return 0.0
@@ -168,7 +168,7 @@ class _LawErrors:
                 return max(a[0], b[0]), max(a[1], b[1])
             case ir.LetDist(name=name, value=value, body=body):
                 return self.relative(body, {**local, name: self._of.pair(value, local)})
-            case ir.Widened(dist=inner):
+            case ir.Widened(dist=inner) | ir.InVariant(dist=inner):
                 return self.relative(inner, local)
         return 0.0, self.of_law(dist, local)
 
@@ -219,7 +219,7 @@ class _LawErrors:
                 return max(self.of_law(then, local), self.of_law(otherwise, local))
             case ir.LetDist(name=name, value=value, body=body):
                 return self.of_law(body, {**local, name: self._of.pair(value, local)})
-            case ir.Widened(dist=inner):
+            case ir.Widened(dist=inner) | ir.InVariant(dist=inner):
                 return self.of_law(inner, local)
         return words + _LAW
 

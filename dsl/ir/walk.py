@@ -96,6 +96,32 @@ def shape(value: Any) -> Any:
     return (type(value).__name__, value) if isinstance(value, bool | int | float) else value
 
 
+class Numbering:
+    """Numbers nodes: equal ones have the same number.
+
+    Each object is gone through once. To compare or hash nodes takes longer without bound where a value stands
+    in several places, and those in which it stands do too.
+    """
+
+    def __init__(self) -> None:
+        self._of_objects: dict[int, tuple[Node, int]] = {}  # by id, which the node keeps from being reused
+        self._of_contents: dict[Any, int] = {}
+
+    def of(self, node: Node) -> int:
+        """Return the number of ``node``."""
+        known = self._of_objects.get(id(node))
+        if known is None:
+            content = (type(node), *(self._part(getattr(node, f.name)) for f in fields(node) if f.compare))
+            known = node, self._of_contents.setdefault(content, len(self._of_contents))
+            self._of_objects[id(node)] = known
+        return known[1]
+
+    def _part(self, value: Any) -> Any:
+        if isinstance(value, ir.Expr | ir.Dist):
+            return (ir.Expr, self.of(value))
+        return tuple(map(self._part, value)) if isinstance(value, tuple) else value
+
+
 def prime(node: Kind) -> Kind:
     """Return ``node`` reading the next state wherever it reads the state before the step."""
     changed: Any = map_children(node, prime)
@@ -110,10 +136,20 @@ def substitute(node: ir.Expr, values: Mapping[str, ir.Expr]) -> ir.Expr: ...
 @overload
 def substitute(node: ir.Dist, values: Mapping[str, ir.Expr]) -> ir.Dist: ...
 def substitute(node: Node, values: Mapping[str, ir.Expr]) -> Node:
-    """Return ``node`` with locals replaced by expressions whose own locals it does not bind."""
-    if isinstance(node, ir.Local):
-        return values.get(node.name, node)
-    return map_children(node, lambda child: substitute(child, values))
+    """Return ``node`` with locals replaced by expressions whose own locals it does not bind.
+
+    A node that stands in several places, as a value does that was substituted before, is gone through once.
+    """
+    done: dict[int, Node] = {}
+
+    def replaced(inner: Node) -> Node:
+        if isinstance(inner, ir.Local):
+            return values.get(inner.name, inner)
+        if id(inner) not in done:
+            done[id(inner)] = map_children(inner, replaced)
+        return done[id(inner)]
+
+    return replaced(node)
 
 
 def rename_bound(node: Kind, suffix: str) -> Kind:

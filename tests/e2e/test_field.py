@@ -24,6 +24,7 @@ VALUES = {
     "near_one.POMDP": -1e5,
     "cost_goal.POMDP": -3.8,
     "first_look.pomdp": 21.4435,
+    "one_axis.pomdp": -2.5,
 }
 REFUSED = {
     "odd_values.POMDP": ("1.2 is no probability", "-0.2 is no probability"),
@@ -86,3 +87,44 @@ def test_a_shortest_path_without_a_discount_is_played() -> None:
 def test_a_reward_that_is_never_paid_is_told() -> None:
     done = hypgen("check", str(FIELD / "never_paid.pomdp"), "--samples", "2000")
     assert "'prize'" in done.stderr + done.stdout and "1 warning" in done.stdout
+
+
+def test_the_belief_that_is_not_there_points_at_the_read_of_another_member() -> None:
+    done = hypgen("check", str(FIELD / "exposed.pomdp"))
+    line = "  let exposed = any(j in M where j != i: not machine[j].works)"
+    assert done.returncode == Exit.MISTAKE
+    assert f"{line}\n   | {' ' * line.index('machine[j]')}{'^' * len('machine[j].works')}\n" in done.stderr
+
+
+@pytest.mark.parametrize("calls", [5, 40])
+def test_code_grows_with_the_number_of_calls_alone(calls: int) -> None:
+    done = subprocess.run(
+        [*HYPGEN, "explain", str(FIELD / "blowup.pomdp"), "--set", f"n={calls}", "--stage", "cpp"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert done.returncode == Exit.OK, done.stderr
+    assert len(done.stdout) < 20_000 + 500 * calls
+
+
+@pytest.mark.cxx
+def test_elements_have_names_that_the_compiler_knows() -> None:
+    options = ("--runs", "2", "--steps", "10", "--time", "0.01")
+    done = hypgen("run", str(FIELD / "keyword_element.pomdp"), *options)
+    assert done.returncode == Exit.OK, done.stderr
+
+
+def test_a_queue_is_played() -> None:
+    done = hypgen("sim", str(FIELD / "queue.pomdp"), "--policy", "random", "--steps", "20")
+    assert done.returncode == Exit.OK, done.stderr
+
+
+@pytest.mark.cxx
+def test_too_few_particles_recover_and_are_called_so() -> None:
+    options = ("--particles", "200", "--runs", "10", "--steps", "100", "--time", "0.01", "--json", "-")
+    done = hypgen("run", str(FIELD / "sharp_sensor.pomdp"), *options)
+    assert done.returncode == Exit.OK, done.stderr
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    statuses = [line["belief"] for line in lines if line["type"] == "step"]
+    assert len(statuses) >= 500 and "impossible_observation" not in statuses

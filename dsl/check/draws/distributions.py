@@ -8,9 +8,10 @@ from functools import partial
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.draws import limited_draws, number_draws, set_draws
-from hypgen.dsl.check.draws.fit_distribution import joined
+from hypgen.dsl.check.draws.fit_distribution import fitted, in_variant, joined
 from hypgen.dsl.check.draws.named_distributions import inlined
 from hypgen.dsl.check.draws.number_draws import refuse_unlimited
+from hypgen.dsl.check.expressions.calls import variant_with_argument
 from hypgen.dsl.check.expressions.expressions import enter_prime, require_state
 from hypgen.dsl.check.scope.draw_syntax import bind_value, is_draw, named_draw, refuse_fields
 from hypgen.dsl.check.scope.fit_type import check_as
@@ -80,6 +81,10 @@ def _check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.D
             return inlined(call, item, inner, target, what)
         case ast.Call(_, name) if item := named_draw(name, scope):
             return inlined(node, item, scope, target, what)
+        case ast.Call(_, name) if name in scope.program.symbols.variants and is_draw(node, scope):
+            enum, own = variant_with_argument(node, scope, target)
+            drawn = check(node.arguments[0], scope, own, f"the argument of '{name}'")
+            return fitted(in_variant(drawn, enum, name), target, node.span, what)
         case ast.Call() if is_draw(node, scope):
             _check_form(node)
             return _CALLS[node.name](node, scope, target, what)

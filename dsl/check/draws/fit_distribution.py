@@ -12,7 +12,7 @@ from hypgen.dsl.ir import operators
 from hypgen.dsl.messages import e03_types, e06_ranges
 from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
-from hypgen.dsl.types import Float, Int, Type
+from hypgen.dsl.types import Enum, Float, Int, Type
 
 _WITH_OWN_RANGE = ir.Noisy | ir.UniformInt | ir.Counted | ir.Weighted
 
@@ -85,6 +85,31 @@ def widened(dist: ir.Dist, t: Type) -> ir.Dist:
         case _ if isinstance(dist, _WITH_OWN_RANGE):
             return ir.Widened(t, dist)
     raise AssertionError(dist)
+
+
+def in_variant(dist: ir.Dist, enum: Enum, variant: str) -> ir.Dist:
+    """Return the variant of ``enum`` whose argument ``dist`` draws."""
+
+    def of_value(value: ir.Expr) -> ir.Expr:
+        return operators.make_variant(enum, variant, value)
+
+    def of(inner: ir.Dist) -> ir.Dist:
+        return in_variant(inner, enum, variant)
+
+    match dist:
+        case ir.Certain(value=value):
+            return ir.Certain(enum, of_value(value))
+        case ir.IfDist(_, condition, then, otherwise):
+            return ir.IfDist(enum, condition, of(then), of(otherwise))
+        case ir.LetDist(_, name, value, body):
+            return ir.LetDist(enum, name, value, of(body))
+        case ir.Table(entries=entries, rest=rest):
+            values = tuple((of_value(value), p) for value, p in entries)
+            return replace(dist, type=enum, entries=values, rest=None if rest is None else of_value(rest))
+        case ir.UniformSet(value=value, otherwise=otherwise):
+            left = None if otherwise is None else of(otherwise)
+            return replace(dist, type=enum, value=of_value(value), otherwise=left)
+    return ir.InVariant(enum, variant, dist)
 
 
 def uniform_over(own: Type, target: Type) -> ir.Dist:

@@ -133,7 +133,7 @@ def refuse_unlimited(dist: ir.Dist, span: Span) -> None:
         case ir.IfDist(_, _, then, otherwise):
             refuse_unlimited(then, span)
             refuse_unlimited(otherwise, span)
-        case ir.LetDist(body=inner) | ir.Widened(dist=inner):
+        case ir.LetDist(body=inner) | ir.Widened(dist=inner) | ir.InVariant(dist=inner):
             refuse_unlimited(inner, span)
         case ir.Poisson(Int(_, high)) if high == INT32_MAX:
             raise Mistake(e07_draws.unlimited_poisson(span))

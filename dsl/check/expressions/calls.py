@@ -131,14 +131,20 @@ def _record(item: ast.RecordDecl, node: ast.Call, scope: Scope) -> ir.Expr:
     return operators.make_record(record, tuple(values))
 
 
-def _variant(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
+def variant_with_argument(node: ast.Call, scope: Scope, expected: Type | None) -> tuple[Enum, Type]:
+    """Return the enum whose variant a call makes, and the type of the argument."""
     enum = owner_of(node.name, node.span, scope, expected)
     variant = enum.variant(node.name)
     assert variant is not None
     if variant.argument is None:
         raise Mistake(e03_calls.variant_takes_none(node.name, node.span))
     _arguments(node, 1, f"{node.name}({variant.argument})")
-    argument = check_as(node.arguments[0], scope, variant.argument, f"the argument of '{node.name}'")
+    return enum, variant.argument
+
+
+def _variant(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
+    enum, type_ = variant_with_argument(node, scope, expected)
+    argument = check_as(node.arguments[0], scope, type_, f"the argument of '{node.name}'")
     return operators.make_variant(enum, node.name, argument)
 
 

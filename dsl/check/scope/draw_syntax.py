@@ -20,8 +20,10 @@ def is_draw(node: ast.Expr, scope: Scope) -> bool:
             return True
         case ast.Call(_, "clamp", (first, *_)):
             return is_draw(first, scope)
-        case ast.Call(_, name):
-            return name in builtin_names.DRAWS or named_draw(name, scope) is not None
+        case ast.Call(_, name) if name in builtin_names.DRAWS or named_draw(name, scope) is not None:
+            return True
+        case ast.Call(_, name, (argument,)):
+            return name in scope.program.symbols.variants and is_draw(argument, scope)
         case ast.Prime(_, ast.Call(_, name)):
             return named_draw(name, scope) is not None
         case ast.Quantified(_, kind):

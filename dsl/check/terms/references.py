@@ -220,7 +220,7 @@ def _state(element: str, name: str, member: tuple[ir.Expr, ...], span: Span, sco
             path,
             own,
             lambda i: record(
-                ir.StateRead(variable.type, path, (*member, *i), primed),
+                ir.StateRead(variable.type, path, (*member, *i), primed, span=span),
                 Use("variable", path, primed, span),
                 scope,
             ),

@@ -23,6 +23,8 @@ _WORD = np.uint64(31)  # bits of a mass that lie below a word
 _WEIGHED = 2.0**63 * (1 - 2.0**-32)  # the mass of all weights; what is left goes to the likeliest
 _LEAST_PART = np.uint64(2**45)  # of what another than a noisy value gets by words alone
 
+_DRAWN = "drawn%"  # what a variant is made of, or a variant that was drawn
+
 
 class Evaluator(ContinuousLaws, Masses):
     """The values of a model's expressions, and the draws and densities of its distributions."""
@@ -56,6 +58,9 @@ class Evaluator(ContinuousLaws, Masses):
                 return self.sample_bin(dist, frame, word)
             case ir.Widened():
                 return self.sample(dist.dist, frame, word)
+            case ir.InVariant():
+                drawn = frame.bind({_DRAWN: self.sample(dist.dist, frame, word)})
+                return self.value(dist.made_of(ir.Local(dist.dist.type, _DRAWN)), drawn)
             case ir.IfDist():
                 return self._choose(dist, frame, lambda branch: self.sample(branch, frame, word))
             case ir.LetDist():
@@ -90,6 +95,12 @@ class Evaluator(ContinuousLaws, Masses):
                 assert isinstance(dist.dist.type, Int)
                 inside = (value >= dist.dist.type.low) & (value <= dist.dist.type.high)
                 return np.where(inside, self.density(dist.dist, frame, value), 0.0)
+            case ir.InVariant():
+                held, given = ir.Local(dist.type, _DRAWN), frame.bind({_DRAWN: value})
+                argument = self.value(dist.argument_of(held), given)
+                return np.where(
+                    self.value(dist.is_made(held), given), self.density(dist.dist, frame, argument), 0.0
+                )
             case ir.IfDist():
                 return self._choose(dist, frame, lambda branch: self.density(branch, frame, value))
             case ir.LetDist():
