@@ -190,6 +190,7 @@ def _constants(model: ir.Model, relaxation: Relaxation) -> tuple[str, ...]:
         *([] if model.history.is_empty else ["static constexpr bool kHasHistory = true;"]),
         *([] if least is None else [f"static constexpr float kLeastReward = {float32(least)};"]),
         *([] if bits == ir.REWARD_BITS else [f"static constexpr int kRewardBits = {bits};"]),
+        *(["static constexpr bool kRewardsFit = true;"] if model.rewards_fit else []),
         f"using Key = {KeyLayout(model.key).type};",
     ]
     return tuple(lines)

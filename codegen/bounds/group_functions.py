@@ -263,7 +263,7 @@ class GroupFunctions:
                     _loop(builder, reward.binder, some),
                 ):
                     self.interface.earn(builder, reward, "result.reward", "result.error")
-        builder.code.add("result.reward = math::saturate_fixed(result.reward);")
+        self.interface.limit(builder, "result.reward")
         builder.code.add(f"result.terminal = {self._ends()};")
         builder.code.add("return result;")
         return on_host(builder.done("StepResult", named.step))

@@ -169,9 +169,16 @@ class Interface:
             call = earned
         builder.code.add(f"{total} += {self.to_fixed}({call});")
 
+    def limit(self, builder: Builder, total: str) -> None:
+        """Append what takes the sum of rewards for the step's reward."""
+        if not self.model.rewards_fit:
+            builder.code.add(f"result.reward = math::saturate_fixed({total});")
+        elif total != "result.reward":
+            builder.code.add(f"result.reward = {total};")
+
     def conclude(self, builder: Builder, total: str) -> None:
         """Append what ends a step: its reward, and whether the episode has ended and how."""
-        builder.code.add(f"result.reward = math::saturate_fixed({total});")
+        self.limit(builder, total)
         builder.code.add(f"result.terminal = {self._test('is_terminal', self.model.terminal)};")
         if self.model.success is not None:
             builder.code.add(f"result.success = {self._test('is_success', self.model.success)};")

@@ -106,9 +106,7 @@ class _Factors:
 
     # What forbids it -----------------------------------------------------------------------------
 
-    def _forbid(
-        self, element: str, owner: Owner, read: str, reason: str, span: Span | None = None
-    ) -> None:
+    def _forbid(self, element: str, owner: Owner, read: str, reason: str, span: Span | None = None) -> None:
         if element not in self.obstacles:
             self.obstacles[element] = ir.Obstacle(element, span or self._span(owner, read), reason)
 

@@ -246,7 +246,9 @@ def scale_rewards(whole: Whole) -> Whole:
     if math.isfinite(step) and most >= reward_scale.LARGEST_FLOAT:
         span = whole.model.rewards[0].span
         whole.draft.report.add(Mistake(e06_ranges.large_return(step, most, span)))
-    return replace(whole, model=replace(whole.model, reward_bits=reward_scale.reward_bits(whole.model)))
+    bits = reward_scale.reward_bits(whole.model)
+    fit = reward_scale.rewards_fit(whole.model, bits)
+    return replace(whole, model=replace(whole.model, reward_bits=bits, rewards_fit=fit))
 
 
 def find_factors(whole: Whole) -> Whole:

@@ -297,6 +297,7 @@ class Model:
     the legal actions, drawn at the site ``policy:default``. ``source_hash`` is the SHA-256 of the text with
     all settings applied. Elements with hidden variables are ``factors``, or have one of the ``obstacles``.
     ``reward_bits`` are the fraction bits of rewards in fixed point; below 0, the last bit is above 1.
+    ``rewards_fit``: no step's sum of rewards leaves its range.
     """
 
     name: str
@@ -330,6 +331,7 @@ class Model:
     factors: tuple[Factor, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
     reward_bits: int = REWARD_BITS
+    rewards_fit: bool = False
     spans: dict[str, Span] = field(default_factory=dict, compare=False)
 
     @property

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 
 from hypgen.dsl import ir
 from hypgen.dsl.ir.inline import certain
@@ -36,6 +37,12 @@ def reward_bits(model: ir.Model) -> int:
         return ir.REWARD_BITS
     room = VALUE_BITS - math.frexp(whole)[1]
     return min(room, ir.REWARD_BITS + max(0, 1 - math.frexp(step)[1]))
+
+
+def rewards_fit(model: ir.Model, bits: int) -> bool:
+    """Return whether no step's sum of rewards leaves its range, whatever the params are."""
+    any_params = replace(model, params=tuple(replace(p, default=None) for p in model.params))
+    return largest_reward(any_params) < math.ldexp(1.0, VALUE_BITS - 1 - bits)
 
 
 def largest_reward(model: ir.Model, counts: Callable[[ir.Expr], bool] = lambda value: True) -> float:

@@ -136,7 +136,7 @@ struct Lane {
     typename M::Key key{};
     if (item.action != kNoStep) {
       found = step;
-      item.nan = step.is_broken();
+      item.nan = is_broken<M>(step);
       if (kNeedsKey && !step.terminal) {
         key = M::observe(*batch.params, fixed(), item.state, item.action, draws, next);
         if constexpr (kNeedsHistory) {

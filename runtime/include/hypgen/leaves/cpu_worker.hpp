@@ -291,7 +291,7 @@ class CpuWorker {
         Outcome& outcome = outcomes_[a * count + i];
         typename M::State next;
         const StepResult step = M::step(params_, fixed, member.state, actions[a], words, next);
-        rollout_.note_error(step.is_broken());
+        rollout_.note_error(is_broken<M>(step));
         outcome.reward = step.reward;
         outcome.key = {};
         outcome.bounds = {0, 0};

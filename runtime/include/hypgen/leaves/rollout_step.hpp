@@ -14,7 +14,7 @@ HYPGEN_FN bool take_in(const StepResult& result, const typename M::Params& param
                        const typename M::Fixed& fixed, int action, D& draws, const typename M::State& next,
                        float discount, typename M::State& state, typename M::History& history, float& total,
                        bool& nan) {
-  nan |= result.is_broken();
+  nan |= is_broken<M>(result);
   total += discount * math::from_fixed<kRewardBits<M>>(result.reward);
   if (result.terminal) return false;
   if constexpr (M::kHasHistory) {

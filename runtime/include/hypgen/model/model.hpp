@@ -29,6 +29,7 @@
 //   int kVariableCount;  // all variables
 //   float kLeastReward;  // optional: no step earns less
 //   int kRewardBits;     // optional: fraction bits of rewards in fixed point, kFixedBits without it
+//   bool kRewardsFit;    // optional: no step's sum of rewards leaves its range
 //
 // Params. On the host only.
 //   bool load(const ParamValues&, Params&, std::string& error);  // false: bad values, named in `error`
@@ -155,6 +156,19 @@ struct StepResult {
   // A model error: the reward is not known.
   HYPGEN_FN bool is_broken() const { return error || math::is_saturated(reward); }
 };
+
+// Whether no step's sum of rewards leaves its range.
+template <class M, class = void>
+inline constexpr bool kRewardsFit = false;
+template <class M>
+inline constexpr bool kRewardsFit<M, std::void_t<decltype(M::kRewardsFit)>> = M::kRewardsFit;
+
+// `StepResult::is_broken` for the steps of a model, without tests that its rewards never fail.
+template <class M>
+HYPGEN_FN bool is_broken(const StepResult& result) {
+  if constexpr (kRewardsFit<M>) return result.error;
+  return result.is_broken();
+}
 
 // Whether `upper` may be tighter than the bound that the model declares.
 template <class M, class = void>

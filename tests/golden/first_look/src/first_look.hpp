@@ -25,6 +25,7 @@ struct FirstLook {
   static constexpr bool kHasLower = false;
   static constexpr bool kHasHistory = true;
   static constexpr float kLeastReward = -17.000017f;
+  static constexpr bool kRewardsFit = true;
   using Key = std::uint64_t;
   static constexpr int kStages = 1;
   static constexpr int kMaxWarps = 1;
@@ -349,7 +350,6 @@ struct FirstLook {
     StepResult result{};
     result.reward += math::to_fixed(reward_found(fixed, state, act));
     result.reward += math::to_fixed(reward_time());
-    result.reward = math::saturate_fixed(result.reward);
     result.terminal = is_terminal(next);
     return result;
   }
@@ -377,7 +377,7 @@ struct FirstLook {
       const State& next, std::int64_t sum, bool error) {
     StepResult result{};
     result.error = error;
-    result.reward = math::saturate_fixed(sum);
+    result.reward = sum;
     result.terminal = is_terminal(next);
     return result;
   }
@@ -496,7 +496,6 @@ struct FirstLook {
     StepResult result{};
     result.reward += math::to_fixed(reward_found(fixed, state, act));
     result.reward += math::to_fixed(reward_time());
-    result.reward = math::saturate_fixed(result.reward);
     result.terminal = is_terminal(next);
     return result;
   }

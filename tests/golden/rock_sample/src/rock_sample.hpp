@@ -25,6 +25,7 @@ struct RockSample {
   static constexpr bool kHasLower = false;
   static constexpr bool kHasHistory = true;
   static constexpr float kLeastReward = -80.000084f;
+  static constexpr bool kRewardsFit = true;
   using Key = std::uint64_t;
   static constexpr int kStages = 1;
   static constexpr int kMaxWarps = 1;
@@ -398,7 +399,6 @@ struct RockSample {
         result.reward += math::to_fixed(reward_rock_sampled(params, state, act, r));
       }
     }
-    result.reward = math::saturate_fixed(result.reward);
     result.terminal = is_terminal(next);
     return result;
   }
@@ -432,7 +432,7 @@ struct RockSample {
       const State& next, std::int64_t sum, bool error) {
     StepResult result{};
     result.error = error;
-    result.reward = math::saturate_fixed(sum);
+    result.reward = sum;
     result.terminal = is_terminal(next);
     return result;
   }
@@ -590,7 +590,6 @@ struct RockSample {
         result.reward += math::to_fixed(reward_rock_sampled(params, state, act, r));
       }
     }
-    result.reward = math::saturate_fixed(result.reward);
     result.terminal = is_terminal(next);
     return result;
   }

@@ -24,6 +24,7 @@ struct Tag : NoHistory {
   static constexpr int kVariableCount = 4;
   static constexpr bool kHasLower = false;
   static constexpr float kLeastReward = -10.0000114f;
+  static constexpr bool kRewardsFit = true;
   using Key = std::uint64_t;
   static constexpr int kStages = 2;
   static constexpr int kMaxWarps = 1;
@@ -382,7 +383,6 @@ struct Tag : NoHistory {
     update_robot_stage_1_seen(next);
     StepResult result{};
     result.reward += math::to_fixed(reward_outcome(state, act));
-    result.reward = math::saturate_fixed(result.reward);
     result.terminal = is_terminal(state, act);
     result.success = is_success(state, act);
     return result;
@@ -413,7 +413,7 @@ struct Tag : NoHistory {
       const State&, std::int64_t sum, bool error) {
     StepResult result{};
     result.error = error;
-    result.reward = math::saturate_fixed(sum);
+    result.reward = sum;
     result.terminal = is_terminal(state, act);
     result.success = is_success(state, act);
     return result;
@@ -500,7 +500,6 @@ struct Tag : NoHistory {
     update_opponent(params, state, draws, next);
     StepResult result{};
     result.reward += math::to_fixed(reward_outcome(state, act));
-    result.reward = math::saturate_fixed(result.reward);
     result.terminal = is_terminal(state, act);
     return result;
   }

@@ -24,6 +24,7 @@ struct Tiger : NoHistory {
   static constexpr int kVariableCount = 1;
   static constexpr bool kHasLower = true;
   static constexpr float kLeastReward = -100.0001f;
+  static constexpr bool kRewardsFit = true;
   using Key = std::uint64_t;
   static constexpr bool kLooksUpPolicy = true;
   static constexpr int kStages = 1;
@@ -261,7 +262,6 @@ struct Tiger : NoHistory {
     update_room(state, act, draws, next);
     StepResult result{};
     result.reward += math::to_fixed(reward_outcome(state, act));
-    result.reward = math::saturate_fixed(result.reward);
     result.terminal = is_terminal();
     return result;
   }
@@ -285,7 +285,7 @@ struct Tiger : NoHistory {
       std::int64_t sum, bool error) {
     StepResult result{};
     result.error = error;
-    result.reward = math::saturate_fixed(sum);
+    result.reward = sum;
     result.terminal = is_terminal();
     return result;
   }
@@ -355,7 +355,6 @@ struct Tiger : NoHistory {
     update_room(state, act, draws, next);
     StepResult result{};
     result.reward += math::to_fixed(reward_outcome(state, act));
-    result.reward = math::saturate_fixed(result.reward);
     result.terminal = is_terminal();
     return result;
   }

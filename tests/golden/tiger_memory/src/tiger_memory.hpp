@@ -25,6 +25,7 @@ struct TigerMemory {
   static constexpr bool kHasLower = false;
   static constexpr bool kHasHistory = true;
   static constexpr float kLeastReward = -100.0001f;
+  static constexpr bool kRewardsFit = true;
   using Key = std::uint64_t;
   static constexpr int kStages = 1;
   static constexpr int kMaxWarps = 1;
@@ -290,7 +291,6 @@ struct TigerMemory {
     update_room(state, act, draws, next);
     StepResult result{};
     result.reward += math::to_fixed(reward_outcome(state, act));
-    result.reward = math::saturate_fixed(result.reward);
     result.terminal = is_terminal();
     return result;
   }
@@ -314,7 +314,7 @@ struct TigerMemory {
       std::int64_t sum, bool error) {
     StepResult result{};
     result.error = error;
-    result.reward = math::saturate_fixed(sum);
+    result.reward = sum;
     result.terminal = is_terminal();
     return result;
   }
@@ -421,7 +421,6 @@ struct TigerMemory {
     update_room(state, act, draws, next);
     StepResult result{};
     result.reward += math::to_fixed(reward_outcome(state, act));
-    result.reward = math::saturate_fixed(result.reward);
     result.terminal = is_terminal();
     return result;
   }

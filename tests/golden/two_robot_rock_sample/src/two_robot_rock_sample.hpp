@@ -26,6 +26,7 @@ struct TwoRobotRockSample {
   static constexpr bool kHasLower = false;
   static constexpr bool kHasHistory = true;
   static constexpr float kLeastReward = -400.0004f;
+  static constexpr bool kRewardsFit = true;
   using Key = std::uint64_t;
   static constexpr int kStages = 1;
   static constexpr int kMaxWarps = 1;
@@ -512,7 +513,6 @@ struct TwoRobotRockSample {
         result.reward += math::to_fixed(reward_rock_sampled(params, state, move, r));
       }
     }
-    result.reward = math::saturate_fixed(result.reward);
     result.terminal = is_terminal(next);
     return result;
   }
@@ -556,7 +556,7 @@ struct TwoRobotRockSample {
       const State& next, std::int64_t sum, bool error) {
     StepResult result{};
     result.error = error;
-    result.reward = math::saturate_fixed(sum);
+    result.reward = sum;
     result.terminal = is_terminal(next);
     return result;
   }
@@ -818,7 +818,6 @@ struct TwoRobotRockSample {
         result.reward += math::to_fixed(reward_rock_sampled(params, state, move, r));
       }
     }
-    result.reward = math::saturate_fixed(result.reward);
     result.terminal = false;
     return result;
   }
@@ -868,7 +867,6 @@ struct TwoRobotRockSample {
         result.reward += math::to_fixed(reward_rock_sampled(params, state, move, r));
       }
     }
-    result.reward = math::saturate_fixed(result.reward);
     result.terminal = false;
     return result;
   }
@@ -919,7 +917,6 @@ struct TwoRobotRockSample {
         result.reward += math::to_fixed(reward_rock_sampled(params, state, move, r));
       }
     }
-    result.reward = math::saturate_fixed(result.reward);
     result.terminal = false;
     return result;
   }
@@ -970,7 +967,6 @@ struct TwoRobotRockSample {
         result.reward += math::to_fixed(reward_rock_sampled(params, state, move, r));
       }
     }
-    result.reward = math::saturate_fixed(result.reward);
     result.terminal = false;
     return result;
   }
