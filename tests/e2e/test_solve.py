@@ -205,3 +205,18 @@ def test_a_param_far_beyond_its_declared_value_is_a_model_error(tmp_path: Path) 
     done = solve(str(model), "--param", str(params))
     assert done.returncode == Exit.DIFFERENT
     assert "a reward is not a number, or beyond the range of rewards" in done.stderr
+
+
+def test_a_reward_that_is_no_number_is_named_with_a_state(tmp_path: Path) -> None:
+    model = tmp_path / "purse.pomdp"
+    model.write_text(
+        "model Purse\nenum Act { spend, wait }\ndiscount 0.9\naction act: Act\n"
+        "element purse { hidden left: -2 .. 4  init left = 1\n"
+        "  left' = if act == spend then clamp(left - 1) else left }\n"
+        "reward joy = if act == spend then sqrt(purse.left) else 0\n"
+        "bound upper = 30\nbound tail = 0\n"
+    )
+    done = solve(str(model))
+    assert done.returncode == Exit.DIFFERENT
+    assert "where spend is done in purse.left=-1\n" in done.stderr
+    assert "what may be no number: reward 'joy' (purse.pomdp:7)" in done.stderr

@@ -47,6 +47,7 @@ class Enumerator {
   }
 
   Found& found() { return found_; }
+  const BrokenStep& broken() const { return broken_; }
 
  private:
   static std::size_t found_width(const OutcomeModel& model) {
@@ -64,7 +65,12 @@ class Enumerator {
     if (!model_.step(from.data(), action, kMostPaths, outcomes_)) {
       return "a step can go in more than " + number(kMostPaths) + " ways" + remedy();
     }
-    if (outcomes_.error) return "a reward is not a number, or beyond the range of rewards" + so_far();
+    if (outcomes_.error) {
+      broken_.action = action;
+      broken_.values.resize(static_cast<std::size_t>(model_.variables()));
+      model_.export_state(from.data(), broken_.values.data());
+      return "a reward is not a number, or beyond the range of rewards" + so_far();
+    }
     const std::uint32_t steps = horizon_ > 0 ? from.back() + 1 : 0;
     const bool ends = horizon_ > 0 && steps == static_cast<std::uint32_t>(horizon_);
     merged_.clear();
@@ -140,6 +146,7 @@ class Enumerator {
   EnumerationLimits limits_;
   EnumerationCounts counts_;
   Found found_;
+  BrokenStep broken_;
   Outcomes outcomes_;               // of the step in work
   std::vector<Entry> merged_;       // of the step in work
   std::vector<std::uint32_t> row_;  // a state's words and the steps taken
@@ -152,6 +159,7 @@ Enumeration enumerate(const OutcomeModel& model, double discount, int horizon,
   Enumeration result;
   Enumerator enumerator(model, horizon, limits);
   result.problem = enumerator.run(progress, result.stopped);
+  result.broken = enumerator.broken();
   if (!result.problem.empty()) return result;
   result.model.discount = discount;
   result.model.horizon = horizon;

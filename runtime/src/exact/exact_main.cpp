@@ -86,6 +86,20 @@ Enumeration enumerate_model(const ExactDescriptor& model, const ExactInstance& i
   return result;
 }
 
+// In which state a reward is no number, and which rewards may be none.
+std::string place_of(const BrokenStep& step, const ExactDescriptor& model) {
+  if (step.action < 0) return "";
+  std::string text =
+      "\n  where " + model.descriptor.action_names[static_cast<std::size_t>(step.action)] + " is done in";
+  const std::vector<std::string> values = model.value_names(step.values.data());
+  const std::vector<std::string>& names = model.descriptor.variable_names;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    text += (i == 0 ? " " : ", ") + (names.empty() ? "" : names[i] + "=") + values[i];
+  }
+  for (const std::string& term : model.descriptor.doubtful) text += "\n  what may be no number: " + term;
+  return text;
+}
+
 IntervalSolution solve_model(const ExactModel& model, const ExactOptions& options) {
   StatusLine line(!options.quiet);
   IntervalOptions interval;
@@ -199,7 +213,9 @@ int run(const ExactDescriptor& model, const ExactInstance& instance, const Exact
   SolveReport report;
   const Enumeration enumeration = enumerate_model(model, instance, options, report);
   if (enumeration.stopped) return complain(model, enumeration.problem, kInterrupted);
-  if (!enumeration.problem.empty()) return complain(model, enumeration.problem, kFailed);
+  if (!enumeration.problem.empty()) {
+    return complain(model, enumeration.problem + place_of(enumeration.broken, model), kFailed);
+  }
   const auto fail = [&](const std::string& file) {
     return complain(model, file + ": cannot be written", kFailed);
   };

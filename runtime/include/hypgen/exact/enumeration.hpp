@@ -3,8 +3,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "hypgen/exact/exact_model.hpp"
 #include "hypgen/exact/outcome_model.hpp"
@@ -28,10 +30,18 @@ struct EnumerationCounts {
 // False ends the enumeration.
 using EnumerationProgress = std::function<bool(const EnumerationCounts&)>;
 
+// Where a reward is no number, or beyond the range of rewards: in a step with the action, from a state whose
+// flattened variables have the values.
+struct BrokenStep {
+  int action = -1;  // -1: there is none
+  std::vector<std::int32_t> values;
+};
+
 struct Enumeration {
   ExactModel model;      // only without a problem
   std::string problem;   // why there is no model, and what to do
   bool stopped = false;  // by `progress`
+  BrokenStep broken;     // what the problem is about
 };
 
 // Enumerates a model with the given discount; `horizon` 0 means none.
