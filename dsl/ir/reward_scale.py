@@ -42,7 +42,8 @@ def reward_bits(model: ir.Model) -> int:
 def rewards_fit(model: ir.Model, bits: int) -> bool:
     """Return whether no step's sum of rewards leaves its range, whatever the params are."""
     any_params = replace(model, params=tuple(replace(p, default=None) for p in model.params))
-    return largest_reward(any_params) < math.ldexp(1.0, VALUE_BITS - 1 - bits)
+    largest = _sum_of_terms(model.rewards, _SureRanges(any_params))
+    return largest < math.ldexp(1.0, VALUE_BITS - 1 - bits)
 
 
 def largest_reward(model: ir.Model, counts: Callable[[ir.Expr], bool] = lambda value: True) -> float:
@@ -50,8 +51,12 @@ def largest_reward(model: ir.Model, counts: Callable[[ir.Expr], bool] = lambda v
 
     ``counts`` chooses terms.
     """
-    ranges, total = Ranges(model), 0.0
-    for term in filter(lambda term: counts(term.value), model.rewards):
+    return _sum_of_terms(filter(lambda term: counts(term.value), model.rewards), Ranges(model))
+
+
+def _sum_of_terms(terms: Iterable[ir.Reward], ranges: Ranges) -> float:
+    total = 0.0
+    for term in terms:
         members = 1 if term.binder is None else size_of(term.binder.type)
         total += members * max(map(abs, ranges.of(term.value, {})))
     return total
@@ -119,6 +124,25 @@ class Ranges:
             case ir.Quantified(kind="min" | "max", body=body, otherwise=other) if body is not None:
                 return _joined(self.of(part, local) for part in (body, other) if part is not None)
         return _of_type(e.type)
+
+
+class _SureRanges(Ranges):
+    """Ranges that no value leaves: computed in float32, and not taken from what a probability is to be.
+
+    A function may compute a ``prob`` from params. Only params, constants and what is clamped are checked.
+    """
+
+    def of(self, e: ir.Expr, local: Mapping[str, Ends]) -> Ends:
+        """Return the range of a number or a bool, given those of locals."""
+        is_checked = isinstance(e, ir.Const | ir.ParamRead | ir.Clamp | ir.Checked)
+        if not isinstance(e.type, Float) or (is_checked and e.type.prob):
+            return super().of(e, local)
+        if not e.type.prob:
+            return intervals.rounded(super().of(e, local))
+        is_computed = isinstance(e, ir.Unary | ir.Binary | ir.If | ir.LetIn | ir.Call | ir.ToFloat)
+        if is_computed or (isinstance(e, ir.Local) and e.name in local):
+            return intervals.rounded(self._found(e, local))
+        return -math.inf, math.inf
 
 
 def _of_type(t: Type) -> Ends:

@@ -129,6 +129,16 @@ def test_wrong_calls_are_raised(planner: hypgen.Planner) -> None:
         planner.plan()
 
 
+def test_a_name_does_not_end_early(solver: hypgen.Solver) -> None:
+    with solver.planner(mode="despot", memory=256) as planner:
+        with pytest.raises(hypgen.PlannerError, match="action: has a NUL"):
+            planner.action("north\0junk")
+        with pytest.raises(hypgen.PlannerError, match=r"2\^44"):
+            planner.reset(episode=2**44)
+    with pytest.raises(hypgen.PlannerError, match="settings: has a NUL"):
+        solver.planner(mode="despot\0 oops=1")
+
+
 def test_a_second_thread_is_refused(solver: hypgen.Solver) -> None:
     planner = solver.planner(mode="despot", time=1.0, memory=256)
     planner.reset()

@@ -114,6 +114,8 @@ TEST_F(AgentTest, RefusesWrongSettings) {
     EXPECT_FALSE(error.empty()) << wrong;
   }
   EXPECT_FALSE(make(tiger(), kFew, "{"));
+  const std::string opened(1000000, '['), closed(1000000, ']');
+  EXPECT_FALSE(make(tiger(), kFew, R"({"bogus": )" + opened + closed + "}"));
   EXPECT_FALSE(make(tiger(), kFew, R"({"bogus": 1})"));
   EXPECT_EQ(status, Status::kWrongArgument);
 }
@@ -168,7 +170,11 @@ TEST_F(AgentTest, RefusesWrongArguments) {
   for (const char* wrong : {"", "[", "[]", R"({"x": -5})", R"({"x": "1"})", R"({"x": 1.5})", R"({"z": 1})",
                             R"({"x": [1]})", R"({"x": 1e300})", R"({"x": null})"})
     EXPECT_EQ(agent->reset(wrong, 0, error), Status::kWrongArgument) << wrong;
-  EXPECT_EQ(agent->reset(std::string(1000000, '['), 0, error), Status::kWrongArgument);
+  const std::string opened(1000000, '['), closed(1000000, ']');
+  EXPECT_EQ(agent->reset(opened, 0, error), Status::kWrongArgument);
+  const std::string hidden = R"({"x": [")" + closed + R"(\\", )" + opened + closed + "]}";
+  EXPECT_EQ(agent->reset(hidden, 0, error), Status::kWrongArgument);
+  EXPECT_EQ(agent->reset(R"({"x": 1})", std::uint64_t{1} << 44, error), Status::kWrongArgument);
   ASSERT_EQ(agent->reset(R"({"x": 1})", 0, error), Status::kOk);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double wrong : {nan, -1.0, 1e9, -nan, HUGE_VAL})
@@ -305,6 +311,9 @@ TEST(ValueText, ReadsWhatItWrites) {
   EXPECT_FALSE(read_values(R"({"reading": "looks"})", fields, back, given, error));
   const auto nan = static_cast<std::int32_t>(0x7FC00000);
   EXPECT_FALSE(check_values({fields[2]}, view({nan}), error));
+  const ValueField any = {"any", {}, ValueKind::kFloat, -HUGE_VAL, HUGE_VAL};
+  EXPECT_FALSE(check_values({any}, view({0x7F800000}), error));
+  EXPECT_FALSE(read_values(R"({"any": 1e300})", {any}, back, given, error));
 }
 
 TEST(Describe, TellsAllThatACallerNeeds) {

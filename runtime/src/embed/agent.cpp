@@ -122,22 +122,33 @@ std::unique_ptr<LeafEvaluator> Agent::fall_back(const std::string& problem) {
   }
 }
 
+// Random numbers have names of 64 bits: the episode's, and 20 bits of the step's.
+bool Agent::check_episode(std::uint64_t episode, std::string& error) {
+  if (episode < std::uint64_t{1} << 44) return true;
+  error = "episode: expected a number below 2^44, found " + std::to_string(episode);
+  return false;
+}
+
 Status Agent::begin(const std::vector<std::int32_t>& visible, std::uint64_t episode) {
+  has_begun_ = false;  // nor does an episode begin that an exception ends
   episode_ = episode;
   step_ = 0;
-  has_begun_ = true;
   std::vector<std::int32_t> values = visible;
   values.push_back(0);  // never empty
-  return belief_->init(values.data(), episode);
+  const Status status = belief_->init(values.data(), episode);
+  has_begun_ = true;
+  return status;
 }
 
 Status Agent::reset(Span<const std::int32_t> visible, std::uint64_t episode, std::string& error) {
   if (visible.empty()) return reset(std::string("{}"), episode, error);
+  if (!check_episode(episode, error)) return Status::kWrongArgument;
   if (!check_values(model_.visible, visible, error)) return Status::kWrongArgument;
   return begin({visible.begin(), visible.end()}, episode);
 }
 
 Status Agent::reset(const std::string& visible, std::uint64_t episode, std::string& error) {
+  if (!check_episode(episode, error)) return Status::kWrongArgument;
   std::vector<std::int32_t> values = first_visible_;
   std::vector<bool> given;
   if (!read_values(visible, model_.visible, values, given, error)) return Status::kWrongArgument;
@@ -179,9 +190,11 @@ Status Agent::update(int action, KeyWords key, std::string& error) {
     return refuse("action " + descriptor.action_names[static_cast<std::size_t>(action)] + " is not legal now",
                   error);
   }
+  has_begun_ = false;  // an exception leaves a belief that is half moved: then only a reset helps
   const Status status = belief_->update(action, key);
   if (status != Status::kOk) belief_->propagate(action, key);
   ++step_;
+  has_begun_ = true;
   return status;
 }
 

@@ -73,10 +73,15 @@ hypgen_status code_of(Status status) {
   return HYPGEN_INTERNAL_ERROR;
 }
 
-char* copied(const std::string& text) { return strdup(text.c_str()); }
+char* copied(const std::string& text) {
+  char* const copy = strdup(text.c_str());
+  if (copy == nullptr) throw std::bad_alloc();
+  return copy;
+}
 
-hypgen_status fail(hypgen_status status, const std::string& text, char** error) {
-  if (error != nullptr) *error = copied(text);
+// Makes no string: there may be no memory for one.
+hypgen_status fail(hypgen_status status, const char* text, char** error) noexcept {
+  if (error != nullptr) *error = strdup(text);
   return status;
 }
 
@@ -90,7 +95,7 @@ hypgen_status guarded(char** error, const Run& run) {
     const Status status = run(text);
     const hypgen_status code = code_of(status);
     if (code < HYPGEN_FAILED) return code;
-    return fail(code, text.empty() ? status_name(status) : text, error);
+    return fail(code, text.empty() ? status_name(status) : text.c_str(), error);
   } catch (const std::bad_alloc&) {
     return fail(HYPGEN_NO_MEMORY, "not enough memory", error);
   } catch (const std::exception& problem) {
@@ -264,6 +269,7 @@ hypgen_status hypgen_destroy(hypgen_planner* planner) {
 }
 
 hypgen_status hypgen_info(hypgen_planner* planner, char** json, char** error) {
+  if (json != nullptr) *json = nullptr;
   return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
     if (json == nullptr) return text = "json: is NULL", Status::kWrongArgument;
     nlohmann::ordered_json info = {{"mode", hypgen::mode_name(agent.options().planner.mode)},

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hypgen/embed/value_text.hpp"
 
-#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "hypgen/math/float_bits.hpp"
+#include "hypgen/model/json_depth.hpp"
 
 namespace hypgen {
 
@@ -17,7 +18,7 @@ float float_of(std::int32_t value) { return math::from_bits(static_cast<std::uin
 
 bool is_in_range(const ValueField& field, std::int32_t value) {
   const double number = field.kind == ValueKind::kFloat ? double{float_of(value)} : value;
-  return field.low <= number && number <= field.high;  // false for NaN
+  return std::isfinite(number) && field.low <= number && number <= field.high;
 }
 
 std::string text_of(double number) { return Json(number).dump(); }
@@ -63,24 +64,14 @@ bool read_value(const ValueField& field, const Json& json, std::int32_t& out) {
       out = static_cast<std::int32_t>(json.get<std::int64_t>());
       return true;
     case ValueKind::kFloat:
-      if (!json.is_number()) return false;
+      if (!json.is_number() || std::abs(json.get<double>()) > double{std::numeric_limits<float>::max()})
+        return false;
       out = static_cast<std::int32_t>(math::to_bits(static_cast<float>(json.get<double>())));
       return is_in_range(field, out);
     case ValueKind::kNamed:
       return json.is_string() && read_name(field, json.get<std::string>(), out);
   }
   return false;
-}
-
-// Whether brackets are nested deeper than those of any array: the parts of a JSON value call themselves.
-bool is_too_deep(const std::string& text) {
-  constexpr int kMostDepth = 100;
-  int depth = 0, most = 0;
-  for (const char c : text) {
-    depth += c == '[' || c == '{' ? 1 : c == ']' || c == '}' ? -1 : 0;
-    most = std::max(most, depth);
-  }
-  return most > kMostDepth;
 }
 
 void flatten(const Json& json, std::vector<Json>& out) {

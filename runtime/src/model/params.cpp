@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "hypgen/model/json_depth.hpp"
+
 namespace hypgen {
 
 namespace {
@@ -174,6 +176,10 @@ bool read_params(const std::string& text, const std::vector<ParamSpec>& specs, P
                  std::string& error) {
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     error = "is empty; expected a JSON object {\"name\": value, ...}";
+    return false;
+  }
+  if (is_too_deep(text)) {
+    error = "is nested deeper than any param";
     return false;
   }
   Json json;

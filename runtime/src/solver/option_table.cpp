@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "option_table.hpp"
 
+#include <locale.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstdlib>
@@ -11,8 +13,9 @@ namespace hypgen {
 namespace {
 
 bool read_double(const std::string& text, double low, double high, double& out) {
+  static const locale_t kNoLocale = newlocale(LC_ALL_MASK, "C", nullptr);  // a host may have one with commas
   char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
+  const double value = strtod_l(text.c_str(), &end, kNoLocale);
   if (text.empty() || *end != '\0' || !(low <= value && value <= high)) return false;
   out = value;
   return true;

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import ctypes
 import json
-from collections.abc import Mapping, Sequence
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any
@@ -50,9 +52,10 @@ class Planner:
     def __init__(self, library: CLibrary, settings: str, params: str | None) -> None:
         self._library = library
         self._handle: ctypes.c_void_p | None = None
+        self._lock = threading.Lock()  # held by each call that has the handle
         handle = ctypes.c_void_p()
         text = None if params is None else params.encode()
-        options = COptions(ctypes.sizeof(COptions), settings.encode(), text)
+        options = COptions(ctypes.sizeof(COptions), _encoded("settings", settings), text)
         library.call("create", library.model, ctypes.byref(options), ctypes.byref(handle))
         self._handle = handle
 
@@ -96,25 +99,29 @@ class Planner:
     def action(self, name: str) -> int:
         """Return the number of an action."""
         found = ctypes.c_int32()
-        self._status("find_action", ctypes.c_char_p(name.encode()), ctypes.byref(found))
+        self._status("find_action", ctypes.c_char_p(_encoded("action", name)), ctypes.byref(found))
         return found.value
 
     def seen(self, key: Sequence[int] | int) -> dict[str, Any]:
         """Return the values by name that a key stands for."""
-        found: dict[str, Any] = self._library.json("decode", self._open(), *_key(key))
+        words = _key(key)
+        with self._open() as handle:
+            found: dict[str, Any] = self._library.json("decode", handle, *words)
         return found
 
     def probability(self, variable: str, value: str | bool | int) -> float:
         """Return the probability of a value of a hidden variable, such as ``rock.good[3]``."""
         text = str(value).lower() if isinstance(value, bool) else str(value)
         found = ctypes.c_double()
-        self._status("probability", variable.encode(), text.encode(), ctypes.byref(found))
+        given = _encoded("variable", variable), _encoded("value", text)
+        self._status("probability", *given, ctypes.byref(found))
         return found.value
 
     @property
     def belief(self) -> dict[str, dict[str, float] | Moments]:
         """The belief in each hidden variable: the probability of each value, or the moments of a float."""
-        found = self._library.json("belief", self._open())
+        with self._open() as handle:
+            found = self._library.json("belief", handle)
         return {
             one["variable"]: Moments(one["mean"], one["deviation"])
             if "mean" in one
@@ -125,14 +132,16 @@ class Planner:
     @property
     def info(self) -> dict[str, Any]:
         """The mode, threads and device of this planner, and why that is no GPU where one was asked for."""
-        found: dict[str, Any] = self._library.json("info", self._open())
+        with self._open() as handle:
+            found: dict[str, Any] = self._library.json("info", handle)
         return found
 
     def close(self) -> None:
         """Free the planner's memory; no call may follow but this one."""
         if self._handle is not None:
-            self._library.destroy(self._handle)
-            self._handle = None
+            with self._open() as handle:
+                self._library.destroy(handle)
+                self._handle = None
 
     def __enter__(self) -> Planner:
         return self
@@ -146,19 +155,34 @@ class Planner:
         if getattr(self, "_handle", None) is not None:
             self.close()
 
-    def _open(self) -> ctypes.c_void_p:
-        if self._handle is None:
-            raise PlannerError("wrong_argument", "the planner is closed")
-        return self._handle
+    @contextmanager
+    def _open(self) -> Iterator[ctypes.c_void_p]:
+        """Give the handle, which no other thread can use or free meanwhile."""
+        if not self._lock.acquire(blocking=False):
+            raise PlannerError("busy", "planner: another thread's call is under way")
+        try:
+            if self._handle is None:
+                raise PlannerError("wrong_argument", "the planner is closed")
+            yield self._handle
+        finally:
+            self._lock.release()
 
     def _status(self, name: str, *arguments: Any) -> str:
-        return self._library.status_name(self._library.call(name, self._open(), *arguments))
+        with self._open() as handle:
+            return self._library.status_name(self._library.call(name, handle, *arguments))
 
 
 def _key(key: Sequence[int] | int) -> tuple[Any, ctypes.c_size_t]:
     words = [key] if isinstance(key, int) else list(key)
     checked = [_in_range("key", word, 0, 2**64 - 1) for word in words]
     return (ctypes.c_uint64 * len(checked))(*checked), ctypes.c_size_t(len(checked))
+
+
+def _encoded(name: str, text: str) -> bytes:
+    """Return ``text`` for C, where it would end at a NUL."""
+    if "\0" in text:
+        raise PlannerError("wrong_argument", f"{name}: has a NUL")
+    return text.encode()
 
 
 def _in_range(name: str, value: int, low: int, high: int) -> int:

@@ -81,6 +81,7 @@ class Agent {
 
   bool start(Status& status, std::string& error);
   std::unique_ptr<LeafEvaluator> fall_back(const std::string& problem);
+  static bool check_episode(std::uint64_t episode, std::string& error);
   Status begin(const std::vector<std::int32_t>& visible, std::uint64_t episode);
   Status check_begun(std::string& error) const;
 

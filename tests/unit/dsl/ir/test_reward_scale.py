@@ -21,6 +21,7 @@ discount {discount}
 action act: Act
 param fee: float = 5.0
 fn twice(x: float): float = x + x
+fn share(x: Cell): prob = fee * x
 element bot {{
   visible at: Cell
   hidden level: float
@@ -74,3 +75,19 @@ def test_bits_keep_the_largest_reward_and_make_room_for_the_sum(rewards: tuple[s
 def test_a_long_horizon_takes_bits_of_a_step() -> None:
     assert model("1.0", discount=0.9999999).reward_bits == 24
     assert model("1.0", discount=0.99999999).reward_bits == 48 - 27
+
+
+@pytest.mark.parametrize(
+    ("reward", "fits"),
+    [
+        ("if act == a then 1.0 else -8e6", True),
+        ("clamp(bot.level', -1e9, 0.0)", True),
+        ("1.0 * bot.at", True),
+        ("bot.level'", False),
+        ("fee", False),  # a file may give it any value
+        ("share(bot.at)", False),  # nothing keeps it a probability
+        ("1.0 * bot.at * 1e30 * 1e30 * 1e-30 * 1e-30", False),  # infinite on the way
+    ],
+)
+def test_rewards_fit_where_nothing_takes_them_out_of_range(reward: str, fits: bool) -> None:
+    assert model(reward).rewards_fit == fits
