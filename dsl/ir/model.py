@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property
 from itertools import groupby
 
@@ -59,7 +60,10 @@ class Param:
 
 @dataclass(frozen=True)
 class ConstantArray:
-    """A constant array with its entries row-major; ``error`` as of a ``Param``."""
+    """A constant array with its entries row-major; ``error`` as of a ``Param``.
+
+    ``exact`` are the numbers that the text says; None where entries are computed, or many.
+    """
 
     name: str
     type: Type
@@ -67,6 +71,7 @@ class ConstantArray:
     values: tuple[bool | int | float, ...]
     span: Span
     error: float = 0.0
+    exact: tuple[Fraction, ...] | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True)

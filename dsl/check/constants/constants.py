@@ -9,13 +9,14 @@ from math import prod
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants import constant_entries, distances, value_lists
-from hypgen.dsl.check.constants.text_error import error_of
+from hypgen.dsl.check.constants.text_error import error_of, exact_numbers
 from hypgen.dsl.check.scope import grid_literals
 from hypgen.dsl.check.scope.scope import Program, Scope
 from hypgen.dsl.check.terms.quantifiers import bind_all, bind_types, values_of
 from hypgen.dsl.ir.evaluate import Value
 from hypgen.dsl.messages import e03_values, e06_ranges
 from hypgen.dsl.messages.report import Mistake, gather
+from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Array, Type, flat_indices, size_of
 
@@ -35,7 +36,15 @@ def const(item: ast.Const, program: Program) -> ir.Const | ir.ConstantArray:
     if not indices:
         return constant_entries.scalar(node, scope, element, f"'{item.name}'")
     values = entries_of(node, scope, element, indices, item.name)
-    return ir.ConstantArray(item.name, element, indices, values, item.span, error_of(node, element, values))
+    return array(item.name, element, indices, values, item.span, node)
+
+
+def array(
+    name: str, element: Type, indices: tuple[Type, ...], values: tuple[Value, ...], span: Span, node: ast.Expr
+) -> ir.ConstantArray:
+    """Return the array whose ``values`` are written as ``node``."""
+    off, exact = error_of(node, element, values), exact_numbers(node, element, len(values))
+    return ir.ConstantArray(name, element, indices, values, span, off, exact)
 
 
 def param(item: ast.Param, program: Program) -> ir.Param:

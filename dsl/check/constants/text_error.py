@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How far the entries of a constant are from the numbers that the text says."""
+"""The numbers that the text says of a constant's entries, and how far the entries are from them."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
 from hypgen.dsl.ir.evaluate import Value
@@ -14,6 +14,7 @@ from hypgen.dsl.types import Float, Type, intervals
 
 _FRACTION = re.compile(r"\.0*[1-9]|[eE]")  # of a number in a list that is not whole
 _WHOLE = 1 << 24  # float32 has all whole numbers below
+_MOST_EXACT = 1 << 12  # entries whose exact numbers are kept
 
 
 def error_of(node: ast.Expr, element: Type, values: Sequence[Value]) -> float:
@@ -27,6 +28,31 @@ def error_of(node: ast.Expr, element: Type, values: Sequence[Value]) -> float:
     if size < _WHOLE and all(_is_exact(p) for p in parts if isinstance(p, ast.Literal)):
         return 0.0
     return intervals.half_place(size)
+
+
+def exact_numbers(node: ast.Expr, element: Type, count: int) -> tuple[Fraction, ...] | None:
+    """Return the numbers that ``node`` lists; None where it does not list all ``count`` of them, or many."""
+    if not isinstance(element, Float) or count > _MOST_EXACT:
+        return None
+    numbers = list(_listed(node))
+    found = tuple(number for number in numbers if number is not None)
+    return found if len(found) == len(numbers) == count else None
+
+
+def _listed(node: ast.Expr) -> Iterator[Fraction | None]:
+    match node:
+        case ast.ArrayLiteral(items=items):
+            for item in items:
+                yield from _listed(item)
+        case ast.Literal(value=str() as words):
+            yield from map(Fraction, words.split())
+        case ast.Literal(value=int() | float() as value, exact=exact):
+            yield Fraction(value) if exact is None else exact
+        case ast.Unary(op="-", operand=operand):
+            for number in _listed(operand):
+                yield None if number is None else -number
+        case _:
+            yield None
 
 
 def _is_sign(node: ast.Node) -> bool:

@@ -10,7 +10,6 @@ from functools import partial
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants import constants
 from hypgen.dsl.check.constants.constants import require_indices
-from hypgen.dsl.check.constants.text_error import error_of
 from hypgen.dsl.check.draws.distributions import right_side
 from hypgen.dsl.check.scope import grid_literals
 from hypgen.dsl.check.scope.draw_syntax import is_draw
@@ -87,8 +86,8 @@ def _literal(
             raise
         found = gather([partial(check_as, leaf, scope, target, f"'{name}'") for leaf in leaves])
         return binders, ir.Certain(target, _chosen(found, places))
-    key, off = str(scope.owner or name).replace(" ", ":"), error_of(node, target, values)
-    table = ir.ConstantArray(key, target, indices, values, node.span, off)
+    key = str(scope.owner or name).replace(" ", ":")
+    table = constants.array(key, target, indices, values, node.span, node)
     scope.program.literals.append(table)
     return binders, ir.Certain(target, ir.TableRead(target, table.name, places))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers as text: those of arrays, of which float32 is kept, and others, of which all digits count."""
+"""Numbers as text: those of which float32 is kept, and probabilities, of which all digits count."""
 
 from __future__ import annotations
 

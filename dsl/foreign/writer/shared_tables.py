@@ -13,7 +13,7 @@ from typing import Protocol, TypeVar
 
 from hypgen.dsl.foreign.tables.foreign_model import Row
 from hypgen.dsl.foreign.tables.names import Names, type_name
-from hypgen.dsl.foreign.tables.numbers import shown
+from hypgen.dsl.foreign.tables.numbers import in_full, shown
 from hypgen.dsl.foreign.tables.rows import in_order
 from hypgen.dsl.foreign.writer.cases import EQUAL, WIDTH
 
@@ -59,7 +59,7 @@ def weights(stem: str, target: Index, row: Row, size: int, names: Names) -> tupl
 def _dense(row: Row, size: int) -> list[str]:
     words = ["0"] * size
     for value, probability in row:
-        words[value] = shown(probability)
+        words[value] = in_full(probability)
     return words
 
 
@@ -197,7 +197,7 @@ class Draws:
             for number in range(length):
                 following, probability = ordered[min(number, len(row) - 1)]
                 values.append(self.values[following])
-                chances.append(shown(probability) if number < len(row) else "0")
+                chances.append(in_full(probability) if number < len(row) else "0")
         padding = most - lengths[-1]  # so that an entry and those behind it are within the table
         values += [self.values[0]] * padding
         chances += ["0"] * padding
