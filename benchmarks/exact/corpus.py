@@ -16,6 +16,7 @@ import json
 import subprocess
 import sys
 import time as clock
+from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Any
 
@@ -24,16 +25,22 @@ SUFFIXES = (".pomdp", ".POMDP", ".pomdpx")
 
 
 def certified(page: str) -> dict[str, tuple[float, float]]:
-    """Return the interval of each name in the page's table."""
+    """Return the interval of each name in the page's table, with what its digits leave open."""
     found = {}
     for line in page.splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
         try:
-            lower, upper = float(cells[1]), float(cells[2])
-        except (IndexError, ValueError):
+            lower, upper = (Decimal(cell) for cell in cells[1:3])
+        except (ValueError, InvalidOperation):
             continue
-        found.update({name.strip(): (lower, upper) for name in cells[0].split(",")})
+        ends = float(lower) - half_digit(lower), float(upper) + half_digit(upper)
+        found.update({name.strip(): ends for name in cells[0].split(",")})
     return found
+
+
+def half_digit(number: Decimal) -> float:
+    """Return half a unit of a number's last digit."""
+    return 0.5 * 10.0 ** int(number.as_tuple().exponent)
 
 
 def file_of(folder: Path, name: str) -> Path:

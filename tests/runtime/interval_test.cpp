@@ -48,6 +48,39 @@ double value_by_trying(const ExactModel& model, const Eigen::VectorXd& belief) {
   return std::isinf(best) ? 0.0 : best;
 }
 
+// A machine that wears out and is heard: beliefs lie everywhere between its four states, so points have to bound
+// what is between them.
+ExactModel make_worn_machine() {
+  ExactModel model;
+  model.discount = 0.99999;
+  model.observations = 2;
+  set_classes(model, {0, 4});
+  model.starts = {make_start(4, 1.0, {0})};
+  const auto rows = [](const std::vector<double>& quiet, bool repairs) {
+    std::vector<std::vector<OutcomeEntry>> result;
+    for (int state = 0; state < 4; ++state) {
+      std::vector<OutcomeEntry> entries;
+      for (const int observation : {0, 1}) {
+        for (const int next : {state, state + 1}) {
+          const double moves = state == 3 ? 0.0 : 0.05;
+          double p = next == state ? 1.0 - moves : moves;
+          if (repairs) p = next == 0 ? 1.0 : 0.0;
+          const double heard = next > 3 ? 0.0 : quiet[static_cast<std::size_t>(next)];
+          if (p > 0.0) entries.push_back({observation, next, p * (observation == 0 ? heard : 1.0 - heard)});
+        }
+        if (repairs && state > 0) entries.push_back({observation, 0, 0.5});
+      }
+      result.push_back(std::move(entries));
+    }
+    return result;
+  };
+  const std::vector<double> blind{0.5, 0.5, 0.5, 0.5};
+  model.actions = {make_action({1.0, 0.9, 0.6, 0.0}, rows(blind, false)),
+                   make_action({0.9, 0.8, 0.5, -0.1}, rows({0.95, 0.8, 0.3, 0.05}, false)),
+                   make_action({-4.0, -4.0, -4.0, -4.0}, rows(blind, true))};
+  return model;
+}
+
 TEST(Interval, OfTheTigerIsTheOneOfTheLiterature) {
   const IntervalSolution solution = solve(make_tiger(), 1e-5);
   EXPECT_TRUE(solution.result.converged());
@@ -111,13 +144,11 @@ TEST(Interval, EndsWhereRoundingIsAllThatIsLeft) {
 }
 
 TEST(Interval, StopsWhenAskedTo) {
-  ExactModel model = make_tiger();
-  model.discount = 0.999;  // a trial after the other, each a bit closer
   IntervalOptions options;
   options.seconds = 20.0;
   options.gap = 0.0;
   const IntervalSolution solution =
-      solve_interval(model, options, [](const IntervalResult&) { return false; });
+      solve_interval(make_worn_machine(), options, [](const IntervalResult&) { return false; });
   EXPECT_EQ(solution.result.end, IntervalEnd::kStopped);
   EXPECT_LT(solution.result.seconds, 10.0);
 }
@@ -180,6 +211,13 @@ TEST(Interval, FindsLoopsOfLongEpisodes) {
   EXPECT_GE(result.upper, best);
 }
 
+TEST(Interval, MixesPointsOfLongEpisodes) {
+  const IntervalResult result = solve(make_worn_machine(), 3e-4).result;
+  EXPECT_TRUE(result.converged());
+  EXPECT_GT(result.upper, result.lower);
+  EXPECT_LT(result.seconds, 10.0);
+}
+
 // A goal that is free and never left, at a discount of 1. Fast costs 2, slow costs 1.
 ExactModel make_paths(double near_cost, double near_to_goal) {
   ExactModel model;
@@ -226,6 +264,28 @@ TEST(AlphaPolicy, IsWorthTheLowerEnd) {
   EXPECT_EQ(solution.alpha.action(sure), 2);
   EXPECT_EQ(solution.blind.action(sure), 0);
   EXPECT_EQ(solution.qmdp.action(sure), 2);
+}
+
+// Three places in a ring: leaving the last one earns 1, standing still nothing. The loop's vectors come from
+// equations, and the policy needs those of all its places.
+TEST(AlphaPolicy, EarnsTheLowerEndOfALoop) {
+  ExactModel model;
+  model.discount = 0.95;
+  model.observations = 1;
+  set_classes(model, {0, 3});
+  model.starts = {make_start(3, 1.0, {0})};
+  model.actions = {make_action({0.0, 0.0, 0.0}, {{{0, 0, 1.0}}, {{0, 1, 1.0}}, {{0, 2, 1.0}}}),
+                   make_action({0.0, 0.0, 1.0}, {{{0, 1, 1.0}}, {{0, 2, 1.0}}, {{0, 0, 1.0}}})};
+  const IntervalSolution solution = solve(model, 1e-6);
+  double earned = 0.0;
+  double weight = 1.0;
+  int place = 0;
+  for (int step = 0; step < 400; ++step, weight *= model.discount) {
+    const auto action = static_cast<std::size_t>(solution.alpha.action(make_start(3, 1.0, {place}).belief));
+    earned += weight * model.actions[action].reward[place];
+    if (action == 1) place = (place + 1) % 3;
+  }
+  EXPECT_NEAR(earned, solution.result.lower, 1e-5);
 }
 
 void expect_equal(const AlphaPolicy& a, const AlphaPolicy& b) {

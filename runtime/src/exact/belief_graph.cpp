@@ -298,7 +298,7 @@ AlphaVector BeliefGraph::vector_of(int at, int chosen) {
     if (next != nullptr) vector.least = std::min(vector.least, next->least);
   }
   if (!vector.states.empty()) vector.least = worst_;
-  if (model_.is_long()) vector.plan = std::move(plan);
+  if (model_.closes_loops()) vector.plan = std::move(plan);
   return vector;
 }
 

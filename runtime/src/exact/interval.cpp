@@ -32,6 +32,10 @@ constexpr double kFirstSeconds = 1.0;
 // Where loops are closed by equations, a trial of more steps than this, or one that comes back to a belief,
 // shows nothing that they would not. A trial that showed nothing at all may be longer the next time.
 constexpr std::size_t kLongTrial = 64;
+// Seconds of refinement that small models are closed in.
+constexpr double kFirstRefining = 0.2;
+// Vectors are refined again soon if they closed more than this part of the gap.
+constexpr double kWorthIt = 0.01;
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
@@ -84,7 +88,6 @@ class IntervalSearch {
         graph_(split_),
         starts_(starts_of(model)) {
     if (split_.is_endless()) split_.limit_steps(steps_to_end(split_));
-    refines_ = split_.is_long() && can_refine(split_);
     result_.mdp = result_.qmdp = result_.fib = result_.upper = split_.most();
     result_.blind = result_.lower = -split_.most();
   }
@@ -137,10 +140,11 @@ class IntervalSearch {
   double rounding_ = 0.0;  // what the solver's own arithmetic can have changed
   double last_report_ = 0.0;
   bool stopped_ = false;
-  bool refines_ = false;
+  double trying_ = 0.0;    // seconds of trials ...
+  double refining_ = 0.0;  // ... and of refinement
   std::size_t longest_trial_ = kLongTrial;
-  std::vector<int> points_;  // of the refinement
-  int lower_waits_ = 0;      // refinements until the lower bound has its turn
+  UpperPoints points_;   // of the refinement
+  int lower_waits_ = 0;  // refinements until the lower bound has its turn
   int lower_rests_ = 1;
 };
 
@@ -333,7 +337,7 @@ void IntervalSearch::add_first_steps(const StateValues& values) {
 void IntervalSearch::find_starts() {
   start_nodes_.clear();
   for (const Start& start : starts_) start_nodes_.push_back(graph_.node_of(start.of_class, start.belief));
-  points_ = start_nodes_;
+  points_ = {start_nodes_, {}};
 }
 
 void IntervalSearch::bound_start() {
@@ -378,7 +382,7 @@ bool IntervalSearch::trial(int node, double target) {
   std::vector<int> path;
   bool is_cut = false;
   while (node >= 0 && keep_going()) {
-    is_cut = refines_ && path.size() >= longest_trial_;
+    is_cut = split_.closes_loops() && path.size() >= longest_trial_;
     if (is_cut) break;
     path.push_back(node);
     const int choice = graph_.best_choice(node);
@@ -389,15 +393,17 @@ bool IntervalSearch::trial(int node, double target) {
   return !is_cut;
 }
 
-// What raised nothing is tried again, but less and less often.
+// Takes as long as trials do, unless these show little of long episodes. What closed little waits longer.
 void IntervalSearch::refine() {
+  if (!split_.closes_loops() || (refining_ > trying_ + kFirstRefining && !split_.is_long())) return;
   const KeepGoing going = [this] { return keep_going(); };
   refine_upper(split_, graph_, start_nodes_, points_, going);
   if (--lower_waits_ > 0) return;
   const double before = result_.lower;
-  refine_lower(split_, graph_, start_nodes_, points_, going);
+  refine_lower(split_, graph_, start_nodes_, points_.nodes, going);
   bound_start();
-  lower_rests_ = result_.lower > before ? 1 : std::min(2 * lower_rests_, 16);
+  const bool helped = result_.lower - before > kWorthIt * (result_.upper - result_.lower);
+  lower_rests_ = helped ? 1 : std::min(2 * lower_rests_, 16);
   lower_waits_ = lower_rests_;
 }
 
@@ -426,9 +432,13 @@ void IntervalSearch::search() {
       width = std::max(width, now);
     }
     const std::uint64_t before = graph_.changes();
+    const double begin = seconds();
     const bool whole = trial(start_nodes_[widest], kTrialTarget * open_gap_);
     ++result_.iterations;
-    if (refines_) refine();
+    const double middle = seconds();
+    refine();
+    trying_ += middle - begin;
+    refining_ += seconds() - middle;
     bound_start();
     if (graph_.changes() == before && !whole) longest_trial_ *= 2;
     if (graph_.changes() == before && whole && !is_close() && keep_going()) {

@@ -15,7 +15,6 @@ namespace hypgen::exact {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kMostStates = 400;
 constexpr std::size_t kMostFollowed = 200;
 constexpr std::size_t kMostUnknowns = 1200;  // values of a controller's vectors
 constexpr int kMostRounds = 30;
@@ -41,6 +40,7 @@ class Controller {
   };
 
   void take(int of_class, const AlphaVector* vector);
+  std::size_t stands_for(int of_class, const AlphaVector* vector);
 
   const SplitModel& model_;
   BeliefGraph& graph_;
@@ -68,6 +68,27 @@ void Controller::gather(const std::vector<int>& points) {
   }
 }
 
+// Where the vector's unknowns begin. There is no room for all: those of the vector that is nowhere far below it
+// stand for the others. So a loop is one of the controller's own, and its worth that of very many steps.
+std::size_t Controller::stands_for(int of_class, const AlphaVector* vector) {
+  const auto known = begin_.find(vector);
+  if (known != begin_.end()) return known->second;
+  double least_loss = kInfinity;
+  std::size_t found = 0;
+  for (const Step& step : steps_) {
+    if (step.of_class != of_class) continue;
+    double loss = -kInfinity;
+    for (std::size_t s = 0; s < vector->values.size(); ++s) {
+      loss = std::max(loss, vector->values[s] - step.vector->values[s]);
+    }
+    if (loss >= least_loss) continue;
+    least_loss = loss;
+    found = step.begin;
+  }
+  begin_.emplace(vector, found);
+  return found;
+}
+
 void Controller::add_vectors() {
   Chain chain;
   chain.reward.assign(unknowns_, 0.0);
@@ -83,13 +104,8 @@ void Controller::add_vectors() {
         const int next_class = action.outcomes[index(outcome)].next_class;
         const int next = action.next[index(column)] - model_.first(next_class);
         const AlphaVector* after = step.vector->plan[index(outcome)]->current();
-        const auto known = begin_.find(after);
-        if (known != begin_.end()) {
-          chain.lead(static_cast<int>(from), static_cast<int>(known->second) + next, action.weight[index(i)]);
-        } else {
-          least = std::min(least, after->least);
-          chain.reward[from] += model_.discount() * action.weight[index(i)] * after->values[index(next)];
-        }
+        const auto known = stands_for(next_class, after);
+        chain.lead(static_cast<int>(from), static_cast<int>(known) + next, action.weight[index(i)]);
       }
     }
   }
@@ -107,16 +123,19 @@ void Controller::add_vectors() {
     value -= high * steps;
     least = std::min(least, value);
   }
+  // All are made before one is added, as a vector that gives way to another loses its plan. All are added, as
+  // a policy takes the best vector of each belief: where it goes on, there is one of at least the same worth.
+  std::vector<AlphaVector> vectors;
   for (const Step& step : steps_) {
-    if (step.vector->better != nullptr) continue;
     const auto from = values.begin() + static_cast<std::ptrdiff_t>(step.begin);
     AlphaVector vector;
     vector.choice = step.vector->choice;
     vector.values.assign(from, from + model_.size(step.of_class));
     vector.plan = step.vector->plan;
     vector.least = least;
-    graph_.add(step.of_class, std::move(vector));
+    vectors.push_back(std::move(vector));
   }
+  for (std::size_t i = 0; i < steps_.size(); ++i) graph_.add(steps_[i].of_class, std::move(vectors[i]));
 }
 
 // Beliefs that the policy of the best vectors meets, the likeliest first.
@@ -151,8 +170,6 @@ std::vector<int> followed(const SplitModel& model, BeliefGraph& graph, const std
 }
 
 }  // namespace
-
-bool can_refine(const SplitModel& model) { return model.states() <= kMostStates; }
 
 void refine_lower(const SplitModel& model, BeliefGraph& graph, const std::vector<int>& starts,
                   const std::vector<int>& upper_points, const KeepGoing& keep_going) {

@@ -24,7 +24,7 @@ struct AlphaVector {
   int choice = -1;           // index of the class's actions; -1 where nothing is legal
   std::vector<int> states;
   std::vector<double> values;
-  // Where loops count (`SplitModel::is_long`): what follows each outcome of the action. Empty if nothing does.
+  // Where loops count (`SplitModel::closes_loops`): what follows each outcome of the action. Empty if nothing does.
   std::vector<const AlphaVector*> plan{};
   double sum = 0.0;
   // No state is worth less, nor is one that the policy comes to later.

@@ -8,17 +8,30 @@
 // (Hansen, UAI 1998; Ji et al., AAAI 2007).
 #pragma once
 
+#include <map>
+#include <vector>
+
 #include "hypgen/exact/belief_graph.hpp"
 
 namespace hypgen::exact {
 
-// Whether the model is small enough.
-bool can_refine(const SplitModel& model);
+// Points and, as many, the rows of a belief's states whose corners have no part in the mixture.
+struct Mixture {
+  std::vector<int> points;
+  std::vector<int> rows;
+  std::vector<double> weights;  // of the points
+};
 
-// Lowers the bounds at `points`, which are nodes, and the convex bound. Then drops points that are never met
-// from the nodes `starts`, and takes up beliefs that are often met and lose most by being no points.
+// Beliefs that bound others from above.
+struct UpperPoints {
+  std::vector<int> nodes;
+  std::map<int, Mixture> mixtures;  // of nodes that are none, their points as nodes
+};
+
+// Lowers the bounds at `points` and the convex bound. Then drops points that are never met from the nodes
+// `starts`, and takes up beliefs that are often met and lose most by being no points.
 void refine_upper(const SplitModel& model, BeliefGraph& graph, const std::vector<int>& starts,
-                  std::vector<int>& points, const KeepGoing& keep_going);
+                  UpperPoints& points, const KeepGoing& keep_going);
 
 // Backs up the points, and beliefs that the policy so far meets, and adds the vectors of a controller that is
 // made of the best vectors there.

@@ -46,6 +46,8 @@ class SplitModel {
   double largest_reward() const { return largest_reward_; }
   // Whether so many steps count that sweeps and trials would take as many to see what they come to.
   bool is_long() const { return recurs_ && (steps_ > 1000.0 || discount_ == 1.0); }
+  // Whether equations for loops pay: a search needs a trial for each step that counts, and they are few enough.
+  bool closes_loops() const { return recurs_ && (steps_ > 10.0 || discount_ == 1.0) && states() <= 400; }
   // Whether an episode ends only where the model ends it: neither discount nor horizon do. `steps` is infinite
   // until `limit_steps` is told how many steps a policy takes that is worth looking at.
   bool is_endless() const { return recurs_ && discount_ == 1.0; }
