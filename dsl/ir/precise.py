@@ -204,8 +204,8 @@ def _weighted(dist: ir.Dist, weight: ir.Expr, known: _Known) -> ir.Dist | None:
     numbers = [w for w in weights if w is not None]
     if len(numbers) < len(weights):
         return None
-    total = sum(numbers)
-    if total <= 0:
+    total = sum(w for w in numbers if w > 0)
+    if total == 0:
         return dist.otherwise or ir.Certain(dist.type, operators.from_index(dist.type, 0))
     entries = tuple(
         (operators.from_index(dist.type, number), _exactly(weight / total))

@@ -15,6 +15,7 @@ from hypgen.dsl.types import Float, Type, intervals
 _FRACTION = re.compile(r"\.0*[1-9]|[eE]")  # of a number in a list that is not whole
 _WHOLE = 1 << 24  # float32 has all whole numbers below
 _MOST_EXACT = 1 << 12  # entries whose exact numbers are kept
+_MOST_DIGITS = 400  # doubles have no smaller numbers
 
 
 def error_of(node: ast.Expr, element: Type, values: Sequence[Value]) -> float:
@@ -45,7 +46,7 @@ def _listed(node: ast.Expr) -> Iterator[Fraction | None]:
             for item in items:
                 yield from _listed(item)
         case ast.Literal(value=str() as words):
-            yield from map(Fraction, words.split())
+            yield from map(_number, words.split())
         case ast.Literal(value=int() | float() as value, exact=exact):
             yield Fraction(value) if exact is None else exact
         case ast.Unary(op="-", operand=operand):
@@ -53,6 +54,12 @@ def _listed(node: ast.Expr) -> Iterator[Fraction | None]:
                 yield None if number is None else -number
         case _:
             yield None
+
+
+def _number(word: str) -> Fraction | None:
+    """Return the number; None for one whose digits in full are more than any use has."""
+    exponent = word.lower().partition("e")[2]
+    return None if exponent and abs(int(exponent)) > _MOST_DIGITS else Fraction(word)
 
 
 def _is_sign(node: ast.Node) -> bool:

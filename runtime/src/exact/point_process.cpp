@@ -280,7 +280,7 @@ bool PointProcess::evaluate() {
   return true;
 }
 
-void PointProcess::solve(const KeepGoing& keep_going) {
+bool PointProcess::solve(const KeepGoing& keep_going) {
   const std::vector<double> before = values_;
   for (After& after : afters_) {
     if (after.own < 0) after.action = best_rest(after).action;
@@ -289,7 +289,7 @@ void PointProcess::solve(const KeepGoing& keep_going) {
     for (int inner = 0; inner < kMostRounds && (improve_actions() || inner == 0); ++inner) {
       if (!keep_going() || !evaluate()) {
         values_ = before;
-        return;
+        return false;
       }
     }
     if (!improve_mixtures()) break;
@@ -306,6 +306,7 @@ void PointProcess::solve(const KeepGoing& keep_going) {
     low = std::max(low, value(convex_[i]) - values_[moves_.size() + i]);
   }
   for (double& value : values_) value += low * model_.steps();
+  return true;
 }
 
 void PointProcess::give_back() {

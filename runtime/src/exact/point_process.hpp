@@ -21,7 +21,8 @@ class PointProcess {
       : model_(model), graph_(graph), points_(points) {}
 
   void gather();
-  void solve(const KeepGoing& keep_going);
+  // False if it was cut off, or has no solution: then nothing is better than before.
+  bool solve(const KeepGoing& keep_going);
   void give_back();
   void keep_mixtures();
   void choose_points(const std::vector<int>& starts, const KeepGoing& keep_going);

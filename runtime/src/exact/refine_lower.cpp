@@ -40,7 +40,7 @@ class Controller {
   };
 
   void take(int of_class, const AlphaVector* vector);
-  std::size_t stands_for(int of_class, const AlphaVector* vector);
+  int stands_for(int of_class, const AlphaVector* vector);
 
   const SplitModel& model_;
   BeliefGraph& graph_;
@@ -69,24 +69,26 @@ void Controller::gather(const std::vector<int>& points) {
 }
 
 // Where the vector's unknowns begin. There is no room for all: those of the vector that is nowhere far below it
-// stand for the others. So a loop is one of the controller's own, and its worth that of very many steps.
-std::size_t Controller::stands_for(int of_class, const AlphaVector* vector) {
+// stand for the others. So a loop is one of the controller's own, and its worth that of very many steps. -1
+// where the controller has no vector of the class: what follows is worth what is known of it.
+int Controller::stands_for(int of_class, const AlphaVector* vector) {
   const auto known = begin_.find(vector);
-  if (known != begin_.end()) return known->second;
+  if (known != begin_.end()) return static_cast<int>(known->second);
   double least_loss = kInfinity;
-  std::size_t found = 0;
+  const Step* found = nullptr;
   for (const Step& step : steps_) {
     if (step.of_class != of_class) continue;
     double loss = -kInfinity;
     for (std::size_t s = 0; s < vector->values.size(); ++s) {
       loss = std::max(loss, vector->values[s] - step.vector->values[s]);
     }
-    if (loss >= least_loss) continue;
+    if (found != nullptr && loss >= least_loss) continue;
     least_loss = loss;
-    found = step.begin;
+    found = &step;
   }
-  begin_.emplace(vector, found);
-  return found;
+  if (found == nullptr) return -1;
+  begin_.emplace(vector, found->begin);
+  return static_cast<int>(found->begin);
 }
 
 void Controller::add_vectors() {
@@ -104,8 +106,13 @@ void Controller::add_vectors() {
         const int next_class = action.outcomes[index(outcome)].next_class;
         const int next = action.next[index(column)] - model_.first(next_class);
         const AlphaVector* after = step.vector->plan[index(outcome)]->current();
-        const auto known = stands_for(next_class, after);
-        chain.lead(static_cast<int>(from), static_cast<int>(known) + next, action.weight[index(i)]);
+        const int begin = stands_for(next_class, after);
+        if (begin >= 0) {
+          chain.lead(static_cast<int>(from), begin + next, action.weight[index(i)]);
+        } else {
+          least = std::min(least, after->least);
+          chain.reward[from] += model_.discount() * action.weight[index(i)] * after->values[index(next)];
+        }
       }
     }
   }

@@ -27,7 +27,8 @@ void add_first_beliefs(const SplitModel& model, BeliefGraph& graph, UpperPoints&
       graph.open(node);
       for (const Choice& choice : graph[node].choices) {
         for (const Successor& next : choice.successors) {
-          if (graph[next.node].belief.states.size() > 1) found.insert(next.node);
+          const bool goes_on = !model.actions(graph[next.node].of_class).empty();
+          if (goes_on && graph[next.node].belief.states.size() > 1) found.insert(next.node);
         }
       }
       if (found.size() > kMostFirst) return;
@@ -113,12 +114,16 @@ void PointProcess::choose_points(const std::vector<int>& starts, const KeepGoing
 
 void refine_upper(const SplitModel& model, BeliefGraph& graph, const std::vector<int>& starts,
                   UpperPoints& points, const KeepGoing& keep_going) {
-  if (points.nodes.size() == starts.size()) add_first_beliefs(model, graph, points);
+  // An ended episode is worth nothing more.
+  points.nodes.erase(std::remove_if(points.nodes.begin(), points.nodes.end(),
+                                    [&](int node) { return model.actions(graph[node].of_class).empty(); }),
+                     points.nodes.end());
+  if (points.mixtures.empty()) add_first_beliefs(model, graph, points);
   PointProcess process(model, graph, points);
   process.gather();
-  process.solve(keep_going);
+  const bool is_solved = process.solve(keep_going);
   process.give_back();
-  process.choose_points(starts, keep_going);
+  if (is_solved) process.choose_points(starts, keep_going);
 }
 
 }  // namespace hypgen::exact

@@ -127,11 +127,13 @@ SplitModel::SplitModel(const ExactModel& model)
         longest = std::max(longest, static_cast<std::size_t>(action.row_begin[i + 1] - action.row_begin[i]));
       }
       longest = std::max(longest, action.reward.size());
+      branches_ += action.reward.size() * action.outcomes.size();
     }
   }
   // A backup adds at most `longest` products for a row and as many for a belief, each with a relative error
   // of half an epsilon, and beliefs that are four epsilons apart in each state count as one
-  // (`belief_graph.cpp`). Every step of an episode adds the same.
+  // (`belief_graph.cpp`). A mixture may have an epsilon more of each state (`mixture.cpp`). Every step of an
+  // episode adds the same.
   rounding_of_step_ = 8.0 * static_cast<double>(longest + 16) * std::numeric_limits<double>::epsilon();
 }
 

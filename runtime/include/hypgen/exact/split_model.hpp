@@ -47,7 +47,10 @@ class SplitModel {
   // Whether so many steps count that sweeps and trials would take as many to see what they come to.
   bool is_long() const { return recurs_ && (steps_ > 1000.0 || discount_ == 1.0); }
   // Whether equations for loops pay: a search needs a trial for each step that counts, and they are few enough.
-  bool closes_loops() const { return recurs_ && (steps_ > 10.0 || discount_ == 1.0) && states() <= 400; }
+  bool closes_loops() const {
+    const bool is_small = states() <= 400 && branches_ <= 20000;
+    return recurs_ && (steps_ > 10.0 || discount_ == 1.0) && is_small;
+  }
   // Whether an episode ends only where the model ends it: neither discount nor horizon do. `steps` is infinite
   // until `limit_steps` is told how many steps a policy takes that is worth looking at.
   bool is_endless() const { return recurs_ && discount_ == 1.0; }
@@ -69,6 +72,7 @@ class SplitModel {
   double steps_;
   double largest_reward_ = 0.0;
   double rounding_of_step_ = 0.0;
+  std::size_t branches_ = 0;  // outcomes of all actions in all states
   std::vector<int> class_begin_;
   std::vector<std::vector<ClassAction>> actions_;  // of each class, those that are legal there
 };

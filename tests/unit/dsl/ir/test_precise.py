@@ -75,6 +75,18 @@ def test_rows_of_weights_are_shares_of_their_sum(draw: str, parts: str) -> None:
     assert rounding(model(draw, parts)).step < 1e-17
 
 
+def test_weights_below_0_count_as_none() -> None:
+    source = FRAME.replace("0.1 0.2 0.7 0.3 0.3 0.4", "-1 1 2 -3 1 1").replace(
+        "DRAW", "by(row_of[act, robot.at])"
+    )
+    parsed = Source("m.pomdp", source.replace("PARTS", BY_ROW))
+    found = tables(with_precise_draws(lower(parse(parsed), {}, parsed)))
+    assert [[round(float(p), 9) for p in row] for row in found[:2]] == [
+        [0.333333333, 0.666666667],
+        [0.5, 0.5],
+    ]
+
+
 def test_only_rows_that_reach_a_draw_are_written_out() -> None:
     found = tables(model("by(row_of[act, robot.at])", BY_ENTRY))
     assert [round(float(row[0]), 6) for row in found] == [0.1, 0.3]  # of rows 0 and 3, not of row 2's 1e-9
