@@ -18,7 +18,6 @@ from hypgen.dsl.types import Int, Type, is_finite, low_of, size_of
 
 Part = TypeVar("Part", ir.Assign, ir.Observation, ir.Let)
 _MOST_ENTRIES = 1024  # probabilities that one draw is written out with
-
 _MOST_CASES = 64  # of a key that has no order
 
 

@@ -14,7 +14,8 @@ namespace hypgen::exact {
 
 // The upper bound as a decision process. Its unknowns are the values of the points and, of each state and
 // action, those of the convex bound. What follows an action is a point, or a mixture of points and a rest of
-// which the convex bound is taken, with one action for all of its states.
+// which the convex bound is taken, with one action for all of its states. `choose_points` and what it asks for
+// are in refine_upper.cpp.
 class PointProcess {
  public:
   PointProcess(const SplitModel& model, BeliefGraph& graph, UpperPoints& points)

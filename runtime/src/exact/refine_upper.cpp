@@ -11,9 +11,9 @@ namespace hypgen::exact {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kMostPoints = 1500;
-constexpr std::size_t kMostNew = 80;  // of a refinement
-constexpr std::size_t kMostFirst = 400;
+constexpr std::size_t kMostPoints = 1500;  // that a refinement keeps
+constexpr std::size_t kMostNew = 80;       // that it adds
+constexpr std::size_t kMostFirst = 400;    // beliefs after a first step that are points from the start
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
