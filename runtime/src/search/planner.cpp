@@ -34,7 +34,7 @@ TreeOptions tree_options(const PlannerOptions& options, const ModelDescriptor& m
   result.max_depth = options.depth;
   result.discount = model.discount;
   result.reward_bits = model.reward_bits;
-  result.pruning = is_pomcp ? 0.0 : options.pruning;
+  result.pruning = is_pomcp ? 0.0 : std::max(0.0, options.pruning);
   result.threads = std::min(options.threads, threads);
   result.counts_actions = is_pomcp || options.exploration > 0.0;
   result.keeps_values = is_pomcp;
@@ -48,7 +48,7 @@ TreeOptions tree_options(const PlannerOptions& options, const ModelDescriptor& m
 EvaluatorOptions evaluator_options(const PlannerOptions& options, const ModelDescriptor& model) {
   const auto actions = static_cast<std::size_t>(model.action_count);
   TreeOptions tree;
-  tree.pruning = options.pruning;
+  tree.pruning = std::max(0.0, options.pruning);
   tree.keeps_values = options.mode == Mode::kPomcp;
   const std::size_t expansion = evaluator_expansion_bytes(options, actions);
   EvaluatorOptions result;
@@ -168,6 +168,8 @@ EvaluatorStats Planner::evaluator_stats() {
 }
 
 void Planner::plan_tree(Decision& decision, const RootResult& root) {
+  const double pruning = options_.mode == Mode::kPomcp ? 0.0 : std::max(0.0, options_.pruning);
+  search_.set_pruning(pruning);
   search_.run(*evaluator_, root, setup_, root_actions_, decision);
   if (options_.signature && decision.late_threads == 0) decision.signature = search_.tree().signature(0);
   if (is_failure(decision.status)) return;
@@ -175,6 +177,7 @@ void Planner::plan_tree(Decision& decision, const RootResult& root) {
   if (decision.expansions == 0) return;
   decision.looked = Looked::kTree;
   decision.scenarios = options_.scenarios;
+  decision.pruning = pruning;
 }
 
 // Takes in how long so many rollouts took. Fewer than the evaluator has lanes take as long as that many.

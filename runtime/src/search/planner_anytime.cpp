@@ -3,6 +3,7 @@
 // that survive, on as many scenarios as the time affords.
 
 #include <algorithm>
+#include <cmath>
 
 #include "hypgen/model/model.hpp"
 #include "hypgen/search/planner.hpp"
@@ -16,6 +17,8 @@ constexpr int kComparedShare = 4;       // of the time goes to comparing, as one
 constexpr std::uint64_t kComparedSamples = 4;  // an action, in scenarios of the largest tree, at the most
 constexpr double kRootShare = 1.0 / 6.0;     // of the time that is left goes to the tree's root, at the most
 constexpr std::size_t kLeastScenarios = 16;  // of a tree
+// Scenarios part where a step leaves more groups than this share of them: ten scenarios a group, or fewer.
+constexpr double kPartedShare = 0.1;
 
 }  // namespace
 
@@ -32,6 +35,8 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
   if (is_failure(decision.status) || decision.status == Status::kDeviceLost) return;
   decision.action = compared_action(root.default_action);
   keep_survivors(root.default_action);
+  const double pruning = chosen_pruning(decision);
+  search_.set_pruning(pruning);
   while (count >= kLeastScenarios && Clock::now() < setup_.deadline) {
     belief.sample(key, 0, count, scenarios_);
     search_.clear();
@@ -40,9 +45,14 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
     Decision stage;
     search_.run(*evaluator_, next, setup_, root_actions_, stage);
     const bool has_looked_ahead = stage.expansions > 1 && !is_failure(stage.status);
-    stage.action = has_looked_ahead ? improved_action(root.default_action) : decision.action;
-    stage.looked = has_looked_ahead ? Looked::kTree : decision.looked;
-    if (has_looked_ahead) stage.scenarios = count;
+    if (has_looked_ahead) {
+      stage.action = improved_action(root.default_action);
+      stage.looked = Looked::kTree;
+      stage.scenarios = count;
+      stage.pruning = pruning;
+    } else {
+      stage.take_answer(decision);
+    }
     if (options_.signature && stage.late_threads == 0) stage.signature = search_.tree().signature(0);
     stage.add_work(decision);
     decision = stage;
@@ -50,6 +60,20 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
     count = std::min(2 * count, options_.scenarios);
   }
   if (decision.status == Status::kOk) decision.status = Status::kDeadline;
+}
+
+// Lambda for the tree after a comparison. A group of one scenario knows its future, and promises what no policy
+// can earn: by chance up to about the deviation of a scenario's gain. So that deviation, as a share of one
+// scenario, is what a node has to be worth. Where scenarios stay together there is little of that, and lambda
+// is 0 (docs/decisions/0050).
+double Planner::chosen_pruning(const Decision& compared) const {
+  if (options_.pruning != kAutoPruning) return options_.pruning;
+  const bool parts =
+      static_cast<double>(compared.children) > kPartedShare * static_cast<double>(compared.simulations);
+  if (!parts) return 0.0;
+  double variance = 0.0;
+  for (const Candidate& candidate : candidates_) variance = std::max(variance, candidate.variance());
+  return std::sqrt(variance) / static_cast<double>(options_.scenarios);
 }
 
 // The best action by its gain in the comparison and what the tree has added to it. The tree's own one-ply returns

@@ -9,10 +9,15 @@
 
 namespace hypgen {
 
-double Planner::Candidate::standard_error() const {
+double Planner::Candidate::variance() const {
   if (samples < 2) return 0.0;
-  const double n = static_cast<double>(samples);
-  return std::sqrt(std::max(0.0, gain_square / n - mean() * mean()) / (n - 1.0));
+  constexpr double kRounding = 1e-12;  // of the difference of two near squares, as a share of them
+  const double square = gain_square / static_cast<double>(samples), variance = square - mean() * mean();
+  return variance > kRounding * square ? variance : 0.0;
+}
+
+double Planner::Candidate::standard_error() const {
+  return samples < 2 ? 0.0 : std::sqrt(variance() / (static_cast<double>(samples) - 1.0));
 }
 
 void Planner::plan_rollout(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root) {

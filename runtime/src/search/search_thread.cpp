@@ -325,7 +325,7 @@ SearchThread::Progress SearchThread::walk_by_bounds(Node*& node, bool has_expand
     }
     tree_.enter(*next);
     const bool is_deepest = next->depth >= shared_.setup.depth_limit;
-    if (is_deepest || (shared_.options.pruning > 0.0 && tree_.is_blocked(*next))) {
+    if (is_deepest || (tree_.is_regularised() && tree_.is_blocked(*next))) {
       tree_.make_default(*next);
       backup(*next);
       return Progress::kEnded;

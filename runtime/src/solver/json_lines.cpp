@@ -92,12 +92,13 @@ void JsonLines::write_run(const SolverOptions& options, const std::string& devic
                {"rollouts", planner.rolled},
                {"depth", planner.depth},
                {"xi", planner.target_ratio},
-               {"pruning", planner.pruning},
+               {"pruning", "auto"},
                {"belief", belief_name(options.belief)},
                {"particles", options.particles},
                {"on_depletion", options.stop_on_depletion ? "stop" : "continue"},
                {"time", nullptr},
                {"trials", nullptr}};
+  if (planner.pruning != kAutoPruning) json["pruning"] = planner.pruning;
   if (planner.time_limit < 1e9) json["time"] = planner.time_limit;
   if (planner.trial_limit != UINT64_MAX) json["trials"] = planner.trial_limit;
   write_line(json.dump());
@@ -131,6 +132,7 @@ void JsonLines::write(const StepRecord& step, const StepDetails* details) {
                {"upper", decision.upper},
                {"looked", looked_name(decision.looked)},
                {"scenarios", decision.scenarios},
+               {"pruning", decision.pruning},
                {"compared_actions", decision.compared_actions},
                {"trials", decision.trials},
                {"expansions", decision.expansions},

@@ -10,8 +10,6 @@
 
 namespace hypgen {
 
-namespace {
-
 bool read_double(const std::string& text, double low, double high, double& out) {
   static const locale_t kNoLocale = newlocale(LC_ALL_MASK, "C", nullptr);  // a host may have one with commas
   char* end = nullptr;
@@ -20,8 +18,6 @@ bool read_double(const std::string& text, double low, double high, double& out) 
   out = value;
   return true;
 }
-
-}  // namespace
 
 bool read_integer(const std::string& text, std::uint64_t low, std::uint64_t high, std::uint64_t& out) {
   if (text.empty() || !std::all_of(text.begin(), text.end(), [](char c) { return '0' <= c && c <= '9'; }))

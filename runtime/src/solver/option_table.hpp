@@ -22,6 +22,7 @@ struct Option {
   std::function<bool(const std::string&)> take;
 };
 
+bool read_double(const std::string& text, double low, double high, double& out);
 bool read_integer(const std::string& text, std::uint64_t low, std::uint64_t high, std::uint64_t& out);
 template <class T>
 bool read_integer(const std::string& text, std::uint64_t low, std::uint64_t high, T& out) {

@@ -52,6 +52,11 @@ bool read_device(const std::string& text, DeviceKind& kind, int& index) {
   return text.rfind(numbered, 0) == 0 && read_integer(text.substr(numbered.size()), 0, 1023, index);
 }
 
+bool read_pruning(const std::string& text, double& lambda) {
+  lambda = kAutoPruning;
+  return text == "auto" || read_double(text, 0.0, 1e9, lambda);
+}
+
 bool read_on_depletion(const std::string& text, bool& stop) {
   stop = text == "stop";
   return stop || text == "continue";
@@ -177,8 +182,11 @@ std::vector<Option> option_table(SolverOptions& options) {
       integer("--depth", "D", "depth limit of a search (90)", 1, 10000, planner.depth),
       number("--xi", "RATIO", "gap that a trial aims at, relative to the root's (0.95)", 0.0, 1.0,
              planner.target_ratio),
-      number("--pruning", "LAMBDA", "regularisation: what a node must be worth (0)", 0.0, 1e9,
-             planner.pruning),
+      {"--pruning", "LAMBDA",
+       "regularisation: what a node must be worth, or auto: with --time, as much as luck gives one scenario, "
+       "where scenarios soon see different things (auto)",
+       "auto or a number from 0 to 1e9",
+       [&](const std::string& text) { return read_pruning(text, planner.pruning); }},
       {"--belief", "KIND",
        "factored (a posterior for each independent part of the state), particle (of whole states) or auto: "
        "factored where the model allows it (auto)",

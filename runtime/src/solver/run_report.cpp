@@ -78,6 +78,10 @@ std::string decided_rows(const RunTotals& totals) {
                                                             static_cast<double>(totals.comparisons)));
   }
   if (totals.trees > 0) text += row("scenarios of a tree", format("mean %.1f", scenarios));
+  if (totals.pruned > 0) {
+    text += row("pruning", format("mean %.3g, in %llu of the trees",
+                                  totals.pruning / static_cast<double>(totals.pruned), count(totals.pruned)));
+  }
   if (totals.plan_statuses.count(Status::kModelNan) > 0) return text;
   if (2 * totals.trees < steps && totals.mode != "rollout") {
     text += row("", "most steps had no time for a tree: raise --time, or lower --depth");
@@ -128,6 +132,8 @@ void RunTotals::add(const StepRecord& step) {
   late_searches += decision.late_threads > 0;
   trees += decision.looked == Looked::kTree;
   tree_scenarios += decision.looked == Looked::kTree ? decision.scenarios : 0;
+  pruned += decision.pruning > 0.0;
+  pruning += decision.pruning;
   compared += decision.looked == Looked::kOneStep;
   comparisons += decision.compared_actions > 0;
   compared_actions += decision.compared_actions;

@@ -31,6 +31,9 @@ enum class Looked {
   kTree,     // a tree has looked further
 };
 
+// The comparison of actions sets lambda; without a time limit there is none, and lambda is 0.
+constexpr double kAutoPruning = -1.0;
+
 struct PlannerOptions {
   Mode mode = Mode::kDespot;
   std::uint64_t seed = 0;
@@ -39,7 +42,7 @@ struct PlannerOptions {
   std::size_t scenarios = 500;                                            // K
   int depth = 90;                                                         // D
   double target_ratio = 0.95;                                             // xi
-  double pruning = 0.0;                                                   // lambda
+  double pruning = kAutoPruning;                                          // lambda
   double observation_loss = 1.0;                                          // c_o
   double exploration = 0.0;                                               // c_a; kPomcp: UCB1's constant
   std::uint32_t rolled = 3;                                               // M, actions that a leaf rolls out
@@ -64,6 +67,7 @@ struct Decision {
   double upper = std::numeric_limits<double>::quiet_NaN();
   Looked looked = Looked::kNowhere;
   std::size_t scenarios = 0;         // of the tree; 0: there was none
+  double pruning = 0.0;              // lambda of the tree
   std::size_t compared_actions = 0;  // by one-ply rollouts, before the tree or alone; 0: there was no time
   std::uint64_t trials = 0;
   std::uint64_t expansions = 0;
@@ -81,6 +85,18 @@ struct Decision {
   double backup_seconds = 0.0;   // of that, walks back up, in the same way
   std::size_t late_threads = 0;  // that had not ended by the deadline
   std::uint64_t signature = 0;   // of the tree, if asked for
+
+  // Takes over what an earlier stage of the same decision has found. Bounds of that stage stay too, if it was a
+  // tree.
+  void take_answer(const Decision& earlier) {
+    action = earlier.action;
+    looked = earlier.looked;
+    scenarios = earlier.scenarios;
+    pruning = earlier.pruning;
+    if (looked != Looked::kTree) return;
+    lower = earlier.lower;
+    upper = earlier.upper;
+  }
 
   // Adds what another stage of the same decision has done.
   void add_work(const Decision& other) {

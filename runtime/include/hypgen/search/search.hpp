@@ -53,6 +53,9 @@ class Search final : public Workers {
   std::size_t threads() const { return shared_.threads.size(); }
   const Tree& tree() const { return shared_.tree; }
 
+  // Gives the next search another lambda. While all threads are parked.
+  void set_pruning(double pruning) { shared_.tree.set_pruning(pruning); }
+
   // Leaves no tree, before the evaluator begins another search. While all threads are parked.
   void clear() { shared_.tree.clear(); }
 

@@ -32,7 +32,7 @@ struct TreeOptions {
   std::size_t memory_bytes = std::size_t{768} << 20;
   int max_depth = 90;
   double discount = 0.95;
-  double pruning = 0.0;  // lambda, the regularisation constant
+  double pruning = 0.0;  // lambda, the regularisation constant, until `set_pruning` gives another
   std::size_t threads = 1;
   bool counts_actions = false;         // the tree counts the trials that took each action
   bool keeps_values = false;           // the tree sums their returns; not together with regularisation
@@ -80,6 +80,9 @@ class Tree {
 
   // Drops all nodes and makes the root; false if there is no room. No thread may be in the tree.
   bool reset(const ChildRow& root);
+
+  // Gives the next tree another lambda. No thread may be in the tree.
+  void set_pruning(double pruning) { pruning_ = pruning; }
 
   // Leaves no tree. Its rows are about to go. Only while no thread is in the tree.
   void clear();

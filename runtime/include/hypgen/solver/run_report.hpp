@@ -35,6 +35,8 @@ struct RunTotals {
   std::uint64_t signature = 0;
   std::uint64_t trees = 0;           // steps in which a tree looked ahead
   std::uint64_t tree_scenarios = 0;  // summed over them
+  std::uint64_t pruned = 0;          // of them, those with a lambda above 0
+  double pruning = 0.0;              // lambda, summed over them
   std::uint64_t compared = 0;        // steps in which one-ply rollouts alone decided
   // Steps in which rollouts compared actions, before a tree or alone, and how many actions in all.
   std::uint64_t comparisons = 0;

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A search sets lambda itself where scenarios part: where each soon sees something that no other sees."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from hypgen.codegen.generate import generate
+from hypgen.dsl.load import load
+from hypgen.runtime.builder.errors import ToolchainError
+from hypgen.runtime.builder.solver import build_solver
+from hypgen.runtime.builder.tools import find_tools
+
+pytestmark = pytest.mark.cxx
+TIGER = Path(__file__).parent.parent.parent / "examples" / "tiger.pomdp"
+# A walk to place 0 with a sensor of 200 values.
+WALK = """\
+model Walk
+type Place = -60 .. 60
+type Seen = 0 .. 199
+enum Act { left, stop, right }
+discount 0.95
+action act: Act
+element agent {
+  hidden s: Place
+  init s ~ uniform(k in -30 .. 30)
+  s' = clamp(s + (if act == left then -5 else if act == right then 5 else 0))
+  observe seen: Seen ~ binned(normal(s', 1 + abs(s' - 10)), -100.0, 100.0)
+}
+reward r = if act != stop then -1 else if abs(agent.s) < 3 then 100 else -100
+terminal when act == stop
+policy default = if belief(agent.s) < 0 then right else left
+bound upper = 100
+"""
+
+
+def lambdas(solver: Path, *options: str) -> list[float]:
+    """Return lambda of the trees in the first steps of episodes."""
+    command = [str(solver), "--mode", "despot", "--runs", "4", "--steps", "1", "--quiet", "--json", "-"]
+    done = subprocess.run([*command, *options], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    steps = [json.loads(line) for line in done.stdout.splitlines() if '"type":"step"' in line]
+    trees = [step for step in steps if step["looked"] == "tree"]
+    assert trees
+    assert all(step["scenarios"] > 0 for step in trees)
+    return [step["pruning"] for step in trees]
+
+
+def test_lambda_follows_the_model(tmp_path: Path) -> None:
+    try:
+        find_tools()
+    except ToolchainError as error:
+        pytest.skip(f"needs a C++ compiler: {error}")
+    path = tmp_path / "walk.pomdp"
+    path.write_text(WALK)
+    walk = build_solver(generate(load(path).model), "pruning/walk", lambda step: None)
+    # A scenario's gain is up to 200, of which one of 500 scenarios has its share.
+    assert all(0.01 < one <= 0.4 for one in lambdas(walk, "--time", "0.3"))
+    assert set(lambdas(walk, "--time", "0.3", "--pruning", "0")) == {0.0}
+    assert set(lambdas(walk, "--time", "0.3", "--pruning", "0.25")) == {0.25}
+    assert set(lambdas(walk, "--trials", "20")) == {0.0}
+    tiger = build_solver(generate(load(TIGER).model), "pruning/tiger", lambda step: None)
+    assert set(lambdas(tiger, "--time", "0.05")) == {0.0}
