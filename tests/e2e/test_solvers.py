@@ -87,6 +87,34 @@ def test_a_run_can_be_split(tmp_path: Path) -> None:
     assert [row for row in whole if row[1] != 0] == episodes("--runs", "2", "--first-run", "1")
 
 
+def test_a_period_holds_update_and_plan(tmp_path: Path) -> None:
+    lines = tmp_path / "lines.jsonl"
+    done = hypgen("run", TIGER, "--period", "0.05", "--runs", "1", "--steps", "5", "--json", str(lines))
+    assert done.returncode == 0, done.stderr
+    assert "over the period of 0.05: " in done.stdout
+    rows = [json.loads(line) for line in lines.read_text().splitlines()]
+    assert (rows[0]["period"], rows[0]["time"]) == (0.05, 0.05)
+    steps = [row for row in rows if row["type"] == "step"]
+    for before, step in zip(steps, steps[1:], strict=False):
+        assert abs(step["cycle_seconds"] - before["update_seconds"] - step["search_seconds"]) < 1e-9
+
+
+def test_the_world_may_differ_from_the_model(tmp_path: Path) -> None:
+    def mean_return(hearing: float | None) -> float:
+        lines, values = tmp_path / "lines.jsonl", tmp_path / "world.json"
+        values.write_text(json.dumps({"hearing": hearing}))
+        world = [] if hearing is None else ["--world-param", str(values)]
+        options = ["--mode", "despot", "--trials", "20", "--runs", "40", "--steps", "20", "--quiet"]
+        done = hypgen("run", TIGER, *options, *world, "--json", str(lines))
+        assert done.returncode == 0, done.stderr
+        return float(json.loads(lines.read_text().splitlines()[-1])["discounted_return"])
+
+    assert mean_return(None) == mean_return(0.85)
+    assert mean_return(0.5) < mean_return(0.85) - 50  # what it hears says nothing
+    wrong = hypgen("run", TIGER, "--world-param", "/no/such/file")
+    assert wrong.returncode == 2
+
+
 def test_verify_says_what_was_compared_and_what_was_left_out() -> None:
     done = hypgen("verify", TIGER, "--target", "cpu", "--lanes", "30", "--steps", "10", "--json")
     assert done.returncode == 0, done.stderr

@@ -45,6 +45,25 @@ TEST(Episode, PairsWorldsAcrossModes) {
   EXPECT_EQ(search[0].observation, policy[0].observation);
 }
 
+TEST(Episode, APlanHasWhatTheUpdateLeavesOfAPeriod) {
+  EXPECT_DOUBLE_EQ(rest_of_period(0.1, 0.03), 0.1 - 0.03);
+  EXPECT_GT(rest_of_period(0.1, 0.2), 0.0);
+  EXPECT_LT(rest_of_period(0.1, 0.2), 1e-5);
+  Solver solver(tiger_descriptor(), {});
+  EpisodeLimits limits{4, 0.95, [] { return false; }};
+  limits.period = 0.01;
+  std::vector<StepRecord> records;
+  run_episode(solver.planner, *solver.belief, *solver.world, tiger_descriptor().visible_count, 0, limits,
+              [&](const StepRecord& step) { records.push_back(step); });
+  ASSERT_EQ(records.size(), 4U);
+  double before = 0.0;
+  for (const StepRecord& record : records) {
+    EXPECT_DOUBLE_EQ(record.cycle_seconds, before + record.decision.search_seconds);
+    EXPECT_NE(record.decision.status, Status::kTrialLimit);
+    before = record.update_seconds;
+  }
+}
+
 TEST(Episode, EndsWithANamedStatus) {
   EXPECT_EQ(run(tiger_descriptor(), 4).status, Status::kStepLimit);
   EXPECT_EQ(run(mishaps_descriptor(9.0, 9), 5).status, Status::kTerminal);

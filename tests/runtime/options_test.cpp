@@ -69,6 +69,17 @@ TEST(Options, TheModeMakesTheMostOfTheMachine) {
   for (const char* words : {"--mode=despot", "--selftest", "--trace=x", "--help"}) mode(unasked, {words});
 }
 
+TEST(Options, APeriodReplacesTheTimeLimit) {
+  SolverOptions options;
+  std::string error;
+  ASSERT_TRUE(parse({"--period", "0.2"}, options, error));
+  EXPECT_EQ(options.planner.period, 0.2);
+  EXPECT_EQ(options.planner.time_limit, 0.2);
+  SolverOptions both;
+  EXPECT_FALSE(parse({"--period", "0.2", "--time", "0.1"}, both, error));
+  EXPECT_NE(error.find("leave out --time"), std::string::npos) << error;
+}
+
 TEST(Options, ATrialLimitReplacesTheTimeLimit) {
   SolverOptions timed, counted;
   std::string error;

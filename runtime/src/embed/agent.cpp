@@ -23,9 +23,9 @@ constexpr double kMostSeconds = 1e6;
 
 // The options of the solver that are about planning.
 constexpr const char* kSettings[] = {
-    "mode",      "time",      "trials",        "threads", "in-flight",   "observation-loss", "exploration",
-    "device",    "scenarios", "rollouts",      "depth",   "xi",          "pruning",          "belief",
-    "particles", "memory",    "device-memory", "seed",    "require-gpu", "signature"};
+    "mode",        "time",      "period",    "trials",        "threads", "in-flight",   "observation-loss",
+    "exploration", "device",    "scenarios", "rollouts",      "depth",   "xi",          "pruning",
+    "belief",      "particles", "memory",    "device-memory", "seed",    "require-gpu", "signature"};
 
 Status refuse(std::string text, std::string& error) {
   error = std::move(text);
@@ -133,6 +133,7 @@ Status Agent::begin(const std::vector<std::int32_t>& visible, std::uint64_t epis
   has_begun_ = false;  // nor does an episode begin that an exception ends
   episode_ = episode;
   step_ = 0;
+  update_seconds_ = 0.0;
   std::vector<std::int32_t> values = visible;
   values.push_back(0);  // never empty
   const Status status = belief_->init(values.data(), episode);
@@ -168,7 +169,10 @@ Status Agent::plan(double seconds, Decision& decision, std::string& error) {
   if (check_begun(error) != Status::kOk) return Status::kWrongArgument;
   if (!(0.0 <= seconds && seconds <= kMostSeconds))
     return refuse("seconds: expected a number from 0 (the settings' time) to 1e6", error);
-  planner_->set_time_limit(seconds > 0.0 ? seconds : options_.planner.time_limit);
+  const PlannerOptions& planning = options_.planner;
+  const double own =
+      planning.period > 0.0 ? rest_of_period(planning.period, update_seconds_) : planning.time_limit;
+  planner_->set_time_limit(seconds > 0.0 ? seconds : own);
   decision = planner_->plan(*belief_, episode_, step_);
   if (decision.status == Status::kDeadline && decision.looked == Looked::kNowhere)
     decision.status = Status::kDeadlineDefault;
@@ -191,8 +195,10 @@ Status Agent::update(int action, KeyWords key, std::string& error) {
                   error);
   }
   has_begun_ = false;  // an exception leaves a belief that is half moved: then only a reset helps
+  const Clock::time_point start = Clock::now();
   const Status status = belief_->update(action, key);
   if (status != Status::kOk) belief_->propagate(action, key);
+  update_seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
   ++step_;
   has_begun_ = true;
   return status;

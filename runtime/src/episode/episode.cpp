@@ -21,12 +21,13 @@ EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int vi
     episode.status = begun;
     return episode;
   }
-  double weight = 1.0;
+  double weight = 1.0, update_seconds = 0.0;
   for (int t = 0; t < limits.steps; ++t, weight *= limits.discount) {
     if (limits.interrupted()) {
       episode.status = Status::kInterrupted;
       return episode;
     }
+    if (limits.period > 0.0) planner.set_time_limit(rest_of_period(limits.period, update_seconds));
     const Decision decision = planner.plan(belief, run, t);
     if (decision.action < 0 || !world.is_legal(decision.action)) {
       episode.status = Status::kNoLegalAction;
@@ -43,7 +44,9 @@ EpisodeRecord run_episode(Planner& planner, Belief& belief, World& world, int vi
     const bool stops = believed != Status::kOk && limits.stop_on_depletion;
     if (believed != Status::kOk && !stops) belief.propagate(decision.action, step.key);
     StepRecord record;
-    record.update_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    record.cycle_seconds = update_seconds + decision.search_seconds;
+    update_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    record.update_seconds = update_seconds;
     record.episode = run;
     record.step = t;
     record.decision = decision;

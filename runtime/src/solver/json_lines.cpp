@@ -97,9 +97,11 @@ void JsonLines::write_run(const SolverOptions& options, const std::string& devic
                {"particles", options.particles},
                {"on_depletion", options.stop_on_depletion ? "stop" : "continue"},
                {"time", nullptr},
+               {"period", nullptr},
                {"trials", nullptr}};
   if (planner.pruning != kAutoPruning) json["pruning"] = planner.pruning;
   if (planner.time_limit < 1e9) json["time"] = planner.time_limit;
+  if (planner.period > 0.0) json["period"] = planner.period;
   if (planner.trial_limit != UINT64_MAX) json["trials"] = planner.trial_limit;
   write_line(json.dump());
 }
@@ -152,6 +154,7 @@ void JsonLines::write(const StepRecord& step, const StepDetails* details) {
                {"belief", status_name(step.belief_status)},
                {"effective_sample_size", nullptr},
                {"update_seconds", step.update_seconds},
+               {"cycle_seconds", step.cycle_seconds},
                {"particles", Json::array()},
                {"effective", Json::array()},
                {"distinct", Json::array()},
@@ -223,6 +226,10 @@ void JsonLines::write_summary(const RunTotals& totals, const std::vector<std::ui
                {"update_seconds_mean", totals.updates.mean()},
                {"update_seconds_p99", totals.updates.quantile(0.99)},
                {"update_seconds_worst", totals.updates.largest()},
+               {"cycle_seconds_mean", totals.cycles.mean()},
+               {"cycle_seconds_p99", totals.cycles.quantile(0.99)},
+               {"cycle_seconds_worst", totals.cycles.largest()},
+               {"late_cycles", totals.late_cycles},
                {"depleted_steps", totals.depleted},
                {"surprised_steps", totals.surprised},
                {"broken_steps", totals.broken},

@@ -117,6 +117,13 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
   if (planner.exploration < 0.0) planner.exploration = planner.mode == Mode::kPomcp ? kPomcpExploration : 0.0;
   if (planner.in_flight == 0) planner.in_flight = default_in_flight(options);
   planner.in_flight = std::max(planner.in_flight, planner.threads);  // a thread without a trial does nothing
+  if (planner.period > 0.0) {
+    if (!std::isinf(planner.time_limit)) {
+      error = "--period: it sets the time of each plan, so leave out --time";
+      return false;
+    }
+    planner.time_limit = planner.period;
+  }
   const bool unlimited = std::isinf(planner.time_limit);
   if (unlimited && planner.trial_limit == UINT64_MAX) planner.time_limit = kDefaultTime;
   return true;
@@ -142,6 +149,11 @@ std::vector<Option> option_table(SolverOptions& options) {
       integer("--steps", "N", "most steps of an episode (90)", 1, kMillion, options.steps),
       number("--time", "SECONDS", "time to plan a step (0.1; no limit if --trials is given)", 1e-4, 1e6,
              planner.time_limit),
+      number("--period", "SECONDS",
+             "in place of --time: what the update of the belief and the plan after it take together, as a "
+             "robot's "
+             "control loop does",
+             1e-4, 1e6, planner.period),
       integer(
           "--trials", "N",
           "most trials a step; without --time, results of modes with one thread repeat exactly (no limit)", 1,
@@ -203,6 +215,9 @@ std::vector<Option> option_table(SolverOptions& options) {
        [&](const std::string& text) { return read_on_depletion(text, options.stop_on_depletion); }},
       integer("--seed", "N", "seed of all random numbers (0)", 0, UINT64_MAX, planner.seed),
       file("--param", "JSON file that sets the model's params", options.param_file),
+      file("--world-param",
+           "JSON file of params for the world that is played in, where the model's are wrong",
+           options.world_param_file),
       file("--json", "write a JSON line for each step, episode and the whole run; - for standard output",
            options.json_file),
       toggle("--details",

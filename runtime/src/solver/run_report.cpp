@@ -12,6 +12,8 @@ namespace hypgen {
 
 namespace {
 
+constexpr double kLate = 1e-3;  // seconds past its period from which a cycle is late
+
 __attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
   char text[256];
   std::va_list arguments;
@@ -141,6 +143,8 @@ void RunTotals::add(const StepRecord& step) {
   broken += step.is_broken || decision.status == Status::kModelNan;
   ++belief_statuses[step.belief_status];
   updates.add(step.update_seconds);
+  cycles.add(step.cycle_seconds);
+  late_cycles += period > 0.0 && step.cycle_seconds > period + kLate;
   bool is_depleted = false, is_surprised = false;
   for (const UnitHealth& unit : step.units) {
     is_depleted = is_depleted || unit.is_depleted;
@@ -200,6 +204,13 @@ std::string table(const RunTotals& totals, const ModelDescriptor& model,
   if (totals.updates.largest() >= 5e-5) {
     text += row("time an update [s]", format("mean %.4f, p99 %.4f, worst %.4f", totals.updates.mean(),
                                              totals.updates.quantile(0.99), totals.updates.largest()));
+  }
+  if (totals.period > 0.0) {
+    text +=
+        row("update and plan [s]",
+            format("mean %.4f, p99 %.4f, worst %.4f; over the period of %g: %llu of %zu",
+                   totals.cycles.mean(), totals.cycles.quantile(0.99), totals.cycles.largest(), totals.period,
+                   static_cast<unsigned long long>(totals.late_cycles), totals.cycles.size()));
   }
   text += row("mode", totals.mode);
   const char* name = "THE MODEL IS BROKEN";

@@ -67,15 +67,16 @@ BeliefKind belief_kind(const SolverOptions& options) {
   return is_read || options.belief != BeliefKind::kAuto ? options.belief : BeliefKind::kVisible;
 }
 
-// Runs the episodes and prints what they add up to.
-int run(const ModelDescriptor& model, const ModelInstance& instance, const SolverOptions& options) {
+// Runs the episodes and prints what they add up to. The planner believes `instance`; what happens is `truth`.
+int run(const ModelDescriptor& model, const ModelInstance& instance, const ModelInstance& truth,
+        const SolverOptions& options) {
   JsonLines lines(model);
   if (!options.json_file.empty() && !lines.open(options.json_file)) {
     return complain(model, options.json_file + ": cannot be written", kFailed);
   }
   const PlannerOptions& planning = options.planner;
   const auto belief = instance.make_belief(planning.seed, options.particles, belief_kind(options));
-  const auto world = instance.make_world(planning.seed);
+  const auto world = truth.make_world(planning.seed);
   ChosenEvaluator chosen = choose_evaluator(model, instance, options);
   if (!chosen.problem.empty()) {
     if (options.require_gpu) return complain(model, chosen.problem, kFailed);
@@ -92,6 +93,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
   const int steps = model.horizon > 0 ? std::min(model.horizon, options.steps) : options.steps;
   EpisodeLimits limits{steps, model.discount, [&] { return ends || interrupted(); },
                        options.stop_on_depletion};
+  limits.period = planning.period;
   StepDetails details;
   if (options.details) {
     limits.decided = [&](const Decision& decision) {
@@ -103,6 +105,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
     Progress progress(options.runs, steps, !options.quiet);
     lines.write_run(options, chosen.device, planner.threads());
     totals.mode = mode_name(planning.mode);
+    totals.period = planning.period;
     totals.threads = planner.threads();
     totals.in_flight = planning.in_flight;
     const auto report = [&](const StepRecord& step) {
@@ -140,6 +143,14 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Solve
   return kBrokenModel;
 }
 
+// The model with a file's params, and for those that it leaves out the `values` from before. Null and `error` if
+// they are wrong.
+std::unique_ptr<ModelInstance> create_instance(const ModelDescriptor& model, const std::string& file,
+                                               ParamValues& values, std::string& error) {
+  if (!file.empty() && !read_param_file(file, model.params, values, error)) return nullptr;
+  return check_complete(model.params, values, error) ? model.create(values, error) : nullptr;
+}
+
 int solve(const ModelDescriptor& model, int argc, char** argv) {
   SolverOptions options;
   std::string error;
@@ -158,11 +169,7 @@ int solve(const ModelDescriptor& model, int argc, char** argv) {
                     kWrongUse);
   }
   ParamValues values(model.params);
-  if (!options.param_file.empty() && !read_param_file(options.param_file, model.params, values, error)) {
-    return complain(model, error, kWrongUse);
-  }
-  if (!check_complete(model.params, values, error)) return complain(model, error, kWrongUse);
-  const auto instance = model.create(values, error);
+  const auto instance = create_instance(model, options.param_file, values, error);
   if (!instance) return complain(model, error, kWrongUse);
   if (!options.trace.file.empty()) {
     return instance->write_trace(options.trace, error) ? kDone : complain(model, error, kFailed);
@@ -173,7 +180,9 @@ int solve(const ModelDescriptor& model, int argc, char** argv) {
     if (!model.hidden_variables.empty()) return check_beliefs(model, *instance, options.beliefs);
     return complain(model, "--check-beliefs: this model has no hidden variables", kWrongUse);
   }
-  return run(model, *instance, options);
+  if (options.world_param_file.empty()) return run(model, *instance, *instance, options);
+  const auto truth = create_instance(model, options.world_param_file, values, error);
+  return truth ? run(model, *instance, *truth, options) : complain(model, error, kWrongUse);
 }
 
 }  // namespace

@@ -149,8 +149,9 @@ class OwnDraws {
 // afresh, modulo 2^32. Steps of all sizes are proposed, so none has to be tuned.
 class WordMove {
  public:
-  static constexpr int kAtOnce = 16;                    // words that a move may change
-  static constexpr std::uint32_t kWords = 4 + kAtOnce;  // that a move draws
+  static constexpr std::uint32_t kAtOnce = 16;          // words that a move may change by steps
+  static constexpr std::uint32_t kWidest = 128;         // words that it may draw afresh
+  static constexpr std::uint32_t kWords = 4 + kWidest;  // that a move draws
   static constexpr std::uint32_t kSizes = 11;           // of steps: up to 1/2, 1/4, ... of all words
 
   // `first` is the index of the move's own words.
@@ -160,19 +161,25 @@ class WordMove {
   // The share of the old likelihood that the new one has to exceed.
   double threshold() { return (static_cast<double>(own(0)) + 0.5) * 0x1p-32; }
 
-  // Proposes `next` in the place of `now`. Of more than kAtOnce words a random range changes.
+  // Proposes `next` in the place of `now`. Of more than kAtOnce words a random range changes. So many words are
+  // mostly entries of arrays, each of few values, and a step hardly changes those: half of the moves draw a range
+  // of any width afresh.
   void propose(const FirstNames& names, const std::uint32_t* now, std::uint32_t* next) {
     std::copy_n(now, names.size(), next);
     const auto count = static_cast<std::uint32_t>(names.moved());
-    const std::uint32_t wide = std::min<std::uint32_t>(count, kAtOnce);
-    const std::uint32_t kind = own(1) >> 28;  // of 16: 1 all afresh, 3 one afresh, 12 steps
-    const std::uint32_t first = count > wide ? below(own(1) << 4, count) : 0;
+    const bool is_range = count > kAtOnce;
+    const std::uint32_t kind = own(1) >> 28;
+    const std::uint32_t afresh = is_range ? 8 : 1,
+                        one_afresh = is_range ? 9 : 4;  // of 16; the rest are steps
+    std::uint32_t wide = std::min(count, kAtOnce);
+    if (is_range && kind < afresh) wide = std::min(count, kWidest >> (kind % 4));
+    const std::uint32_t first = is_range ? below(own(1) << 4, count) : 0;
     const std::uint32_t size = below(own(2), kSizes), chosen = own(3), one = below(own(2), wide);
     for (std::uint32_t i = 0; i < wide; ++i) {
       const std::uint32_t word = own(4 + i), place = (first + i) % count;
-      if (kind == 0) {
+      if (kind < afresh) {
         next[place] = word;
-      } else if (kind < 4) {
+      } else if (kind < one_afresh) {
         if (i == one) next[place] = word;
       } else {
         const bool stays = (chosen >> (2 * i) & 3) == 0;

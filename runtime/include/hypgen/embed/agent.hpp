@@ -42,7 +42,8 @@ class Agent {
   // the model draws may not be left out.
   Status reset(const std::string& visible, std::uint64_t episode, std::string& error);
 
-  // Decides within so many seconds, or within the settings' time for 0. The status is the decision's. The action
+  // Decides within so many seconds, or for 0 within the settings' time, or what the last update has left of their
+  // period. The status is the decision's. The action
   // is legal unless the status is kNoLegalAction or kWrongArgument.
   Status plan(double seconds, Decision& decision, std::string& error);
 
@@ -96,6 +97,7 @@ class Agent {
   std::string problem_;
   std::uint64_t episode_ = 0;
   int step_ = 0;
+  double update_seconds_ = 0.0;  // of the last update
   bool has_begun_ = false;
 };
 

@@ -33,6 +33,7 @@ struct StepRecord {
   Status belief_status = Status::kOk;
   double effective_sample_size = 0.0;
   double update_seconds = 0.0;    // of the belief's update
+  double cycle_seconds = 0.0;     // of the update before this step, and the plan
   std::vector<UnitHealth> units;  // of the belief
 };
 
@@ -54,6 +55,8 @@ struct EpisodeLimits {
   bool stop_on_depletion = false;  // end where no particle explains what was seen
   // Is told of each decision before the step is taken, while the belief is the one that it was made for.
   std::function<void(const Decision&)> decided{};
+  double period =
+      0.0;  // seconds that an update and the plan after it have together; 0: the planner's own limit
 };
 
 // Runs episode `run` and reports its start and each step as they happen. Episode numbers name the world's

@@ -37,7 +37,8 @@ constexpr double kAutoPruning = -1.0;
 struct PlannerOptions {
   Mode mode = Mode::kDespot;
   std::uint64_t seed = 0;
-  double time_limit = std::numeric_limits<double>::infinity();            // seconds a decision
+  double time_limit = std::numeric_limits<double>::infinity();  // seconds a decision
+  double period = 0.0;  // seconds of a belief's update and a decision together; 0: time_limit alone counts
   std::uint64_t trial_limit = std::numeric_limits<std::uint64_t>::max();  // trials a decision
   std::size_t scenarios = 500;                                            // K
   int depth = 90;                                                         // D

@@ -128,6 +128,12 @@ class Planner {
   Search search_;                  // last: its threads use all of the above
 };
 
+// What an update of the belief has left of a period, in seconds: too little to search, where it took all of it.
+inline double rest_of_period(double period, double update_seconds) {
+  constexpr double kLeast = 1e-6;
+  return std::max(kLeast, period - update_seconds);
+}
+
 // The options of a planner's evaluator.
 EvaluatorOptions evaluator_options(const PlannerOptions& options, const ModelDescriptor& model);
 

@@ -32,6 +32,7 @@ struct SolverOptions {
   std::size_t particles = 5000;
   bool stop_on_depletion = false;
   std::string param_file;
+  std::string world_param_file;  // empty: the world has the model's params
   std::string json_file;
   bool details = false;  // of each step, in the JSON lines
   bool quiet = false;

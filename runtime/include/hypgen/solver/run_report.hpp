@@ -20,6 +20,9 @@ struct RunTotals {
   Samples episode_steps;
   Samples seconds;                // of planning, a step
   Samples updates;                // seconds of the belief's updates, a step
+  Samples cycles;                 // seconds of a plan and the update before it
+  double period = 0.0;            // seconds that a cycle may take; 0: not limited
+  std::uint64_t late_cycles = 0;  // that took a millisecond longer, or more
   std::uint64_t depleted = 0;     // steps after which some unit's particles had few values left
   std::uint64_t surprised = 0;    // steps that saw what the belief had all but excluded
   std::uint64_t unexplained = 0;  // steps that saw what no particle explained
