@@ -14,7 +14,10 @@ _TEMPLATES = Path(__file__).parent / "templates"
 
 
 def render(
-    header: template_data.Header, main: template_data.Main, project: template_data.Project
+    header: template_data.Header,
+    main: template_data.Main,
+    project: template_data.Project,
+    library: template_data.Library,
 ) -> dict[str, str]:
     """Return the files of a solver's project, keyed by their paths."""
     templates = {
@@ -25,7 +28,7 @@ def render(
         "CMakeLists.txt": "CMakeLists.txt.j2",
         "README.md": "README.md.j2",
     }
-    return _render(templates, header, main, project)
+    return _render(templates, header, main, project, library)
 
 
 def render_exact(

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from hypgen.codegen.fill_templates import render, render_exact, render_library
-from hypgen.codegen.project import lower, lower_library
+from hypgen.codegen.project import lower, lower_embedded
 from hypgen.dsl import ir
 from hypgen.dsl.ir.precise import with_precise_draws
 from hypgen.dsl.messages.watch import Watch, nobody
@@ -15,8 +15,7 @@ def generate(model: ir.Model, watch: Watch = nobody) -> dict[str, str]:
 
     ``watch`` sees what each pass makes of the model.
     """
-    header, main, project = lower(model, watch=watch)
-    files = render(header, main, project)
+    files = render(*lower_embedded(model, watch))
     watch("print", files)
     return files
 
@@ -29,4 +28,4 @@ def generate_exact(model: ir.Model, precise: bool = False) -> dict[str, str]:
 
 def generate_library(model: ir.Model) -> dict[str, str]:
     """Return the files of a library that programs embed."""
-    return render_library(*lower_library(model))
+    return render_library(*lower_embedded(model))

@@ -78,13 +78,12 @@ def lower(
     )
 
 
-def lower_library(
-    model: ir.Model,
+def lower_embedded(
+    model: ir.Model, watch: Watch = nobody
 ) -> tuple[template_data.Header, template_data.Main, template_data.Project, template_data.Library]:
-    """Return the views of a library's files."""
-    header, _, project = lower(model)
-    main, library = descriptor.library_view(context_of(model, (), Names(model)), project)
-    return header, main, project, library
+    """Return the views of the files of a solver or library, with what callers of either have to know."""
+    header, main, project = lower(model, watch=watch)
+    return header, main, project, descriptor.library_view(context_of(model, (), Names(model)), project)
 
 
 def context_of(

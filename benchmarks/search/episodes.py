@@ -211,7 +211,7 @@ class Played:
     def sizes(self) -> str:
         """Return what a page says of the searches' sizes."""
         names = {"K": "scenarios", "depth": "depth", "lambda": "pruning", "seed": "seed"}
-        return ", ".join(f"{name} {self.run[field]:g}" for name, field in names.items() if field in self.run)
+        return ", ".join(f"{name} {self.run[field]}" for name, field in names.items() if field in self.run)
 
     def mean(self, name: str) -> float:
         """Return the mean of a field over all steps."""

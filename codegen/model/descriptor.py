@@ -42,13 +42,10 @@ def main_view(context: Context, project: template_data.Project) -> template_data
     return _Descriptor(context).view(project, exact=False)
 
 
-def library_view(
-    context: Context, project: template_data.Project
-) -> tuple[template_data.Main, template_data.Library]:
-    """Return the views of ``library.cpp``, which describes all values that its callers give and get."""
-    descriptor = _Descriptor(context)
-    model, names = context.model, descriptor.name_functions
-    return descriptor.view(project, exact=False, library=True), template_data.Library(
+def library_view(context: Context, project: template_data.Project) -> template_data.Library:
+    """Return what solvers and libraries say of all values that their callers give and get."""
+    model, names = context.model, _Descriptor(context).name_functions
+    return template_data.Library(
         tuple(visible_fields(model, names)),
         tuple(seen_fields(model, names)),
         c_groups(model, project.stem),
@@ -94,11 +91,11 @@ class _Descriptor:
         coded: list[Enum | Record] = [*self.model.enums, *self.model.records]
         self.name_functions = {t.name: scope.unique(f"name_of_{t.name}") for t in coded}
 
-    def view(self, project: template_data.Project, exact: bool, library: bool = False) -> template_data.Main:
-        """Return the view; a library names the values of all variables, as the exact solver does."""
+    def view(self, project: template_data.Project, exact: bool) -> template_data.Main:
+        """Return the view."""
         shown: list[Type] = [self.model.action.type, *(k.type for k in self.model.key)]
         shown += [p.type for p in self.model.params]
-        shown += [v.type for v in self.model.variables if exact or library or v.informative or not v.visible]
+        shown += [v.type for v in self.model.variables]
         functions = [self._type_name(t) for t in self._named_types(shown)]
         functions += [self._action_names(), self._observation_name()]
         functions += [self._first_observation_name()] if self.model.first_seen else []

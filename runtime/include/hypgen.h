@@ -110,7 +110,7 @@ HYPGEN_API hypgen_status hypgen_reset(hypgen_planner* planner, const int32_t* vi
 HYPGEN_API hypgen_status hypgen_reset_named(hypgen_planner* planner, const char* visible, uint64_t episode,
                                             char** error);
 
-/* Decides within so many seconds; 0: within the settings' time. */
+/* Decides within so many seconds; 0: within the settings' time, or what the last update left of their period. */
 HYPGEN_API hypgen_status hypgen_plan(hypgen_planner* planner, double seconds, hypgen_decision* decision,
                                      char** error);
 

@@ -36,6 +36,30 @@ terminal when act == stop
 policy default = if belief(agent.s) < 0 then right else left
 bound upper = 100
 """
+# Many actions, and nothing to see: a comparison takes few scenarios at a time.
+BOXES = """\
+model Boxes
+type Box = 0 .. 299
+enum Sign { nothing }
+discount 0.95
+action pick: Box
+element coin {
+  hidden at: Box
+  init at ~ uniform(Box)
+  at' = coin.at
+}
+observe seen: Sign = nothing
+reward hit = if pick == coin.at then 100 else 0
+policy default = 0
+bound upper = 100 / (1 - gamma)
+"""
+
+
+def built(folder: Path, text: str) -> Path:
+    """Return the solver of a model."""
+    path = folder / "model.pomdp"
+    path.write_text(text)
+    return build_solver(generate(load(path).model), "pruning", lambda step: None)
 
 
 def lambdas(solver: Path, *options: str) -> list[float]:
@@ -55,13 +79,12 @@ def test_lambda_follows_the_model(tmp_path: Path) -> None:
         find_tools()
     except ToolchainError as error:
         pytest.skip(f"needs a C++ compiler: {error}")
-    path = tmp_path / "walk.pomdp"
-    path.write_text(WALK)
-    walk = build_solver(generate(load(path).model), "pruning/walk", lambda step: None)
+    walk, boxes = (built(tmp_path, text) for text in (WALK, BOXES))
     # A scenario's gain is up to 200, of which one of 500 scenarios has its share.
     assert all(0.01 < one <= 0.4 for one in lambdas(walk, "--time", "0.3"))
     assert set(lambdas(walk, "--time", "0.3", "--pruning", "0")) == {0.0}
     assert set(lambdas(walk, "--time", "0.3", "--pruning", "0.25")) == {0.25}
     assert set(lambdas(walk, "--trials", "20")) == {0.0}
+    assert set(lambdas(boxes, "--time", "0.05", "--depth", "5")) == {0.0}
     tiger = build_solver(generate(load(TIGER).model), "pruning/tiger", lambda step: None)
     assert set(lambdas(tiger, "--time", "0.05")) == {0.0}

@@ -91,7 +91,7 @@ def test_a_period_holds_update_and_plan(tmp_path: Path) -> None:
     lines = tmp_path / "lines.jsonl"
     done = hypgen("run", TIGER, "--period", "0.05", "--runs", "1", "--steps", "5", "--json", str(lines))
     assert done.returncode == 0, done.stderr
-    assert "over the period of 0.05: " in done.stdout
+    assert "over the period of 0.05 by 1 ms or more: " in done.stdout
     rows = [json.loads(line) for line in lines.read_text().splitlines()]
     assert (rows[0]["period"], rows[0]["time"]) == (0.05, 0.05)
     steps = [row for row in rows if row["type"] == "step"]
@@ -113,6 +113,9 @@ def test_the_world_may_differ_from_the_model(tmp_path: Path) -> None:
     assert mean_return(0.5) < mean_return(0.85) - 50  # what it hears says nothing
     wrong = hypgen("run", TIGER, "--world-param", "/no/such/file")
     assert wrong.returncode == 2
+    assert "--world-param" in wrong.stderr
+    idle = hypgen("run", TIGER, "--world-param", "x.json", "--check-beliefs", "5")
+    assert (idle.returncode, "there are none to play" in idle.stderr) == (2, True)
 
 
 def test_verify_says_what_was_compared_and_what_was_left_out() -> None:

@@ -105,6 +105,8 @@ TEST_F(AgentTest, RefusesWrongSettings) {
                             "bogus",
                             "belief=visible",
                             "pruning=1 mode=pomcp",
+                            "period=0.1 time=0.1",
+                            "period=0",
                             "threads=2 mode=despot",
                             "scenarios",
                             "=",

@@ -57,20 +57,27 @@ std::unique_ptr<Agent> Agent::create(EmbeddedModel model, const AgentOptions& op
                                      std::string& error) {
   status = Status::kWrongArgument;
   const ModelDescriptor& descriptor = model.descriptor;
+  SolverOptions parsed;
+  if (!read_settings(options.settings, descriptor, parsed, error)) return nullptr;
+  ParamValues values(descriptor.params);
+  if (!options.params.empty() && !read_params(options.params, descriptor.params, values, error))
+    return nullptr;
+  return create(std::move(model), parsed, values, status, error);
+}
+
+std::unique_ptr<Agent> Agent::create(EmbeddedModel model, const SolverOptions& options,
+                                     const ParamValues& values, Status& status, std::string& error) {
+  status = Status::kWrongArgument;
+  const ModelDescriptor& descriptor = model.descriptor;
+  if (options.belief == BeliefKind::kFactored && !descriptor.factored) {
+    error = "--belief: this model's belief does not factor";
+    return nullptr;
+  }
   try {
-    SolverOptions parsed;
-    if (!read_settings(options.settings, descriptor, parsed, error)) return nullptr;
-    if (parsed.belief == BeliefKind::kFactored && !descriptor.factored) {
-      error = "--belief: this model's belief does not factor";
-      return nullptr;
-    }
-    ParamValues values(descriptor.params);
-    if (!options.params.empty() && !read_params(options.params, descriptor.params, values, error))
-      return nullptr;
     if (!check_complete(descriptor.params, values, error)) return nullptr;
     auto instance = descriptor.create(values, error);
     if (!instance) return nullptr;
-    std::unique_ptr<Agent> agent(new Agent(std::move(model), parsed, std::move(instance)));
+    std::unique_ptr<Agent> agent(new Agent(std::move(model), options, std::move(instance)));
     return agent->start(status, error) ? std::move(agent) : nullptr;
   } catch (const std::bad_alloc&) {
     status = Status::kNoMemory;

@@ -17,8 +17,8 @@ constexpr int kComparedShare = 4;       // of the time goes to comparing, as one
 constexpr std::uint64_t kComparedSamples = 4;  // an action, in scenarios of the largest tree, at the most
 constexpr double kRootShare = 1.0 / 6.0;     // of the time that is left goes to the tree's root, at the most
 constexpr std::size_t kLeastScenarios = 16;  // of a tree
-// Scenarios part where a step leaves more groups than this share of them: ten scenarios a group, or fewer.
-constexpr double kPartedShare = 0.1;
+// Scenarios part where a step leaves more groups than this share of them: forty scenarios a group, or fewer.
+constexpr double kPartedShare = 1.0 / 40.0;
 
 }  // namespace
 
@@ -68,11 +68,12 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
 // is 0 (docs/decisions/0050).
 double Planner::chosen_pruning(const Decision& compared) const {
   if (options_.pruning != kAutoPruning) return options_.pruning;
-  const bool parts =
-      static_cast<double>(compared.children) > kPartedShare * static_cast<double>(compared.simulations);
-  if (!parts) return 0.0;
-  double variance = 0.0;
-  for (const Candidate& candidate : candidates_) variance = std::max(variance, candidate.variance());
+  double variance = 0.0, parted = 0.0;
+  for (const Candidate& candidate : candidates_) {
+    variance = std::max(variance, candidate.variance());
+    parted += candidate.parted_share(options_.scenarios);
+  }
+  if (!(parted > kPartedShare * static_cast<double>(candidates_.size()))) return 0.0;
   return std::sqrt(variance) / static_cast<double>(options_.scenarios);
 }
 

@@ -9,11 +9,22 @@
 
 namespace hypgen {
 
+namespace {
+
+double pairs_of(std::uint32_t count) { return 0.5 * count * (count - 1.0); }
+
+}  // namespace
+
 double Planner::Candidate::variance() const {
   if (samples < 2) return 0.0;
   constexpr double kRounding = 1e-12;  // of the difference of two near squares, as a share of them
   const double square = gain_square / static_cast<double>(samples), variance = square - mean() * mean();
   return variance > kRounding * square ? variance : 0.0;
+}
+
+double Planner::Candidate::parted_share(std::size_t scenarios) const {
+  const double together = pairs > 0.0 ? pairs_together / pairs : 1.0;
+  return 1.0 / (1.0 + together * static_cast<double>(scenarios - 1));
 }
 
 double Planner::Candidate::standard_error() const {
@@ -138,9 +149,14 @@ std::size_t Planner::take_gains(Decision& decision) {
         candidates_.emplace_back().action = slice.actions[i].action;
         actions_.push_back(slice.actions[i].action);
       }
-      candidates_[next].samples += slice.count;
-      candidates_[next].gain += search_.tree().number(slice.gains[i].sum);
-      candidates_[next].gain_square += slice.gains[i].square_sum;
+      Candidate& candidate = candidates_[next];
+      candidate.samples += slice.count;
+      candidate.gain += search_.tree().number(slice.gains[i].sum);
+      candidate.gain_square += slice.gains[i].square_sum;
+      const ActionRow& row = slice.actions[i];
+      candidate.pairs += pairs_of(slice.count);
+      for (std::uint32_t child = 0; child < row.child_count; ++child)
+        candidate.pairs_together += pairs_of(slice.children[row.first_child + child].count);
     }
   }
   return next;

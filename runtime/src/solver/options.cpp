@@ -117,6 +117,12 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
   if (planner.exploration < 0.0) planner.exploration = planner.mode == Mode::kPomcp ? kPomcpExploration : 0.0;
   if (planner.in_flight == 0) planner.in_flight = default_in_flight(options);
   planner.in_flight = std::max(planner.in_flight, planner.threads);  // a thread without a trial does nothing
+  const bool plays = options.trace.file.empty() && !options.selftest.wanted && options.bounds.beliefs == 0 &&
+                     options.beliefs.episodes == 0 && !options.serve;
+  if (!options.world_param_file.empty() && !plays) {
+    error = "--world-param: it is for the world of episodes, and there are none to play";
+    return false;
+  }
   if (planner.period > 0.0) {
     if (!std::isinf(planner.time_limit)) {
       error = "--period: it sets the time of each plan, so leave out --time";
@@ -214,6 +220,8 @@ std::vector<Option> option_table(SolverOptions& options) {
        "continue or stop",
        [&](const std::string& text) { return read_on_depletion(text, options.stop_on_depletion); }},
       integer("--seed", "N", "seed of all random numbers (0)", 0, UINT64_MAX, planner.seed),
+      toggle("--serve", "be an agent: answer requests on standard input, a JSON object a line",
+             options.serve),
       file("--param", "JSON file that sets the model's params", options.param_file),
       file("--world-param",
            "JSON file of params for the world that is played in, where the model's are wrong",

@@ -85,12 +85,13 @@ std::string decided_rows(const RunTotals& totals) {
                                   totals.pruning / static_cast<double>(totals.pruned), count(totals.pruned)));
   }
   if (totals.plan_statuses.count(Status::kModelNan) > 0) return text;
+  const std::string advice = totals.period > 0.0 ? "raise --period, or lower --depth or --particles"
+                                                 : "raise --time, or lower --depth";
   if (2 * totals.trees < steps && totals.mode != "rollout") {
-    text += row("", "most steps had no time for a tree: raise --time, or lower --depth");
+    text += row("", "most steps had no time for a tree: " + advice);
   }
   if (blind > 0) {
-    text += row(
-        "", format("no time for a single comparison: %llu; raise --time, or lower --depth", count(blind)));
+    text += row("", format("no time for a single comparison: %llu; ", count(blind)) + advice);
   }
   return text;
 }
@@ -208,7 +209,7 @@ std::string table(const RunTotals& totals, const ModelDescriptor& model,
   if (totals.period > 0.0) {
     text +=
         row("update and plan [s]",
-            format("mean %.4f, p99 %.4f, worst %.4f; over the period of %g: %llu of %zu",
+            format("mean %.4f, p99 %.4f, worst %.4f; over the period of %g by 1 ms or more: %llu of %zu",
                    totals.cycles.mean(), totals.cycles.quantile(0.99), totals.cycles.largest(), totals.period,
                    static_cast<unsigned long long>(totals.late_cycles), totals.cycles.size()));
   }

@@ -182,7 +182,8 @@ int solve(const ModelDescriptor& model, int argc, char** argv) {
   }
   if (options.world_param_file.empty()) return run(model, *instance, *instance, options);
   const auto truth = create_instance(model, options.world_param_file, values, error);
-  return truth ? run(model, *instance, *truth, options) : complain(model, error, kWrongUse);
+  return truth ? run(model, *instance, *truth, options)
+               : complain(model, "--world-param: " + error, kWrongUse);
 }
 
 }  // namespace

@@ -20,7 +20,8 @@ class Decision:
     """An action, by its number and its name, and what the search found out.
 
     ``status`` says how the plan ended: ``converged``, ``deadline``, and so on (docs/guide/embedding.md).
-    ``lower`` and ``upper`` bound what the belief is worth; they are NaN where nothing was searched.
+    ``lower`` and ``upper`` bound what the belief is worth, less lambda for each node of the policy's tree
+    where scenarios part (``pruning``). They are NaN where nothing was searched.
     """
 
     action: int
@@ -69,7 +70,7 @@ class Planner:
         return self._status("reset_named", ctypes.c_char_p(text), number)
 
     def plan(self, seconds: float = 0.0) -> Decision:
-        """Decide within so many seconds, or within the settings' time for 0."""
+        """Decide within so many seconds; 0: the settings' time, or what an update left of their period."""
         found = CDecision(size=ctypes.sizeof(CDecision))
         status = self._status("plan", ctypes.c_double(seconds), ctypes.byref(found))
         return Decision(

@@ -163,7 +163,7 @@ class WordMove {
 
   // Proposes `next` in the place of `now`. Of more than kAtOnce words a random range changes. So many words are
   // mostly entries of arrays, each of few values, and a step hardly changes those: half of the moves draw a range
-  // of any width afresh.
+  // afresh: all words that may be drawn, a half, a quarter or an eighth of them.
   void propose(const FirstNames& names, const std::uint32_t* now, std::uint32_t* next) {
     std::copy_n(now, names.size(), next);
     const auto count = static_cast<std::uint32_t>(names.moved());
@@ -172,7 +172,7 @@ class WordMove {
     const std::uint32_t afresh = is_range ? 8 : 1,
                         one_afresh = is_range ? 9 : 4;  // of 16; the rest are steps
     std::uint32_t wide = std::min(count, kAtOnce);
-    if (is_range && kind < afresh) wide = std::min(count, kWidest >> (kind % 4));
+    if (is_range && kind < afresh) wide = std::min(count, kWidest) >> (kind % 4);
     const std::uint32_t first = is_range ? below(own(1) << 4, count) : 0;
     const std::uint32_t size = below(own(2), kSizes), chosen = own(3), one = below(own(2), wide);
     for (std::uint32_t i = 0; i < wide; ++i) {

@@ -33,6 +33,10 @@ class Agent {
   static std::unique_ptr<Agent> create(EmbeddedModel model, const AgentOptions& options, Status& status,
                                        std::string& error);
 
+  // The same with options that were read before.
+  static std::unique_ptr<Agent> create(EmbeddedModel model, const SolverOptions& options,
+                                       const ParamValues& values, Status& status, std::string& error);
+
   // Starts an episode. `visible` has the values of all visible variables; it may be empty if the model draws
   // none of them. The episode's number names the draws of belief and search. If nothing explains what is
   // visible, the status says so, and the belief is what the model says of hidden variables alone.

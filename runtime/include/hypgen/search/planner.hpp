@@ -67,9 +67,14 @@ class Planner {
     std::uint64_t samples = 0;
     double gain = 0.0;         // sum
     double gain_square = 0.0;  // sum
+    // Pairs of scenarios of a batch, and those of them that a step leaves in one group.
+    double pairs = 0.0;
+    double pairs_together = 0.0;
     double mean() const { return samples ? gain / static_cast<double>(samples) : 0.0; }
     double variance() const;
     double standard_error() const;
+    // The groups that a step leaves of so many scenarios, as a share of them. No matter how many were sampled.
+    double parted_share(std::size_t scenarios) const;
   };
 
   // What a comparison of actions is done with.

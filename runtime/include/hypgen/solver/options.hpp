@@ -36,6 +36,7 @@ struct SolverOptions {
   std::string json_file;
   bool details = false;  // of each step, in the JSON lines
   bool quiet = false;
+  bool serve = false;  // an agent on standard input and output
   bool help = false;
   bool version = false;
   TraceOptions trace;  // with an empty file: no trace

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <hypgen/embed/program_main.hpp>
 #include <hypgen/solver/model_instance.hpp>
-#include <hypgen/solver/solver_main.hpp>
 
 #include "first_look.hpp"
 
@@ -83,6 +83,21 @@ hypgen::ModelDescriptor descriptor() {
   return model;
 }
 
+hypgen::EmbeddedModel embedded_model() {
+  hypgen::EmbeddedModel model;
+  model.descriptor = descriptor();
+  model.visible = {
+      {"bell.rings", {}, hypgen::ValueKind::kBool, 0, 1, {}, true},
+      {"chest.done", {2}, hypgen::ValueKind::kBool, 0, 1, {}},
+      {"chest.glint", {2}, hypgen::ValueKind::kBool, 0, 1, {}, true},
+  };
+  model.seen = {
+      {"bell.rings", {}, hypgen::ValueKind::kBool, 0, 1, {}},
+  };
+  model.key_words = hypgen::kKeyWords<Model::Key>;
+  return model;
+}
+
 }  // namespace
 
-int main(int argc, char** argv) { return hypgen::solver_main(descriptor(), argc, argv); }
+int main(int argc, char** argv) { return hypgen::program_main(embedded_model(), argc, argv); }

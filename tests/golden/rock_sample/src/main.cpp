@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <hypgen/embed/program_main.hpp>
 #include <hypgen/solver/model_instance.hpp>
-#include <hypgen/solver/solver_main.hpp>
 
 #include "rock_sample.hpp"
 
@@ -92,6 +92,20 @@ hypgen::ModelDescriptor descriptor() {
   return model;
 }
 
+hypgen::EmbeddedModel embedded_model() {
+  hypgen::EmbeddedModel model;
+  model.descriptor = descriptor();
+  model.visible = {
+      {"rover.x", {}, hypgen::ValueKind::kInt, 0, 7, {}},
+      {"rover.y", {}, hypgen::ValueKind::kInt, 0, 6, {}},
+  };
+  model.seen = {
+      {"reading", {}, hypgen::ValueKind::kNamed, 0, 2, name_of_Reading},
+  };
+  model.key_words = hypgen::kKeyWords<Model::Key>;
+  return model;
+}
+
 }  // namespace
 
-int main(int argc, char** argv) { return hypgen::solver_main(descriptor(), argc, argv); }
+int main(int argc, char** argv) { return hypgen::program_main(embedded_model(), argc, argv); }

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <hypgen/embed/program_main.hpp>
 #include <hypgen/solver/model_instance.hpp>
-#include <hypgen/solver/solver_main.hpp>
 
 #include "tag.hpp"
 
@@ -83,6 +83,21 @@ hypgen::ModelDescriptor descriptor() {
   return model;
 }
 
+hypgen::EmbeddedModel embedded_model() {
+  hypgen::EmbeddedModel model;
+  model.descriptor = descriptor();
+  model.visible = {
+      {"robot.cell", {}, hypgen::ValueKind::kNamed, 0, 49, name_of_Cell, true},
+      {"robot.seen", {}, hypgen::ValueKind::kBool, 0, 1, {}},
+      {"robot.heading", {}, hypgen::ValueKind::kNamed, 0, 3, name_of_Dir},
+  };
+  model.seen = {
+      {"robot.seen", {}, hypgen::ValueKind::kBool, 0, 1, {}},
+  };
+  model.key_words = hypgen::kKeyWords<Model::Key>;
+  return model;
+}
+
 }  // namespace
 
-int main(int argc, char** argv) { return hypgen::solver_main(descriptor(), argc, argv); }
+int main(int argc, char** argv) { return hypgen::program_main(embedded_model(), argc, argv); }

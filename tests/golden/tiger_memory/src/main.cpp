@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <hypgen/embed/program_main.hpp>
 #include <hypgen/solver/model_instance.hpp>
-#include <hypgen/solver/solver_main.hpp>
 
 #include "tiger_memory.hpp"
 
@@ -76,6 +76,18 @@ hypgen::ModelDescriptor descriptor() {
   return model;
 }
 
+hypgen::EmbeddedModel embedded_model() {
+  hypgen::EmbeddedModel model;
+  model.descriptor = descriptor();
+  model.visible = {
+  };
+  model.seen = {
+      {"heard", {}, hypgen::ValueKind::kNamed, 0, 1, name_of_Door},
+  };
+  model.key_words = hypgen::kKeyWords<Model::Key>;
+  return model;
+}
+
 }  // namespace
 
-int main(int argc, char** argv) { return hypgen::solver_main(descriptor(), argc, argv); }
+int main(int argc, char** argv) { return hypgen::program_main(embedded_model(), argc, argv); }

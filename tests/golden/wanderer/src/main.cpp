@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include <hypgen/embed/program_main.hpp>
 #include <hypgen/solver/model_instance.hpp>
-#include <hypgen/solver/solver_main.hpp>
 
 #include "wanderer.hpp"
 
@@ -83,6 +83,20 @@ hypgen::ModelDescriptor descriptor() {
   return model;
 }
 
+hypgen::EmbeddedModel embedded_model() {
+  hypgen::EmbeddedModel model;
+  model.descriptor = descriptor();
+  model.visible = {
+      {"bot.seen", {2}, hypgen::ValueKind::kInt, 1, 5, {}},
+  };
+  model.seen = {
+      {"bot.bump", {2}, hypgen::ValueKind::kInt, -1, 1, {}},
+      {"bot.seen", {2}, hypgen::ValueKind::kInt, 1, 5, {}},
+  };
+  model.key_words = hypgen::kKeyWords<Model::Key>;
+  return model;
+}
+
 }  // namespace
 
-int main(int argc, char** argv) { return hypgen::solver_main(descriptor(), argc, argv); }
+int main(int argc, char** argv) { return hypgen::program_main(embedded_model(), argc, argv); }

@@ -12,15 +12,15 @@
 
 #include "first_look.hpp"
 
+extern "C" {
+HYPGEN_API const hypgen_model* hypgen_model_first_look(void);
+}
+
 #ifdef HYPGEN_CUDA
 namespace hypgen {
 const DeviceSupport& device_support_FirstLook();  // in device.cu
 }
 #endif
-
-extern "C" {
-HYPGEN_API const hypgen_model* hypgen_model_first_look(void);
-}
 
 namespace {
 

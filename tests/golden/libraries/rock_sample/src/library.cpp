@@ -12,15 +12,15 @@
 
 #include "rock_sample.hpp"
 
+extern "C" {
+HYPGEN_API const hypgen_model* hypgen_model_rock_sample(void);
+}
+
 #ifdef HYPGEN_CUDA
 namespace hypgen {
 const DeviceSupport& device_support_RockSample();  // in device.cu
 }
 #endif
-
-extern "C" {
-HYPGEN_API const hypgen_model* hypgen_model_rock_sample(void);
-}
 
 namespace {
 

@@ -12,15 +12,15 @@
 
 #include "two_robot_rock_sample.hpp"
 
+extern "C" {
+HYPGEN_API const hypgen_model* hypgen_model_two_robot_rock_sample(void);
+}
+
 #ifdef HYPGEN_CUDA
 namespace hypgen {
 const DeviceSupport& device_support_TwoRobotRockSample();  // in device.cu
 }
 #endif
-
-extern "C" {
-HYPGEN_API const hypgen_model* hypgen_model_two_robot_rock_sample(void);
-}
 
 namespace {
 

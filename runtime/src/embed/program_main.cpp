@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hypgen/embed/program_main.hpp"
+
+#include <csignal>
+#include <cstdio>
+#include <iostream>
+#include <string>
+#include <utility>
+
+#include "hypgen/embed/serve.hpp"
+#include "hypgen/model/params.hpp"
+#include "hypgen/solver/solver_main.hpp"
+
+namespace hypgen {
+
+namespace {
+
+bool read_line(std::string& line) { return static_cast<bool>(std::getline(std::cin, line)); }
+
+bool write_line(const std::string& line) {
+  return std::fprintf(stdout, "%s\n", line.c_str()) >= 0 && std::fflush(stdout) == 0;
+}
+
+int serve_agent(EmbeddedModel model, const SolverOptions& options) {
+  const std::string name = model.descriptor.name;
+  const auto complain = [&](const std::string& text, int code) {
+    std::fprintf(stderr, "%s: %s\n", name.c_str(), text.c_str());
+    return code;
+  };
+  std::string error;
+  ParamValues values(model.descriptor.params);
+  if (!options.param_file.empty() &&
+      !read_param_file(options.param_file, model.descriptor.params, values, error))
+    return complain(error, 2);
+  Status status = Status::kOk;
+  const auto agent = Agent::create(std::move(model), options, values, status, error);
+  if (!agent) return complain(error, status == Status::kWrongArgument ? 2 : 1);
+  if (!agent->device_problem().empty()) complain(agent->device_problem() + "; planning on the CPU", 0);
+  std::signal(SIGPIPE, SIG_IGN);  // a write that fails says so
+  return serve(*agent, read_line, write_line) ? 0 : complain("standard output cannot be written", 1);
+}
+
+}  // namespace
+
+int program_main(EmbeddedModel model, int argc, char** argv) {
+  SolverOptions options;
+  std::string error;  // of wrong options solver_main tells
+  const bool is_right = parse_options(argc, argv, this_machine(model.descriptor.device), options, error);
+  if (!is_right || !options.serve || options.help || options.version)
+    return solver_main(model.descriptor, argc, argv);
+  return serve_agent(std::move(model), options);
+}
+
+}  // namespace hypgen
