@@ -35,7 +35,7 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
   if (is_failure(decision.status) || decision.status == Status::kDeviceLost) return;
   decision.action = compared_action(root.default_action);
   keep_survivors(root.default_action);
-  const double pruning = chosen_pruning(decision);
+  const double pruning = chosen_pruning();
   search_.set_pruning(pruning);
   while (count >= kLeastScenarios && Clock::now() < setup_.deadline) {
     belief.sample(key, 0, count, scenarios_);
@@ -66,7 +66,7 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
 // can earn: by chance up to about the deviation of a scenario's gain. So that deviation, as a share of one
 // scenario, is what a node has to be worth. Where scenarios stay together there is little of that, and lambda
 // is 0 (docs/decisions/0050).
-double Planner::chosen_pruning(const Decision& compared) const {
+double Planner::chosen_pruning() const {
   if (options_.pruning != kAutoPruning) return options_.pruning;
   double variance = 0.0, parted = 0.0;
   for (const Candidate& candidate : candidates_) {

@@ -95,7 +95,7 @@ class Planner {
   void plan_tree(Decision& decision, const RootResult& root);
   void plan_rollout(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root);
   void plan_anytime(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root);
-  double chosen_pruning(const Decision& compared) const;
+  double chosen_pruning() const;
   std::size_t affordable_scenarios(std::size_t actions) const;
   void keep_survivors(int default_action);
   void compare_actions(const Belief& belief, StreamKey key, Clock::time_point end, const ComparisonGoal& goal,
