@@ -73,7 +73,9 @@ typedef struct hypgen_decision {
   int32_t action;          /* -1: no action is legal */
   int32_t status;          /* what hypgen_plan returned */
   const char* action_name; /* a view, valid until the planner is destroyed; NULL without an action */
-  double lower;            /* bounds of what the belief is worth; NaN where nothing was searched */
+  /* Bounds of what the belief is worth; NaN where nothing was searched. Where scenarios part they are less a
+   * penalty for each node of the policy's tree (the setting pruning). */
+  double lower;
   double upper;
   double seconds; /* of the whole plan */
   uint64_t trials;

@@ -88,3 +88,4 @@ def test_lambda_follows_the_model(tmp_path: Path) -> None:
     assert set(lambdas(boxes, "--time", "0.05", "--depth", "5")) == {0.0}
     tiger = build_solver(generate(load(TIGER).model), "pruning/tiger", lambda step: None)
     assert set(lambdas(tiger, "--time", "0.05")) == {0.0}
+    assert set(lambdas(tiger, "--time", "0.05", "--scenarios", "30")) == {0.0}

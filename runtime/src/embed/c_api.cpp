@@ -26,8 +26,6 @@ namespace hypgen {
 
 void this_runtime() {}
 
-namespace {
-
 hypgen_status code_of(Status status) {
   switch (status) {
     case Status::kOk:
@@ -72,6 +70,8 @@ hypgen_status code_of(Status status) {
   }
   return HYPGEN_INTERNAL_ERROR;
 }
+
+namespace {
 
 char* copied(const std::string& text) {
   char* const copy = strdup(text.c_str());

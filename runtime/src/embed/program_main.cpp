@@ -3,6 +3,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <exception>
 #include <iostream>
 #include <string>
 #include <utility>
@@ -37,7 +38,8 @@ int serve_agent(EmbeddedModel model, const SolverOptions& options) {
   if (!agent) return complain(error, status == Status::kWrongArgument ? 2 : 1);
   if (!agent->device_problem().empty()) complain(agent->device_problem() + "; planning on the CPU", 0);
   std::signal(SIGPIPE, SIG_IGN);  // a write that fails says so
-  return serve(*agent, read_line, write_line) ? 0 : complain("standard output cannot be written", 1);
+  if (!serve(*agent, read_line, write_line)) return complain("standard output cannot be written", 1);
+  return std::cin.bad() ? complain("standard input cannot be read", 1) : 0;
 }
 
 }  // namespace
@@ -48,7 +50,13 @@ int program_main(EmbeddedModel model, int argc, char** argv) {
   const bool is_right = parse_options(argc, argv, this_machine(model.descriptor.device), options, error);
   if (!is_right || !options.serve || options.help || options.version)
     return solver_main(model.descriptor, argc, argv);
-  return serve_agent(std::move(model), options);
+  const std::string name = model.descriptor.name;
+  try {
+    return serve_agent(std::move(model), options);
+  } catch (const std::exception& problem) {
+    std::fprintf(stderr, "%s: internal error: %s\n", name.c_str(), problem.what());
+    return 1;
+  }
 }
 
 }  // namespace hypgen

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "hypgen/embed/c_api.hpp"
 #include "hypgen/model/json_depth.hpp"
 
 namespace hypgen {
@@ -63,6 +64,7 @@ class Request {
     out["mode"] = mode_name(agent_.options().planner.mode);
     out["threads"] = agent_.threads();
     out["device"] = agent_.device();
+    if (!agent_.device_problem().empty()) out["device_problem"] = agent_.device_problem();
     return Status::kOk;
   }
 
@@ -92,6 +94,7 @@ class Request {
     out["action_name"] = names[static_cast<std::size_t>(decision.action)];
     out["lower"] = std::isfinite(decision.lower) ? Json(decision.lower) : Json(nullptr);
     out["upper"] = std::isfinite(decision.upper) ? Json(decision.upper) : Json(nullptr);
+    out["pruning"] = decision.pruning;
     out["seconds"] = decision.search_seconds;
     out["scenarios"] = decision.scenarios;
     out["trials"] = decision.trials;
@@ -150,20 +153,24 @@ std::string answer(Agent& agent, const std::string& request, bool& ends) {
   ends = false;
   Json out = {{"status", nullptr}};
   std::string error;
-  Status status = Status::kWrongArgument;
-  const Json json = is_too_deep(request) ? Json() : Json::parse(request, nullptr, false);
+  hypgen_status code = HYPGEN_INTERNAL_ERROR;
   try {
+    const Json json = is_too_deep(request) ? Json() : Json::parse(request, nullptr, false);
+    Status status = Status::kWrongArgument;
     if (json.is_object()) {
       if (json.contains("id")) out["id"] = json["id"];
       status = Request(agent, json).answer(out, error, ends);
     } else {
       error = "expected a JSON object on one line, found " + request.substr(0, 60);
     }
+    code = code_of(status);
   } catch (const std::bad_alloc&) {
-    status = Status::kNoMemory;
-    error = "not enough memory";
+    code = HYPGEN_NO_MEMORY;
+  } catch (const std::exception& problem) {
+    error = problem.what();
   }
-  out["status"] = status_name(status);
+  out["status"] = hypgen_status_name(code);
+  if (error.empty() && code >= HYPGEN_FAILED) error = hypgen_status_name(code);
   if (!error.empty()) out["error"] = error;
   return out.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

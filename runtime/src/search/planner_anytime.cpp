@@ -19,6 +19,7 @@ constexpr double kRootShare = 1.0 / 6.0;     // of the time that is left goes to
 constexpr std::size_t kLeastScenarios = 16;  // of a tree
 // Scenarios part where a step leaves more groups than this share of them: forty scenarios a group, or fewer.
 constexpr double kPartedShare = 1.0 / 40.0;
+constexpr double kLeastGroups = 4.0;  // fewer tell hardly anything apart, however few the scenarios are
 
 }  // namespace
 
@@ -73,8 +74,10 @@ double Planner::chosen_pruning() const {
     variance = std::max(variance, candidate.variance());
     parted += candidate.parted_share(options_.scenarios);
   }
-  if (!(parted > kPartedShare * static_cast<double>(candidates_.size()))) return 0.0;
-  return std::sqrt(variance) / static_cast<double>(options_.scenarios);
+  const auto count = static_cast<double>(options_.scenarios);
+  const double share = parted / std::max<double>(1.0, static_cast<double>(candidates_.size()));
+  if (!(share > kPartedShare && share * count > kLeastGroups)) return 0.0;
+  return std::sqrt(variance) / count;
 }
 
 // The best action by its gain in the comparison and what the tree has added to it. The tree's own one-ply returns

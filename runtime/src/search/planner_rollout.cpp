@@ -23,7 +23,8 @@ double Planner::Candidate::variance() const {
 }
 
 double Planner::Candidate::parted_share(std::size_t scenarios) const {
-  const double together = pairs > 0.0 ? pairs_together / pairs : 1.0;
+  // One pair more that stays together: few pairs are no proof that scenarios part.
+  const double together = (pairs_together + 1.0) / (pairs + 1.0);
   return 1.0 / (1.0 + together * static_cast<double>(scenarios - 1));
 }
 

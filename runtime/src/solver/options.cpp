@@ -117,10 +117,14 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
   if (planner.exploration < 0.0) planner.exploration = planner.mode == Mode::kPomcp ? kPomcpExploration : 0.0;
   if (planner.in_flight == 0) planner.in_flight = default_in_flight(options);
   planner.in_flight = std::max(planner.in_flight, planner.threads);  // a thread without a trial does nothing
-  const bool plays = options.trace.file.empty() && !options.selftest.wanted && options.bounds.beliefs == 0 &&
-                     options.beliefs.episodes == 0 && !options.serve;
-  if (!options.world_param_file.empty() && !plays) {
+  const bool checks = !options.trace.file.empty() || options.selftest.wanted || options.bounds.beliefs > 0 ||
+                      options.beliefs.episodes > 0;
+  if (!options.world_param_file.empty() && (checks || options.serve)) {
     error = "--world-param: it is for the world of episodes, and there are none to play";
+    return false;
+  }
+  if (options.serve && (checks || !options.json_file.empty())) {
+    error = "--serve: it answers requests and does nothing else; leave out --json and options of checks";
     return false;
   }
   if (planner.period > 0.0) {
@@ -201,7 +205,8 @@ std::vector<Option> option_table(SolverOptions& options) {
       number("--xi", "RATIO", "gap that a trial aims at, relative to the root's (0.95)", 0.0, 1.0,
              planner.target_ratio),
       {"--pruning", "LAMBDA",
-       "regularisation: what a node must be worth, or auto: with --time, as much as luck gives one scenario, "
+       "regularisation: what a node must be worth, or auto: within a time limit, as much as luck gives one "
+       "scenario, "
        "where scenarios soon see different things (auto)",
        "auto or a number from 0 to 1e9",
        [&](const std::string& text) { return read_pruning(text, planner.pruning); }},

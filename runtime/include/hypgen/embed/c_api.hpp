@@ -4,9 +4,13 @@
 
 #include <hypgen.h>
 
+#include "hypgen/core/status.hpp"
 #include "hypgen/embed/embedded_model.hpp"
 
 namespace hypgen {
+
+// A status as hypgen.h has it.
+hypgen_status code_of(Status status);
 
 // Has another address in each shared library, as it is not exported: tells the models of one from those of others.
 void this_runtime();
