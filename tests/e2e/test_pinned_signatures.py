@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """One thread builds the same tree, bit for bit, as when the table was made.
 
-The table (``pinned_signatures.json``) was last made when leaves began to roll out few actions, and that of
-crowd_driving and light_dark when particles of units began to move, that of navigation when its particles
-began to draw all first words by the model's own names, that of pocman when its food and its ghosts got
-particles of their own. A change that does not mean to change arithmetic,
-the order of trials or what an example says must leave it as it is.
+The table (``pinned_signatures.json``) was last made when leaves began to roll out few actions, that of
+navigation when its particles began to draw all first words by the model's own names, and that of
+crowd_driving, light_dark and pocman when moves of particles got names for up to 128 words. A change that
+does not mean to change arithmetic, the order of trials or what an example says must leave it as it is.
 """
 
 from __future__ import annotations
