@@ -51,18 +51,28 @@ bool read_settings(const std::string& text, const ModelDescriptor& model, Solver
                        error);
 }
 
+std::unique_ptr<Agent> without_memory(Status& status, std::string& error) {
+  status = Status::kNoMemory;
+  error = "not enough memory; the settings memory, particles and scenarios lower the need";
+  return nullptr;
+}
+
 }  // namespace
 
 std::unique_ptr<Agent> Agent::create(EmbeddedModel model, const AgentOptions& options, Status& status,
                                      std::string& error) {
   status = Status::kWrongArgument;
   const ModelDescriptor& descriptor = model.descriptor;
-  SolverOptions parsed;
-  if (!read_settings(options.settings, descriptor, parsed, error)) return nullptr;
-  ParamValues values(descriptor.params);
-  if (!options.params.empty() && !read_params(options.params, descriptor.params, values, error))
-    return nullptr;
-  return create(std::move(model), parsed, values, status, error);
+  try {
+    SolverOptions parsed;
+    if (!read_settings(options.settings, descriptor, parsed, error)) return nullptr;
+    ParamValues values(descriptor.params);
+    if (!options.params.empty() && !read_params(options.params, descriptor.params, values, error))
+      return nullptr;
+    return create(std::move(model), parsed, values, status, error);
+  } catch (const std::bad_alloc&) {
+    return without_memory(status, error);
+  }
 }
 
 std::unique_ptr<Agent> Agent::create(EmbeddedModel model, const SolverOptions& options,
@@ -80,9 +90,7 @@ std::unique_ptr<Agent> Agent::create(EmbeddedModel model, const SolverOptions& o
     std::unique_ptr<Agent> agent(new Agent(std::move(model), options, std::move(instance)));
     return agent->start(status, error) ? std::move(agent) : nullptr;
   } catch (const std::bad_alloc&) {
-    status = Status::kNoMemory;
-    error = "not enough memory; the settings memory, particles and scenarios lower the need";
-    return nullptr;
+    return without_memory(status, error);
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hypgen/embed/program_main.hpp"
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -45,6 +46,10 @@ int serve_agent(EmbeddedModel model, const SolverOptions& options) {
 }  // namespace
 
 int program_main(EmbeddedModel model, int argc, char** argv) {
+  // solver_main reads the options itself, and may look for a GPU as it does.
+  const bool may_serve =
+      std::any_of(argv, argv + argc, [](const char* word) { return std::string(word) == "--serve"; });
+  if (!may_serve) return solver_main(model.descriptor, argc, argv);
   SolverOptions options;
   std::string error;  // of wrong options solver_main tells
   const bool is_right = parse_options(argc, argv, this_machine(model.descriptor.device), options, error);
