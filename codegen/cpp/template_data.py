@@ -89,6 +89,7 @@ class Library:
 
     visible: tuple[str, ...]
     seen: tuple[str, ...]
+    hidden: tuple[str, ...]
     enumerators: tuple[Group, ...]
 
 

@@ -15,7 +15,7 @@ from hypgen.codegen.cpp.key_codes import KeyLayout
 from hypgen.codegen.cpp.text import Code, from_int32, value_of, wrapped
 from hypgen.codegen.layout.naming import Scope
 from hypgen.codegen.model.c_header import c_groups
-from hypgen.codegen.model.value_fields import number, seen_fields, visible_fields
+from hypgen.codegen.model.value_fields import hidden_fields, number, seen_fields, visible_fields
 from hypgen.dsl import ir
 from hypgen.dsl.ir.rounding import Rounding
 from hypgen.dsl.ir.undefined import may_be_undefined
@@ -48,6 +48,7 @@ def library_view(context: Context, project: template_data.Project) -> template_d
     return template_data.Library(
         tuple(visible_fields(model, names)),
         tuple(seen_fields(model, names)),
+        tuple(hidden_fields(model, names)),
         c_groups(model, project.stem),
     )
 

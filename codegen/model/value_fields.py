@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What callers of a library give and get: the visible variables at the start, and what is seen in a step."""
+"""What callers of a library give and get: values at the start, what is seen in a step, and what is hidden."""
 
 from __future__ import annotations
 
@@ -31,6 +31,11 @@ def visible_fields(model: ir.Model, name_functions: Mapping[str, str]) -> list[s
         for v in model.variables
         if v.visible
     ]
+
+
+def hidden_fields(model: ir.Model, name_functions: Mapping[str, str]) -> list[str]:
+    """Return C++ for a ``ValueField`` of each hidden variable."""
+    return [_field(v.name, v.type, v.indices, name_functions) for v in model.variables if not v.visible]
 
 
 def seen_fields(model: ir.Model, name_functions: Mapping[str, str]) -> list[str]:

@@ -101,7 +101,8 @@ HYPGEN_API hypgen_status hypgen_create(const hypgen_model* model, const hypgen_o
 /* Does nothing where `planner` is NULL or busy. */
 HYPGEN_API hypgen_status hypgen_destroy(hypgen_planner* planner);
 
-/* The planner as a JSON object: mode, threads, device, and why that is no GPU where one was asked for. */
+/* The planner as a JSON object: mode, threads, device, and why that is no GPU where one was asked for. Each of its
+ * "units" is a part of the belief: particles, effective sample size, distinct values, surprise in bits. */
 HYPGEN_API hypgen_status hypgen_info(hypgen_planner* planner, char** json, char** error);
 
 /* Starts an episode. `visible` has the values of all visible variables. It may be NULL, with a count of 0, if the
@@ -115,6 +116,20 @@ HYPGEN_API hypgen_status hypgen_reset_named(hypgen_planner* planner, const char*
 /* Decides within so many seconds; 0: within the settings' time, or what the last update left of their period. */
 HYPGEN_API hypgen_status hypgen_plan(hypgen_planner* planner, double seconds, hypgen_decision* decision,
                                      char** error);
+
+/* The same until a time of the monotonic clock in nanoseconds, as hypgen_now gives it. */
+HYPGEN_API hypgen_status hypgen_plan_until(hypgen_planner* planner, int64_t deadline,
+                                           hypgen_decision* decision, char** error);
+HYPGEN_API int64_t hypgen_now(void);
+
+/* Ends the plan that another thread has under way, as its deadline would; does nothing if there is none. Any
+ * thread may call this at any time before hypgen_destroy. */
+HYPGEN_API hypgen_status hypgen_cancel(hypgen_planner* planner);
+
+/* Plays a step that counts nowhere, so that the first plan of an episode takes no longer than later ones: plans
+ * for so many seconds (0: the settings' time), acts in a simulated world, and updates the belief. It gives the
+ * plan's status. The call needs no hypgen_reset before it, and needs one after it. */
+HYPGEN_API hypgen_status hypgen_warm_up(hypgen_planner* planner, double seconds, char** error);
 
 /* Takes in the action that was done and the key of what was seen after it. */
 HYPGEN_API hypgen_status hypgen_update(hypgen_planner* planner, int32_t action, const uint64_t* key,
@@ -143,6 +158,10 @@ HYPGEN_API hypgen_status hypgen_action_name(hypgen_planner* planner, int32_t act
 /* The belief in all hidden variables: a JSON array of objects with "variable" and either "values" and their
  * probabilities, or "mean" and "deviation" of a float. */
 HYPGEN_API hypgen_status hypgen_belief(hypgen_planner* planner, char** json, char** error);
+/* Draws `count` states from the belief into `values`, one after the other. Each has as many values as the
+ * description's "variables" says; a hidden variable's begin at its "first". `size` is the length of `values`. */
+HYPGEN_API hypgen_status hypgen_sample_belief(hypgen_planner* planner, uint64_t seed, size_t count,
+                                              int32_t* values, size_t size, char** error);
 /* The probability that a hidden variable, such as "rock.good[3]", has a value, such as "true". */
 HYPGEN_API hypgen_status hypgen_probability(hypgen_planner* planner, const char* variable, const char* value,
                                             double* probability, char** error);

@@ -3,6 +3,7 @@
 
 import re
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -43,6 +44,48 @@ def test_a_planner_plans_and_learns(planner: hypgen.Planner) -> None:
     assert isinstance(marginal, dict) and marginal["true"] == pytest.approx(good)
     assert planner.info["mode"] == "despot" and planner.info["step"] == 4
     assert planner.plan(seconds=0.01).seconds < 5
+
+
+def test_the_belief_has_columns(planner: hypgen.Planner) -> None:
+    planner.reset()
+    for _ in range(3):
+        planner.update("check(1)", {"reading": "looks_good"})
+    columns = planner.sample_belief(4000, seed=3)
+    assert list(columns) == ["rock.good"] and columns["rock.good"].shape == (4000, 8)
+    assert columns["rock.good"].dtype == bool
+    assert columns["rock.good"][:, 1].mean() == pytest.approx(
+        planner.probability("rock.good[1]", True), abs=0.04
+    )
+    assert (planner.sample_belief(4000, seed=3)["rock.good"] == columns["rock.good"]).all()
+    with pytest.raises(hypgen.PlannerError, match="count: expected"):
+        planner.sample_belief(0)
+    with pytest.raises(hypgen.PlannerError, match="expected true or false, found perhaps"):
+        planner.probability("rock.good[1]", "perhaps")
+
+
+def test_a_plan_ends_at_a_time_or_when_cancelled(solver: hypgen.Solver) -> None:
+    with solver.planner(mode="despot", time=60, scenarios=500, memory=256) as planner:
+        assert planner.warm_up(0.01) in ("deadline", "converged", "deadline_default")
+        with pytest.raises(hypgen.PlannerError, match="reset comes first"):
+            planner.plan()
+        planner.reset()
+        assert planner.plan(deadline=time.monotonic() - 1).status == "deadline_default"
+        assert planner.plan(deadline=time.monotonic() + 0.05).seconds < 5
+        is_over = threading.Event()
+
+        def cancel() -> None:
+            while not is_over.wait(0.02):
+                planner.cancel()
+
+        other = threading.Thread(target=cancel)
+        other.start()
+        decision = planner.plan()
+        is_over.set()
+        other.join()
+        assert decision.status in ("deadline", "converged") and decision.seconds < 30
+        with pytest.raises(hypgen.PlannerError, match="deadline: expected a time"):
+            planner.plan(deadline=float("nan"))
+    planner.cancel()  # of a planner that is closed: nothing
 
 
 def test_equal_settings_give_equal_decisions(solver: hypgen.Solver) -> None:

@@ -27,6 +27,8 @@ EmbeddedModel rocks() {
   EmbeddedModel model{testing::rock_sample_descriptor<4, 3>(), {}, {}};
   model.visible = {{"x", {}, ValueKind::kInt, 0, 3}, {"y", {}, ValueKind::kInt, 0, 3}};
   model.seen = {{"reading", {}, ValueKind::kNamed, 0, 2, reading_name}};
+  model.descriptor.hidden_variables = {{"good", 2, 3, false}};
+  model.hidden = {{"good", {3}, ValueKind::kBool, 0, 1}};
   return model;
 }
 

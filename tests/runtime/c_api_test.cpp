@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -26,6 +27,7 @@ EmbeddedModel rocks() {
   EmbeddedModel model{hypgen::testing::rock_sample_descriptor<4, 3>(), {}, {}};
   model.descriptor.hidden_variables = {{"good", 2, 3, false}};
   model.visible = {{"x", {}, ValueKind::kInt, 0, 3}, {"y", {}, ValueKind::kInt, 0, 3}};
+  model.hidden = {{"good", {3}, ValueKind::kBool, 0, 1}};
   model.seen = {{"reading", {}, ValueKind::kNamed, 0, 2, [](std::int32_t value) {
                    return std::string(value == 0 ? "nothing" : value == 1 ? "looks_good" : "looks_bad");
                  }}};
@@ -114,7 +116,7 @@ TEST_F(CApiTest, PlansByNamesValuesAndKeys) {
   EXPECT_EQ(hypgen_update_values(planner, check, &value, 1, fresh()), HYPGEN_OK);
   EXPECT_EQ(hypgen_update(planner, check, &key, 1, fresh()), HYPGEN_OK);
   double probability = 0.0;
-  ASSERT_EQ(hypgen_probability(planner, "good[1]", "1", &probability, fresh()), HYPGEN_OK) << error;
+  ASSERT_EQ(hypgen_probability(planner, "good[1]", "true", &probability, fresh()), HYPGEN_OK) << error;
   EXPECT_GT(probability, 0.8);
   char* belief = nullptr;
   ASSERT_EQ(hypgen_belief(planner, &belief, fresh()), HYPGEN_OK);
@@ -252,7 +254,7 @@ TEST_F(CApiTest, RefusesASecondThread) {
     for (int i = 0; i < 100000 && refused == 0; ++i) {
       double probability = 0.0;
       char* text = nullptr;
-      const hypgen_status status = hypgen_probability(planner, "good[0]", "1", &probability, &text);
+      const hypgen_status status = hypgen_probability(planner, "good[0]", "true", &probability, &text);
       EXPECT_TRUE(status == HYPGEN_OK || (status == HYPGEN_BUSY && text != nullptr));
       hypgen_free(text);
       ++(status == HYPGEN_OK ? taken : refused);
@@ -263,6 +265,75 @@ TEST_F(CApiTest, RefusesASecondThread) {
   second.join();
   EXPECT_GT(refused, 0);
   EXPECT_GT(taken, 0);
+}
+
+TEST_F(CApiTest, CancelsThePlanOfAnotherThread) {
+  for (const char* mode : {"despot", "parallel threads=2", "pomcp", "rollout"}) {
+    make(rocks, (std::string("time=60 scenarios=500 memory=64 mode=") + mode).c_str());
+    ASSERT_EQ(made, HYPGEN_OK) << error;
+    ASSERT_EQ(hypgen_reset(planner, nullptr, 0, 0, fresh()), HYPGEN_OK);
+    EXPECT_EQ(hypgen_cancel(planner), HYPGEN_OK);  // of no plan: the next one is whole
+    std::atomic<bool> is_planning{true};
+    std::thread other([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(30));
+      while (is_planning) hypgen_cancel(planner);  // from before the plan, if that is late
+    });
+    const hypgen_status status = plan();
+    is_planning = false;
+    other.join();
+    EXPECT_TRUE(status == HYPGEN_DEADLINE || status == HYPGEN_DEADLINE_DEFAULT ||
+                status == HYPGEN_CONVERGED || status == HYPGEN_MEMORY_FULL)
+        << mode << ": " << hypgen_status_name(status);
+    EXPECT_GE(decision.action, 0);
+    EXPECT_LT(decision.seconds, 30.0) << mode;
+  }
+  EXPECT_EQ(hypgen_cancel(nullptr), HYPGEN_WRONG_ARGUMENT);
+}
+
+TEST_F(CApiTest, PlansUntilATime) {
+  make(rocks, "mode=despot scenarios=100 particles=200 memory=64");
+  ASSERT_EQ(hypgen_reset(planner, nullptr, 0, 0, fresh()), HYPGEN_OK);
+  EXPECT_EQ(hypgen_plan_until(planner, hypgen_now() - 1000, &decision, fresh()), HYPGEN_DEADLINE_DEFAULT);
+  EXPECT_GE(decision.action, 0);
+  EXPECT_EQ(hypgen_plan_until(planner, INT64_MIN, &decision, fresh()), HYPGEN_DEADLINE_DEFAULT);
+  const int64_t end = hypgen_now() + 20'000'000;
+  EXPECT_LT(hypgen_plan_until(planner, end, &decision, fresh()), HYPGEN_FAILED);
+  EXPECT_LT(decision.seconds, 10.0);
+  EXPECT_EQ(hypgen_plan_until(planner, INT64_MAX, &decision, fresh()), HYPGEN_WRONG_ARGUMENT);
+}
+
+TEST_F(CApiTest, DrawsStatesFromTheBelief) {
+  make(rocks, kFew);
+  ASSERT_EQ(hypgen_reset(planner, nullptr, 0, 0, fresh()), HYPGEN_OK);
+  constexpr std::size_t kCount = 2000, kEach = 5;  // x, y and three rocks
+  std::vector<std::int32_t> values(kCount * kEach);
+  ASSERT_EQ(hypgen_sample_belief(planner, 1, kCount, values.data(), values.size(), fresh()), HYPGEN_OK)
+      << error;
+  double good = 0.0, expected = 0.0;
+  for (std::size_t i = 0; i < kCount; ++i) good += values[i * kEach + 3];
+  ASSERT_EQ(hypgen_probability(planner, "good[1]", "true", &expected, fresh()), HYPGEN_OK) << error;
+  EXPECT_NEAR(good / kCount, expected, 0.06);
+  EXPECT_EQ(values[0], values[kEach]);  // all states have the visible place
+  EXPECT_EQ(hypgen_sample_belief(planner, 1, 3, values.data(), 14, fresh()), HYPGEN_WRONG_ARGUMENT);
+  EXPECT_EQ(hypgen_sample_belief(planner, 1, SIZE_MAX, values.data(), 14, fresh()), HYPGEN_WRONG_ARGUMENT);
+  EXPECT_EQ(hypgen_sample_belief(planner, 1, 3, nullptr, 15, fresh()), HYPGEN_WRONG_ARGUMENT);
+  for (const char* name : {"maybe", "2", ""})
+    EXPECT_EQ(hypgen_probability(planner, "good[1]", name, &expected, fresh()), HYPGEN_WRONG_ARGUMENT);
+}
+
+TEST_F(CApiTest, WarmsUpBeforeAnEpisode) {
+  make(rocks, kFew);
+  EXPECT_LT(hypgen_warm_up(planner, 0.01, fresh()), HYPGEN_FAILED) << error;
+  EXPECT_EQ(plan(), HYPGEN_WRONG_ARGUMENT);  // no episode has begun
+  EXPECT_EQ(hypgen_warm_up(planner, -1.0, fresh()), HYPGEN_WRONG_ARGUMENT);
+  ASSERT_EQ(hypgen_reset(planner, nullptr, 0, 5, fresh()), HYPGEN_OK);
+  plan();
+  const hypgen_decision after = decision;
+  make(rocks, kFew);
+  ASSERT_EQ(hypgen_reset(planner, nullptr, 0, 5, fresh()), HYPGEN_OK);
+  plan();
+  EXPECT_EQ(after.action, decision.action);
+  EXPECT_EQ(after.lower, decision.lower);
 }
 
 TEST_F(CApiTest, RefusesAForkedProcess) {

@@ -20,6 +20,7 @@ namespace hypgen {
 namespace {
 
 constexpr double kMostSeconds = 1e6;
+constexpr std::uint64_t kSampleStream = std::uint64_t{1} << 33;  // other tests take the ones before
 
 // The options of the solver that are about planning.
 constexpr const char* kSettings[] = {
@@ -180,10 +181,15 @@ Status Agent::check_begun(std::string& error) const {
   return has_begun_ ? Status::kOk : refuse("no episode has begun: reset comes first", error);
 }
 
+bool Agent::check_seconds(double seconds, std::string& error) {
+  if (0.0 <= seconds && seconds <= kMostSeconds) return true;
+  error = "seconds: expected a number from 0 (the settings' time) to 1e6";
+  return false;
+}
+
 Status Agent::plan(double seconds, Decision& decision, std::string& error) {
   if (check_begun(error) != Status::kOk) return Status::kWrongArgument;
-  if (!(0.0 <= seconds && seconds <= kMostSeconds))
-    return refuse("seconds: expected a number from 0 (the settings' time) to 1e6", error);
+  if (!check_seconds(seconds, error)) return Status::kWrongArgument;
   const PlannerOptions& planning = options_.planner;
   const double own =
       planning.period > 0.0 ? rest_of_period(planning.period, update_seconds_) : planning.time_limit;
@@ -192,6 +198,21 @@ Status Agent::plan(double seconds, Decision& decision, std::string& error) {
   if (decision.status == Status::kDeadline && decision.looked == Looked::kNowhere)
     decision.status = Status::kDeadlineDefault;
   return decision.status;
+}
+
+Status Agent::warm_up(double seconds, std::string& error) {
+  if (!check_seconds(seconds, error)) return Status::kWrongArgument;
+  const auto world = instance_->make_world(options_.planner.seed);
+  world->reset(0);
+  begin(first_visible_, 0);  // as in episode 0 of that world
+  Decision decision;
+  const Status status = plan(seconds, decision, error);
+  if (decision.action >= 0) {
+    const WorldStep step = world->step(decision.action);
+    if (!step.result.terminal) update(decision.action, step.key, error);
+  }
+  has_begun_ = false;
+  return status;
 }
 
 Status Agent::update(int action, KeyWords key, std::string& error) {
@@ -264,6 +285,16 @@ Status Agent::describe_belief(std::string& text, std::string& error) const {
   return Status::kOk;
 }
 
+Status Agent::sample_belief(std::uint64_t seed, std::size_t count, std::int32_t* out,
+                            std::string& error) const {
+  if (check_begun(error) != Status::kOk) return Status::kWrongArgument;
+  ScenarioBuffer states;
+  belief_->reserve(states, count);
+  belief_->sample(derive(seed, StreamKind::kTest, kSampleStream), 0, count, states);
+  instance_->export_states(states, out);
+  return Status::kOk;
+}
+
 Status Agent::probability(const std::string& variable, const std::string& value, double& out,
                           std::string& error) const {
   if (check_begun(error) != Status::kOk) return Status::kWrongArgument;
@@ -274,10 +305,9 @@ Status Agent::probability(const std::string& variable, const std::string& value,
       if (entry_name(model, hidden, i) != variable) continue;
       if (hidden.is_float)
         return refuse(variable + " is a float, of which no value has a probability", error);
-      out = 0.0;
-      belief_->each_value(hidden.first + i, [&](std::int32_t code, double weight) {
-        if (value_name(model, static_cast<int>(number), code) == value) out += weight;
-      });
+      std::int32_t code = 0;
+      if (!read_value_name(model_.hidden[number], value, code, error)) return Status::kWrongArgument;
+      out = belief_->marginal(hidden.first + i, code);
       return Status::kOk;
     }
   }

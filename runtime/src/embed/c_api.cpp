@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
@@ -277,7 +278,15 @@ hypgen_status hypgen_info(hypgen_planner* planner, char** json, char** error) {
                                    {"seed", agent.options().planner.seed},
                                    {"step", agent.step()},
                                    {"device", agent.device()},
-                                   {"device_problem", nullptr}};
+                                   {"device_problem", nullptr},
+                                   {"units", nlohmann::ordered_json::array()}};
+    for (const hypgen::UnitHealth& unit : agent.health()) {
+      info["units"].push_back({{"particles", unit.particles},
+                               {"effective", unit.effective},
+                               {"distinct", unit.distinct},
+                               {"surprise", unit.surprise},
+                               {"depleted", unit.is_depleted}});
+    }
     if (!agent.device_problem().empty()) info["device_problem"] = agent.device_problem();
     *json = hypgen::copied(info.dump());
     return Status::kOk;
@@ -299,6 +308,11 @@ hypgen_status hypgen_reset_named(hypgen_planner* planner, const char* visible, u
   });
 }
 
+int64_t hypgen_now(void) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(hypgen::Clock::now().time_since_epoch())
+      .count();
+}
+
 hypgen_status hypgen_plan(hypgen_planner* planner, double seconds, hypgen_decision* decision, char** error) {
   return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
     if (decision == nullptr) return text = "decision: is NULL", Status::kWrongArgument;
@@ -310,6 +324,24 @@ hypgen_status hypgen_plan(hypgen_planner* planner, double seconds, hypgen_decisi
     decision->size = sizeof(hypgen_decision);
     return status;
   });
+}
+
+hypgen_status hypgen_plan_until(hypgen_planner* planner, int64_t deadline, hypgen_decision* decision,
+                                char** error) {
+  const int64_t now = hypgen_now();
+  const int64_t left = deadline > now ? deadline - now : 1;  // 0 would be the settings' time
+  return hypgen_plan(planner, static_cast<double>(left) * 1e-9, decision, error);
+}
+
+hypgen_status hypgen_cancel(hypgen_planner* planner) {
+  if (planner == nullptr || planner->process != getpid()) return HYPGEN_WRONG_ARGUMENT;
+  planner->agent->cancel();
+  return HYPGEN_OK;
+}
+
+hypgen_status hypgen_warm_up(hypgen_planner* planner, double seconds, char** error) {
+  return hypgen::with_agent(planner, error,
+                            [&](Agent& agent, std::string& text) { return agent.warm_up(seconds, text); });
 }
 
 hypgen_status hypgen_update(hypgen_planner* planner, int32_t action, const uint64_t* key, size_t words,
@@ -400,6 +432,19 @@ hypgen_status hypgen_belief(hypgen_planner* planner, char** json, char** error) 
     const Status status = agent.describe_belief(found, text);
     if (status == Status::kOk) *json = hypgen::copied(found);
     return status;
+  });
+}
+
+hypgen_status hypgen_sample_belief(hypgen_planner* planner, uint64_t seed, size_t count, int32_t* values,
+                                   size_t size, char** error) {
+  return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
+    const auto each = static_cast<std::size_t>(agent.model().descriptor.variable_count);
+    if (values == nullptr) return text = "values: is NULL", Status::kWrongArgument;
+    if (count == 0 || count > size || size != count * each) {
+      text = "size: expected count times " + std::to_string(each) + ", and a count above 0";
+      return Status::kWrongArgument;
+    }
+    return agent.sample_belief(seed, count, values, text);
   });
 }
 

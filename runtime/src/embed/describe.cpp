@@ -75,6 +75,7 @@ std::string describe(const EmbeddedModel& model) {
                {"visible", Json::array()},
                {"seen", Json::array()},
                {"hidden", Json::array()},
+               {"variables", descriptor.variable_count},
                {"params", Json::array()}};
   if (descriptor.horizon > 0) json["horizon"] = descriptor.horizon;
   for (const ValueField& field : model.visible) {
@@ -82,9 +83,9 @@ std::string describe(const EmbeddedModel& model) {
     json["visible"].back()["drawn"] = field.drawn;
   }
   for (const ValueField& field : model.seen) json["seen"].push_back(json_of(field));
-  for (const HiddenVariable& variable : descriptor.hidden_variables) {
-    json["hidden"].push_back(
-        {{"name", variable.name}, {"count", variable.count}, {"float", variable.is_float}});
+  for (std::size_t i = 0; i < model.hidden.size(); ++i) {
+    json["hidden"].push_back(json_of(model.hidden[i]));
+    json["hidden"].back()["first"] = descriptor.hidden_variables[i].first;
   }
   for (const ParamSpec& param : descriptor.params) json["params"].push_back(json_of(param));
   return json.dump();

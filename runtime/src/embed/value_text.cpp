@@ -155,6 +155,12 @@ bool read_values(const std::string& text, const std::vector<ValueField>& fields,
   return false;
 }
 
+bool read_value_name(const ValueField& field, const std::string& name, std::int32_t& value,
+                     std::string& error) {
+  const Json json = field.kind == ValueKind::kNamed ? Json(name) : Json::parse(name, nullptr, false);
+  return read_value(field, json, value) || refuse(field, name, error);
+}
+
 std::string values_text(const std::vector<ValueField>& fields, const std::vector<std::int32_t>& values) {
   Json json = Json::object();
   const std::int32_t* value = values.data();

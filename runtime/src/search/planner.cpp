@@ -91,7 +91,8 @@ Decision Planner::plan(const Belief& belief, std::uint64_t run, int step) {
   setup_.key = key;
   setup_.depth_limit = std::min(options_.depth, left);
   setup_.at_horizon = left <= options_.depth;
-  setup_.deadline = deadline_after(options_.time_limit);
+  is_cancelled_.store(false, std::memory_order_relaxed);
+  setup_.deadline = {deadline_after(options_.time_limit), &is_cancelled_};
   Decision decision;
   decision.action = belief.default_action(key);
   if (decision.action < 0) {
@@ -105,7 +106,7 @@ Decision Planner::plan(const Belief& belief, std::uint64_t run, int step) {
 }
 
 void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decision) {
-  decision.late_threads = search_.park(setup_.deadline);
+  decision.late_threads = search_.park(setup_.deadline.time());
   if (decision.late_threads > 0) {
     decision.status = Status::kDeadline;
     return;
@@ -115,7 +116,7 @@ void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decisio
     decision.status = Status::kDeviceLost;
     return;
   }
-  const bool is_timed = setup_.deadline != Clock::time_point::max();
+  const bool is_timed = setup_.deadline.is_limited();
   const bool probes = is_timed && options_.mode != Mode::kPomcp;
   const std::size_t count = probes ? std::min(options_.scenarios, kProbeScenarios) : options_.scenarios;
   belief.sample(key, 0, count, scenarios_);
@@ -193,7 +194,7 @@ Status Planner::evaluate(std::size_t thread, const LeafRequest& request, LeafRes
     is_taken = is_taken || evaluator_->submit(thread, {&request, 1}) == 1;
     if (is_taken && evaluator_->poll(thread, result)) return result.status;
     const Clock::time_point now = Clock::now();
-    const bool is_late = now >= setup_.deadline;
+    const bool is_late = setup_.deadline.has_passed(now);
     if (!is_late && std::chrono::duration<double>(now - start).count() <= options_.patience) continue;
     return is_late ? Status::kDeadline : Status::kEvaluatorFailed;
   }

@@ -27,18 +27,18 @@ constexpr double kLeastGroups = 4.0;  // fewer tell hardly anything apart, howev
 // than one step.
 void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root) {
   const Clock::time_point start = Clock::now();
-  compare_actions(belief, key, start + (setup_.deadline - start) / kComparedShare,
+  compare_actions(belief, key, start + (setup_.deadline.time() - start) / kComparedShare,
                   {kSurvivors, kComparedSamples * options_.scenarios}, decision);
   std::size_t count = affordable_scenarios(std::min(kSurvivors, candidates_.size()));
-  while (decision.status == Status::kOk && count < kLeastScenarios && Clock::now() < setup_.deadline) {
-    sample_gains(belief, key, setup_.deadline, decision);  // too dear for a tree
+  while (decision.status == Status::kOk && count < kLeastScenarios && !setup_.deadline.has_passed()) {
+    sample_gains(belief, key, setup_.deadline.time(), decision);  // too dear for a tree
   }
   if (is_failure(decision.status) || decision.status == Status::kDeviceLost) return;
   decision.action = compared_action(root.default_action);
   keep_survivors(root.default_action);
   const double pruning = chosen_pruning();
   search_.set_pruning(pruning);
-  while (count >= kLeastScenarios && Clock::now() < setup_.deadline) {
+  while (count >= kLeastScenarios && !setup_.deadline.has_passed()) {
     belief.sample(key, 0, count, scenarios_);
     search_.clear();
     const RootResult next = evaluator_->begin_search(scenarios_, setup_);
@@ -107,7 +107,7 @@ void Planner::keep_survivors(int default_action) {
 // How many scenarios a tree may have, so that its root takes a share of the time that is left: bounds of the
 // root, and an expansion of so many actions.
 std::size_t Planner::affordable_scenarios(std::size_t actions) const {
-  const double seconds = std::chrono::duration<double>(setup_.deadline - Clock::now()).count();
+  const double seconds = std::chrono::duration<double>(setup_.deadline.time() - Clock::now()).count();
   const double rolled = static_cast<double>(std::min<std::size_t>(actions, options_.rolled_at_root) + 2);
   const double count = kRootShare * seconds / (rollout_seconds_ * rolled);
   return static_cast<std::size_t>(std::clamp(count, 0.0, static_cast<double>(options_.scenarios)));

@@ -33,7 +33,7 @@ double Planner::Candidate::standard_error() const {
 }
 
 void Planner::plan_rollout(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root) {
-  compare_actions(belief, key, setup_.deadline, {1, UINT64_MAX}, decision);
+  compare_actions(belief, key, setup_.deadline.time(), {1, UINT64_MAX}, decision);
   if (decision.status == Status::kOk) {
     decision.status = decision.trials >= options_.trial_limit ? Status::kTrialLimit : Status::kDeadline;
   }
@@ -77,7 +77,7 @@ int Planner::compared_action(int default_action) const {
 
 // The scenarios of the next batch: about two such batches fit before `end`.
 std::size_t Planner::batch_until(Clock::time_point end) const {
-  if (setup_.deadline == Clock::time_point::max()) return options_.scenarios;
+  if (!setup_.deadline.is_limited()) return options_.scenarios;
   const double seconds = std::chrono::duration<double>(end - Clock::now()).count();
   const std::size_t actions = candidates_.empty() ? candidates_.capacity() : candidates_.size();
   const auto threads = static_cast<double>(comparing_threads(actions));
@@ -105,7 +105,7 @@ bool Planner::sample_gains(const Belief& belief, StreamKey key, Clock::time_poin
   compared_.count = static_cast<std::uint32_t>(batch);
   compared_.actions = candidates_.empty() ? all_actions_ : actions_;
   slices_.resize(comparing_threads(compared_.actions.size()));
-  decision.late_threads = search_.share_until(slices_.size(), compare_slice_, setup_.deadline);
+  decision.late_threads = search_.share_until(slices_.size(), compare_slice_, setup_.deadline.time());
   if (decision.late_threads > 0) {
     decision.status = Status::kDeadline;
     return false;

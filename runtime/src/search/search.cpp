@@ -10,6 +10,12 @@ namespace {
 // The time after its deadline that a search waits for threads that have lost their core.
 constexpr std::chrono::microseconds kGrace{500};
 
+// How long a search whose own thread has ended waits for the others.
+Clock::time_point end_of_wait(const Deadline& deadline) {
+  if (deadline.is_cancelled()) return Clock::now() + kGrace;
+  return deadline.is_limited() ? deadline.time() + kGrace : deadline.time();
+}
+
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
@@ -62,8 +68,7 @@ void Search::run(LeafEvaluator& evaluator, const RootResult& root, const SearchS
   job_ = nullptr;
   if (!is_alone) workers_.start();
   shared_.run_thread(0);
-  const bool is_limited = setup.deadline != Clock::time_point::max();
-  decision.late_threads = is_alone ? 0 : workers_.park(is_limited ? setup.deadline + kGrace : setup.deadline);
+  decision.late_threads = is_alone ? 0 : workers_.park(end_of_wait(setup.deadline));
   // Threads that end because all trials are done do not stop the search.
   Status status = shared_.is_stopped() ? shared_.status.load() : Status::kTrialLimit;
   // A status that the planner has to act on goes before crossed bounds.

@@ -132,7 +132,7 @@ bool SearchThread::is_ready(LeafResult& leaf) {
 
 Status SearchThread::start_trial() {
   const SearchSetup& setup = shared_.setup;
-  if (setup.deadline != Clock::time_point::max() && Clock::now() >= setup.deadline) return Status::kDeadline;
+  if (setup.deadline.has_passed()) return Status::kDeadline;
   if (waiting_ == 0 && tree_.is_closed(tree_.root())) {
     idle();
     return Status::kOk;
@@ -209,7 +209,7 @@ Status SearchThread::take(Node& node, const LeafResult& leaf) {
 bool SearchThread::expands_here(Node& node, Status& failure) {
   const Clock::time_point start = Clock::now();
   LeafResult leaf{};
-  failure = start >= shared_.setup.deadline ? Status::kDeadline : shared_.status.load();
+  failure = shared_.setup.deadline.has_passed(start) ? Status::kDeadline : shared_.status.load();
   if (failure != Status::kOk) return true;
   // In a narrow tree no thread finds more leaves to send.
   const std::size_t at_once = crowded_ > 0 ? waiting_ + 1 : queue_.size();
@@ -224,16 +224,17 @@ bool SearchThread::expands_here(Node& node, Status& failure) {
 }
 
 Status SearchThread::wait(LeafResult& leaf) {
-  const Clock::time_point start = Clock::now(), deadline = shared_.setup.deadline;
+  const Clock::time_point start = Clock::now();
+  const Deadline& deadline = shared_.setup.deadline;
   // Trials may go on from leaf to leaf without a new start: this ends them even if no leaf is late.
-  if (start >= deadline) return Status::kDeadline;
+  if (deadline.has_passed(start)) return Status::kDeadline;
   Clock::time_point now = start;
   Status status = Status::kOk;
   send();
   while (!shared_.evaluator->poll(number_, leaf)) {
     now = Clock::now();
     status = shared_.status.load();
-    if (now >= deadline) status = Status::kDeadline;
+    if (deadline.has_passed(now)) status = Status::kDeadline;
     if (std::chrono::duration<double>(now - start).count() > shared_.options.patience)
       status = Status::kEvaluatorFailed;
     if (status != Status::kOk) break;

@@ -77,6 +77,10 @@ class CLibrary:
         self.call(name, *arguments, ctypes.byref(text))
         return json.loads(self._taken(text))
 
+    def cancel(self, planner: ctypes.c_void_p) -> None:
+        """End the plan that another thread has under way."""
+        self._library.hypgen_cancel(planner)
+
     def destroy(self, planner: ctypes.c_void_p) -> None:
         """Free a planner; one that another thread uses stays."""
         status = int(self._library.hypgen_destroy(planner))

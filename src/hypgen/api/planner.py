@@ -5,12 +5,16 @@ from __future__ import annotations
 
 import ctypes
 import json
+import math
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 from hypgen.api.c_interface import CDecision, CLibrary, COptions, PlannerError
 
@@ -54,9 +58,13 @@ class Planner:
         self._library = library
         self._handle: ctypes.c_void_p | None = None
         self._lock = threading.Lock()  # held by each call that has the handle
+        self._life = threading.Lock()  # held while the handle is freed, or used beside a call
         handle = ctypes.c_void_p()
         text = None if params is None else params.encode()
         options = COptions(ctypes.sizeof(COptions), _encoded("settings", settings), text)
+        description = library.json("describe", library.model)
+        self._variables: int = description["variables"]
+        self._hidden: list[dict[str, Any]] = description["hidden"]
         library.call("create", library.model, ctypes.byref(options), ctypes.byref(handle))
         self._handle = handle
 
@@ -69,10 +77,17 @@ class Planner:
         number = ctypes.c_uint64(_in_range("episode", episode, 0, 2**64 - 1))
         return self._status("reset_named", ctypes.c_char_p(text), number)
 
-    def plan(self, seconds: float = 0.0) -> Decision:
-        """Decide within so many seconds; 0: the settings' time, or what an update left of their period."""
+    def plan(self, seconds: float = 0.0, *, deadline: float | None = None) -> Decision:
+        """Decide within so many seconds; 0: the settings' time, or what an update left of their period.
+
+        ``deadline`` is a time of ``time.monotonic()``, and goes before ``seconds``.
+        """
         found = CDecision(size=ctypes.sizeof(CDecision))
-        status = self._status("plan", ctypes.c_double(seconds), ctypes.byref(found))
+        if deadline is None:
+            status = self._status("plan", ctypes.c_double(seconds), ctypes.byref(found))
+        else:
+            end = _in_range("deadline", _nanoseconds(deadline), -(2**63), 2**63 - 1)
+            status = self._status("plan_until", ctypes.c_int64(end), ctypes.byref(found))
         return Decision(
             found.action,
             (found.action_name or b"").decode(),
@@ -85,6 +100,19 @@ class Planner:
             found.scenarios,
             found.max_depth,
         )
+
+    def cancel(self) -> None:
+        """End the plan that another thread has under way, if any, as its deadline would. From any thread."""
+        with self._life:
+            if self._handle is not None:
+                self._library.cancel(self._handle)
+
+    def warm_up(self, seconds: float = 0.0) -> str:
+        """Play a step that counts nowhere, before an episode; return its plan's status.
+
+        Memory has been touched then, and the device is awake: the first plan takes no longer than later ones.
+        """
+        return self._status("warm_up", ctypes.c_double(seconds))
 
     def update(self, action: int | str, seen: Mapping[str, Any] | Sequence[int] | int) -> str:
         """Take in an action, by number or name, and what was seen, as values by name or as a key.
@@ -130,9 +158,31 @@ class Planner:
             for one in found
         }
 
+    def sample_belief(self, count: int, *, seed: int = 0) -> dict[str, npt.NDArray[Any]]:
+        """Draw states from the belief; return the values of each hidden variable, an array by state.
+
+        An array variable has its dimensions after that of the states. Values of enums and records are
+        codes: places in the "values" of ``Solver.description``.
+        """
+        number = _in_range("count", count, 1, 2**31 - 1)
+        size = number * self._variables
+        values = np.empty(size, np.int32)
+        self._status(
+            "sample_belief",
+            ctypes.c_uint64(_in_range("seed", seed, 0, 2**64 - 1)),
+            ctypes.c_size_t(number),
+            values.ctypes.data_as(ctypes.POINTER(ctypes.c_int32)),
+            ctypes.c_size_t(size),
+        )
+        return columns(values.reshape(number, self._variables), self._hidden)
+
     @property
     def info(self) -> dict[str, Any]:
-        """The mode, threads and device of this planner, and why that is no GPU where one was asked for."""
+        """The mode, threads and device of this planner, and why that is no GPU where one was asked for.
+
+        ``units`` has the health of each part of the belief: its particles, their effective number, their
+        distinct values, the last surprise in bits, and whether it is depleted.
+        """
         with self._open() as handle:
             found: dict[str, Any] = self._library.json("info", handle)
         return found
@@ -140,7 +190,7 @@ class Planner:
     def close(self) -> None:
         """Free the planner's memory; no call may follow but this one."""
         if self._handle is not None:
-            with self._open() as handle:
+            with self._open() as handle, self._life:
                 self._library.destroy(handle)
                 self._handle = None
 
@@ -173,10 +223,34 @@ class Planner:
             return self._library.status_name(self._library.call(name, handle, *arguments))
 
 
+def columns(
+    values: npt.NDArray[np.int32], fields: Sequence[Mapping[str, Any]]
+) -> dict[str, npt.NDArray[Any]]:
+    """Return the values of each field of a description, of rows that have all variables."""
+    found: dict[str, npt.NDArray[Any]] = {}
+    for field in fields:
+        dims: list[int] = field["dims"]
+        part = values[:, field["first"] : field["first"] + math.prod(dims)].reshape(-1, *dims)
+        match field["type"]:
+            case "float":
+                found[field["name"]] = np.ascontiguousarray(part).view(np.float32)
+            case "bool":
+                found[field["name"]] = part != 0
+            case _:
+                found[field["name"]] = part.copy()
+    return found
+
+
 def _key(key: Sequence[int] | int) -> tuple[Any, ctypes.c_size_t]:
     words = [key] if isinstance(key, int) else list(key)
     checked = [_in_range("key", word, 0, 2**64 - 1) for word in words]
     return (ctypes.c_uint64 * len(checked))(*checked), ctypes.c_size_t(len(checked))
+
+
+def _nanoseconds(seconds: float) -> int:
+    if not math.isfinite(seconds):
+        raise PlannerError("wrong_argument", f"deadline: expected a time, found {seconds!r}")
+    return int(seconds * 1e9)
 
 
 def _encoded(name: str, text: str) -> bytes:

@@ -45,7 +45,7 @@ class BatchDriver {
   }
 
   // Waits for batches of the previous search; false if the deadline or the device prevents it.
-  bool settle(Clock::time_point deadline) {
+  bool settle(const Deadline& deadline) {
     for (Flight& flight : flights_) {
       if (!wait(flight.slot, deadline)) return false;
     }
@@ -61,7 +61,7 @@ class BatchDriver {
 
   // Whether a batch does not end.
   bool is_stuck() {
-    for (Flight& flight : flights_) wait(flight.slot, Clock::time_point::max());
+    for (Flight& flight : flights_) wait(flight.slot, Deadline());
     return is_stuck_;
   }
 
@@ -75,7 +75,7 @@ class BatchDriver {
   }
 
   // Bounds of the root's members as they are, as its only child.
-  Status bound_root(Clock::time_point deadline, LeafResult& result) {
+  Status bound_root(const Deadline& deadline, LeafResult& result) {
     Slot<M>& slot = flights_[0].slot;
     const int no_step = kNoStep;
     LeafTask root{};
@@ -305,14 +305,14 @@ class BatchDriver {
 
   // Waits for a slot's batch; false if the deadline or the device prevents it. A device that is silent for
   // long is lost, whatever the deadline: later searches would wait for it too.
-  bool wait(Slot<M>& slot, Clock::time_point deadline) {
+  bool wait(Slot<M>& slot, const Deadline& deadline) {
     while (!slot.finished(error_)) {
       const Clock::time_point now = Clock::now();
       if (!is_lost() && std::chrono::duration<double>(now - slot.launched()).count() > patience_) {
         is_stuck_ = true;
         error_ = "GPU: a batch has not ended for " + std::to_string(static_cast<int>(patience_)) + " s";
       }
-      if (is_lost() || now >= deadline) return false;
+      if (is_lost() || deadline.has_passed(now)) return false;
     }
     return !is_lost();
   }

@@ -51,6 +51,14 @@ class Agent {
   // is legal unless the status is kNoLegalAction or kWrongArgument.
   Status plan(double seconds, Decision& decision, std::string& error);
 
+  // Ends the plan that another thread has under way, if any, as its deadline would. From any thread.
+  void cancel() { planner_->cancel(); }
+
+  // Plays a step that counts nowhere: plans for so many seconds, or the settings' time, acts in a simulated world,
+  // and updates the belief. So the first plan of an episode finds its memory touched and its device awake. Ends
+  // the episode, if there is one; the first of the next is a reset.
+  Status warm_up(double seconds, std::string& error);
+
   // Takes in what was done and seen. If the status is neither kOk nor kWrongArgument, no particle explains what
   // was seen; the belief has moved on without that evidence.
   Status update(int action, KeyWords key, std::string& error);
@@ -67,6 +75,15 @@ class Agent {
 
   // The belief in all hidden variables: a JSON array as in the lines of --details.
   Status describe_belief(std::string& text, std::string& error) const;
+
+  // How far each unit of the belief can be trusted; none before an episode.
+  std::vector<UnitHealth> health() const {
+    return has_begun_ ? belief_->health() : std::vector<UnitHealth>{};
+  }
+
+  // Draws states from the belief, and writes all variables' values of each, `model().descriptor.variable_count`
+  // of them, in the order of export_state.
+  Status sample_belief(std::uint64_t seed, std::size_t count, std::int32_t* out, std::string& error) const;
 
   // The probability that a hidden variable, named with its indices, has the value of this name. Not of floats.
   Status probability(const std::string& variable, const std::string& value, double& out,
@@ -86,6 +103,7 @@ class Agent {
 
   bool start(Status& status, std::string& error);
   std::unique_ptr<LeafEvaluator> fall_back(const std::string& problem);
+  static bool check_seconds(double seconds, std::string& error);
   static bool check_episode(std::uint64_t episode, std::string& error);
   Status begin(const std::vector<std::int32_t>& visible, std::uint64_t episode);
   Status check_begun(std::string& error) const;

@@ -35,8 +35,9 @@ struct ValueField {
 
 struct EmbeddedModel {
   ModelDescriptor descriptor;
-  std::vector<ValueField> visible;  // all visible variables, in the order of export_visible
-  std::vector<ValueField> seen;     // the digits of the observation key, in order
+  std::vector<ValueField> visible = {};  // all visible variables, in the order of export_visible
+  std::vector<ValueField> seen = {};     // the digits of the observation key, in order
+  std::vector<ValueField> hidden = {};   // the descriptor's hidden variables, with their types
   std::size_t key_words = 1;
 };
 

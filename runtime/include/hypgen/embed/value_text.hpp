@@ -21,6 +21,10 @@ bool check_values(const std::vector<ValueField>& fields, Span<const std::int32_t
 bool read_values(const std::string& text, const std::vector<ValueField>& fields,
                  std::vector<std::int32_t>& values, std::vector<bool>& given, std::string& error);
 
+// Reads one value by its name: that of a code, true or false, or a number.
+bool read_value_name(const ValueField& field, const std::string& name, std::int32_t& value,
+                     std::string& error);
+
 // The JSON object that `read_values` reads.
 std::string values_text(const std::vector<ValueField>& fields, const std::vector<std::int32_t>& values);
 

@@ -420,7 +420,7 @@ class CpuWorker {
 
   // A step takes ten nanoseconds in one model and tens of microseconds in another.
   [[gnu::noinline]] bool look_at_clock() {
-    if (scene_.setup.deadline == Clock::time_point::max()) {
+    if (!scene_.setup.deadline.may_pass()) {
       next_look_ = UINT64_MAX;
       return false;
     }
@@ -430,7 +430,7 @@ class CpuWorker {
                               : std::min(kMostStepsBetweenLooks, 2 * look_steps_);
     last_look_ = now;
     next_look_ = steps_ + rollout_.steps() + look_steps_;
-    return now >= scene_.setup.deadline;
+    return scene_.setup.deadline.has_passed(now);
   }
 
   CpuScene<M>& scene_;

@@ -3,19 +3,17 @@
 #pragma once
 
 #include <cfenv>
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 
+#include "hypgen/core/deadline.hpp"
 #include "hypgen/core/span.hpp"
 #include "hypgen/core/status.hpp"
 #include "hypgen/memory/scenario_buffer.hpp"
 #include "hypgen/random/philox.hpp"
 
 namespace hypgen {
-
-using Clock = std::chrono::steady_clock;
 
 // The options of an evaluator.
 struct EvaluatorOptions {
@@ -35,7 +33,7 @@ struct SearchSetup {
   StreamKey key{};
   int depth_limit = 0;      // at most the options' max_depth
   bool at_horizon = false;  // the episode ends at that depth, and states there are worth nothing
-  Clock::time_point deadline = Clock::time_point::max();
+  Deadline deadline{};
 };
 
 constexpr std::uint64_t kNoHandle = UINT64_MAX;

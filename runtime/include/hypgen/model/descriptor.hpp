@@ -17,6 +17,7 @@ namespace hypgen {
 class Belief;
 class DeviceSupport;
 class LeafEvaluator;
+class ScenarioBuffer;
 class World;
 struct BoundsWalk;
 struct DigestRange;
@@ -104,6 +105,8 @@ class ModelInstance {
   virtual std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles,
                                               BeliefKind kind) const = 0;
   virtual std::unique_ptr<World> make_world(std::uint64_t seed) const = 0;
+  // Writes the values of each state of a belief of this model, one state after the other.
+  virtual void export_states(const ScenarioBuffer& states, std::int32_t* out) const = 0;
   // Writes the trace that differential tests compare; false and `error` if the file cannot be written.
   virtual bool write_trace(const TraceOptions& options, std::string& error) const = 0;
   // Writes a digest for each lane of the range, of plain steps or, with several warps, of steps in parts;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -38,6 +39,9 @@ class Planner {
 
   // Gives later plans so many seconds each.
   void set_time_limit(double seconds) { options_.time_limit = seconds; }
+
+  // Ends the plan that another thread has under way, if any, as its deadline would. From any thread.
+  void cancel() { is_cancelled_.store(true, std::memory_order_relaxed); }
 
   // Decides at time `step` of episode `run`. Gives a legal action unless the status is kNoLegalAction.
   Decision plan(const Belief& belief, std::uint64_t run, int step);
@@ -120,6 +124,7 @@ class Planner {
   int horizon_;
   ScenarioBuffer scenarios_;
   SearchSetup setup_{};
+  std::atomic<bool> is_cancelled_{false};  // the plan under way; relaxed, as nothing else goes with it
   std::vector<std::uint64_t> leaf_sizes_;  // of rollout mode
   std::vector<Candidate> candidates_;      // by ascending action
   std::vector<int> actions_;               // of the candidates

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "hypgen/belief/factored_belief.hpp"
 #include "hypgen/belief/particle_belief.hpp"
@@ -48,6 +49,14 @@ class TypedInstance final : public ModelInstance {
 
   std::unique_ptr<World> make_world(std::uint64_t seed) const override {
     return std::make_unique<ModelWorld<M>>(*params_, seed);
+  }
+
+  void export_states(const ScenarioBuffer& states, std::int32_t* out) const override {
+    std::vector<typename M::Fixed> fixed(states.size());
+    std::vector<typename M::State> changing(states.size());
+    states.copy_to(fixed.data(), changing.data());
+    for (std::size_t i = 0; i < states.size(); ++i, out += M::kVariableCount)
+      M::export_state(fixed[i], changing[i], out);
   }
 
   bool write_trace(const TraceOptions& options, std::string& error) const override {

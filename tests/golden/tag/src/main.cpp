@@ -94,6 +94,9 @@ hypgen::EmbeddedModel embedded_model() {
   model.seen = {
       {"robot.seen", {}, hypgen::ValueKind::kBool, 0, 1, {}},
   };
+  model.hidden = {
+      {"opponent.cell", {}, hypgen::ValueKind::kNamed, 0, 49, name_of_Cell},
+  };
   model.key_words = hypgen::kKeyWords<Model::Key>;
   return model;
 }

@@ -84,6 +84,9 @@ hypgen::EmbeddedModel embedded_model() {
   model.seen = {
       {"heard", {}, hypgen::ValueKind::kNamed, 0, 1, name_of_Door},
   };
+  model.hidden = {
+      {"room.tiger", {}, hypgen::ValueKind::kNamed, 0, 1, name_of_Door},
+  };
   model.key_words = hypgen::kKeyWords<Model::Key>;
   return model;
 }

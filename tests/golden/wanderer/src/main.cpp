@@ -93,6 +93,10 @@ hypgen::EmbeddedModel embedded_model() {
       {"bot.bump", {2}, hypgen::ValueKind::kInt, -1, 1, {}},
       {"bot.seen", {2}, hypgen::ValueKind::kInt, 1, 5, {}},
   };
+  model.hidden = {
+      {"map.wall", {5}, hypgen::ValueKind::kBool, 0, 1, {}},
+      {"bot.at", {2}, hypgen::ValueKind::kInt, 1, 5, {}},
+  };
   model.key_words = hypgen::kKeyWords<Model::Key>;
   return model;
 }

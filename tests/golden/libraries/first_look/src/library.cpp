@@ -100,6 +100,9 @@ hypgen::EmbeddedModel embedded_model() {
   model.seen = {
       {"bell.rings", {}, hypgen::ValueKind::kBool, 0, 1, {}},
   };
+  model.hidden = {
+      {"chest.full", {2}, hypgen::ValueKind::kBool, 0, 1, {}},
+  };
   model.key_words = hypgen::kKeyWords<Model::Key>;
   return model;
 }

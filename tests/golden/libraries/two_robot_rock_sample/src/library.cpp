@@ -119,6 +119,9 @@ hypgen::EmbeddedModel embedded_model() {
   model.seen = {
       {"bot.reading", {2}, hypgen::ValueKind::kNamed, 0, 2, name_of_Reading},
   };
+  model.hidden = {
+      {"rock.good", {20}, hypgen::ValueKind::kBool, 0, 1, {}},
+  };
   model.key_words = hypgen::kKeyWords<Model::Key>;
   return model;
 }
