@@ -12,8 +12,9 @@
  *   may be at work at the same time.
  * - A process that forks leaves its planners to the parent: the child's calls are refused.
  * - Arrays and texts that a call takes are read during the call alone.
- * - Only hypgen_create reserves memory for planning. Calls with JSON texts allocate while they run, and so does
- *   hypgen_update.
+ * - Only hypgen_create and the first steps reserve memory for planning. Later plans and updates allocate nothing,
+ *   but where a belief moves its particles and an episode is longer than all before. Calls with JSON texts
+ *   allocate while they run.
  *
  * Values are 32-bit integers: whole numbers as they are, bools as 0 and 1, enums as codes, floats as the bits
  * of a float. Several values come in the order of the model's description, arrays row by row.

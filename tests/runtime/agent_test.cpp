@@ -275,14 +275,16 @@ TEST(KeyCodec, HasOneOrderForKeysOfAnyLength) {
   const std::vector<ValueField> narrow = {{"a", {}, ValueKind::kInt, -1, 3},
                                           {"b", {2}, ValueKind::kBool, 0, 1}};
   const KeyCodec one(narrow, 1);
-  EXPECT_EQ(one.encode(view({3, 1, 0}))[0], 4U * 4 + 2);
+  std::vector<std::uint64_t> key;
+  one.encode(view({3, 1, 0}), key);
+  EXPECT_EQ(key[0], 4U * 4 + 2);
   std::vector<ValueField> wide = narrow;
   wide.push_back({"c", {3}, ValueKind::kFloat, -HUGE_VAL, HUGE_VAL});
   wide.push_back({"d", {}, ValueKind::kInt, INT32_MIN, INT32_MAX});
   const KeyCodec several(wide, 3);
   const auto half = static_cast<std::int32_t>(math::to_bits(0.5F));
   const Values values = {2, 0, 1, half, 0, half, -7};
-  const std::vector<std::uint64_t> key = several.encode(view(values));
+  several.encode(view(values), key);
   KeyReader reader({key.data(), key.size()});  // as generated code reads
   for (const std::uint64_t digit : {3, 0, 1}) EXPECT_EQ(reader.take(digit == 3 ? 5 : 2), digit);
   Values back;

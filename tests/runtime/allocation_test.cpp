@@ -3,11 +3,13 @@
 // malloc and free for a mismatch with new and delete.
 
 #include <gtest/gtest.h>
+#include <hypgen.h>
 
 #include <atomic>
 #include <cstdlib>
 #include <new>
 
+#include "hypgen/embed/c_api.hpp"
 #include "test_solvers.hpp"
 
 namespace {
@@ -46,6 +48,38 @@ TEST(Allocation, NoneInABeliefUpdate) {
   const long before = allocations;
   for (int i = 0; i < 5; ++i) solver.see(0, 0);
   EXPECT_EQ(allocations, before);
+}
+
+EmbeddedModel rocks() {
+  EmbeddedModel model{rock_sample_descriptor<4, 3>()};
+  model.visible = {{"x", {}, ValueKind::kInt, 0, 3}, {"y", {}, ValueKind::kInt, 0, 3}};
+  model.seen = {{"reading", {}, ValueKind::kInt, 0, 2}};
+  return model;
+}
+
+TEST(Allocation, NoneInPlansAndUpdatesOfAnAgent) {
+  const hypgen_model model = {&this_runtime, rocks};
+  const hypgen_options options = {sizeof options, "mode=despot trials=5 scenarios=20 particles=100 memory=64",
+                                  nullptr};
+  hypgen_planner* planner = nullptr;
+  ASSERT_EQ(hypgen_create(&model, &options, &planner, nullptr), HYPGEN_OK);
+  ASSERT_LT(hypgen_warm_up(planner, 0.0, nullptr), HYPGEN_FAILED);
+  hypgen_decision decision = {sizeof decision, 0, 0, nullptr, 0, 0, 0, 0, 0, 0, 0, 0};
+  long allocated = 0;
+  std::uint64_t steps = 0;
+  for (std::uint64_t episode = 0; steps < 10000; ++episode) {
+    ASSERT_LT(hypgen_reset(planner, nullptr, 0, episode, nullptr), HYPGEN_FAILED);
+    const long before = allocations;
+    for (int step = 0; step < 50; ++step, ++steps) {
+      ASSERT_LT(hypgen_plan(planner, 0.0, &decision, nullptr), HYPGEN_FAILED);
+      // Check actions see whether a rock looks good; the others see nothing.
+      const std::int32_t seen = decision.action >= 5 ? 1 + static_cast<std::int32_t>(steps % 2) : 0;
+      if (hypgen_update_values(planner, decision.action, &seen, 1, nullptr) != HYPGEN_OK) break;
+    }
+    allocated += allocations - before;
+  }
+  EXPECT_EQ(allocated, 0);
+  EXPECT_EQ(hypgen_destroy(planner), HYPGEN_OK);
 }
 
 }  // namespace

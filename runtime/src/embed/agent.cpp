@@ -99,7 +99,8 @@ Agent::Agent(EmbeddedModel model, const SolverOptions& options, std::unique_ptr<
     : model_(std::move(model)),
       options_(options),
       instance_(std::move(instance)),
-      codec_(model_.seen, model_.key_words) {}
+      codec_(model_.seen, model_.key_words),
+      decoded_(codec_.values()) {}
 
 bool Agent::start(Status& status, std::string& error) {
   const ModelDescriptor& descriptor = model_.descriptor;
@@ -223,9 +224,8 @@ Status Agent::update(int action, KeyWords key, std::string& error) {
                       ", found " + std::to_string(action),
                   error);
   }
-  std::vector<std::int32_t> values;
-  if (!codec_.decode(key, values)) return refuse("key: no observation of the model has it", error);
-  if (!check_values(model_.seen, {values.data(), values.size()}, error)) return Status::kWrongArgument;
+  if (!codec_.decode(key, decoded_)) return refuse("key: no observation of the model has it", error);
+  if (!check_values(model_.seen, {decoded_.data(), decoded_.size()}, error)) return Status::kWrongArgument;
   if (!belief_->is_legal(action)) {
     return refuse("action " + descriptor.action_names[static_cast<std::size_t>(action)] + " is not legal now",
                   error);
@@ -243,7 +243,7 @@ Status Agent::update(int action, KeyWords key, std::string& error) {
 Status Agent::encode(Span<const std::int32_t> values, std::vector<std::uint64_t>& key,
                      std::string& error) const {
   if (!check_values(model_.seen, values, error)) return Status::kWrongArgument;
-  key = codec_.encode(values);
+  codec_.encode(values, key);
   return Status::kOk;
 }
 
@@ -256,7 +256,7 @@ Status Agent::encode(const std::string& seen, std::vector<std::uint64_t>& key, s
     const auto number = static_cast<std::size_t>(missing - given.begin());
     return refuse(model_.seen[number].name + ": its value is missing", error);
   }
-  key = codec_.encode({values.data(), values.size()});
+  codec_.encode({values.data(), values.size()}, key);
   return Status::kOk;
 }
 

@@ -14,13 +14,15 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "hypgen/embed/agent.hpp"
 
 struct hypgen_planner {
   std::unique_ptr<hypgen::Agent> agent;
   std::atomic<bool> is_busy{false};
-  pid_t process = 0;  // that the planner's threads belong to
+  std::vector<std::uint64_t> key{};  // scratch of updates
+  pid_t process = 0;                 // that the planner's threads belong to
 };
 
 namespace hypgen {
@@ -163,7 +165,7 @@ hypgen_decision decision_of(const Agent& agent, const Decision& found, hypgen_st
 template <class Encode>
 hypgen_status update_encoded(hypgen_planner* planner, int32_t action, char** error, const Encode& encode) {
   return with_agent(planner, error, [&](Agent& agent, std::string& text) {
-    std::vector<std::uint64_t> key;
+    std::vector<std::uint64_t>& key = planner->key;
     const Status status = encode(agent, key, text);
     return status == Status::kOk ? agent.update(action, {key.data(), key.size()}, text) : status;
   });
@@ -255,7 +257,9 @@ hypgen_status hypgen_create(const hypgen_model* model, const hypgen_options* opt
     auto made = std::make_unique<hypgen_planner>();
     made->agent = Agent::create(model->make(), given, status, text);
     made->process = getpid();
-    if (made->agent) *planner = made.release();
+    if (!made->agent) return status;
+    made->key.resize(made->agent->model().key_words);
+    *planner = made.release();
     return status;
   });
 }

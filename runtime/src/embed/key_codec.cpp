@@ -16,8 +16,8 @@ KeyCodec::KeyCodec(const std::vector<ValueField>& fields, std::size_t words) : w
   }
 }
 
-std::vector<std::uint64_t> KeyCodec::encode(Span<const std::int32_t> values) const {
-  std::vector<std::uint64_t> key(words_);
+void KeyCodec::encode(Span<const std::int32_t> values, std::vector<std::uint64_t>& key) const {
+  key.assign(words_, 0);
   KeyCursor cursor;
   for (std::size_t i = 0; i < digits_.size(); ++i) {
     const Digit& digit = digits_[i];
@@ -30,7 +30,6 @@ std::vector<std::uint64_t> KeyCodec::encode(Span<const std::int32_t> values) con
       key[cursor.word()] += number * cursor.place();
     }
   }
-  return key;
 }
 
 bool KeyCodec::decode(KeyWords key, std::vector<std::int32_t>& values) const {

@@ -92,7 +92,14 @@ template <class M>
 class FactoredBelief final : public Belief {
  public:
   FactoredBelief(const typename M::Params& params, std::uint64_t seed, std::size_t particles)
-      : params_(params), seed_(seed), size_(particles), filter_(params, particles) {}
+      : params_(params),
+        seed_(seed),
+        size_(particles),
+        filter_(params, particles),
+        trial_fixed_(kTrials),
+        trial_states_(kTrials) {
+    reserve(trials_, kTrials);
+  }
 
   void use(Workers* workers) override { filter_.use(workers); }
 
@@ -270,17 +277,13 @@ class FactoredBelief final : public Belief {
   }
 
   // Whether the action ends the episode in each of kTrials joint states.
-  bool ends_surely(int action) const {
-    ScenarioBuffer buffer;
-    reserve(buffer, kTrials);
-    sample(key_, step_, kTrials, buffer);
-    std::vector<typename M::Fixed> fixed(kTrials);
-    std::vector<typename M::State> states(kTrials);
-    buffer.copy_to(fixed.data(), states.data());
+  bool ends_surely(int action) {
+    sample(key_, step_, kTrials, trials_);
+    trials_.copy_to(trial_fixed_.data(), trial_states_.data());
     for (std::uint32_t i = 0; i < kTrials; ++i) {
       PhiloxDraws draws(key_, i, step_ + 1);
       typename M::State next;
-      if (!M::step(params_, fixed[i], states[i], action, draws, next).terminal) return false;
+      if (!M::step(params_, trial_fixed_[i], trial_states_[i], action, draws, next).terminal) return false;
     }
     return true;
   }
@@ -297,6 +300,9 @@ class FactoredBelief final : public Belief {
   typename FilterOf<M, M::kParticleUnits == 0>::Type filter_;
   mutable std::vector<std::uint32_t> order_;  // with `picks_`: scratch of `sample`, sized by `reserve`
   mutable std::vector<int> picks_;
+  ScenarioBuffer trials_;  // with the next two: scratch of `ends_surely`
+  std::vector<typename M::Fixed> trial_fixed_;
+  std::vector<typename M::State> trial_states_;
 };
 
 }  // namespace hypgen

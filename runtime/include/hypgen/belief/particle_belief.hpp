@@ -5,8 +5,6 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
-#include <set>
-#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -27,6 +25,7 @@ class ParticleBelief final : public Belief {
         tracked_params_(copied(params)),
         seed_(seed),
         size_(particles),
+        hypotheses_found_(particles),
         filter_(this->params(), particles) {}
 
   void use(Workers* workers) override { filter_.use(workers); }
@@ -163,7 +162,7 @@ class ParticleBelief final : public Belief {
   }
 
   // The reason why no particle explains the observation.
-  Status explain_failure(int action) const {
+  Status explain_failure(int action) {
     bool all_terminal = true;
     for (std::uint32_t i = 0; i < size_ && all_terminal; ++i) all_terminal = ends(i, action);
     if (all_terminal) return Status::kAllParticlesTerminal;
@@ -181,23 +180,18 @@ class ParticleBelief final : public Belief {
   }
 
   // Copies of a particle that differ in redrawn values count as one.
-  std::size_t count_hypotheses() const {
-    std::set<std::string> distinct;
+  std::size_t count_hypotheses() {
+    hypotheses_found_.clear(size_);
     for (int i = 0; i < filter_.count(0); ++i) {
       if (!(filter_.weight(0, i) > 0.0)) continue;
-      std::string bytes;
       if constexpr (U::kRedraws) {
-        bytes = std::to_string(filter_.origin(0, i));
+        hypotheses_found_.add(ValueSet::mixed(filter_.origin(0, i)));
       } else {
-        const typename U::Fixed& fixed = filter_.fixed(i);
-        const typename U::State& state = filter_.state(i);
-        bytes.resize(sizeof fixed.values + sizeof state);
-        std::memcpy(bytes.data(), &fixed.values, sizeof fixed.values);
-        std::memcpy(bytes.data() + sizeof fixed.values, &state, sizeof state);
+        const std::uint64_t fixed = ValueSet::hash_of(filter_.fixed(i).values, 0);
+        hypotheses_found_.add(ValueSet::hash_of(filter_.state(i), fixed));
       }
-      distinct.insert(std::move(bytes));
     }
-    return distinct.size();
+    return hypotheses_found_.size();
   }
 
   const typename M::Params& params_;
@@ -207,6 +201,7 @@ class ParticleBelief final : public Belief {
   StreamKey key_{};
   std::uint32_t step_ = 0;
   std::size_t hypotheses_ = 0;  // at the start of the episode
+  ValueSet hypotheses_found_;   // scratch
   typename U::Fixed fixed_{};   // with `state_`: the visible variables; hidden ones are 0
   typename T::State state_{};
   typename T::History history_{};

@@ -44,6 +44,7 @@ class ParticleFilter : UnitStarts<U> {
   ParticleFilter(const Params& params, std::size_t most)
       : Starts(params, static_cast<std::uint32_t>(most)), now_(most), next_(most) {
     for (Column& column : columns_) column.allocate(most, chunks(most_));
+    past_.reserve(kLongestPast);
   }
 
   void use(Workers* workers) { workers_ = workers; }
@@ -315,7 +316,7 @@ class ParticleFilter : UnitStarts<U> {
       }
     }
     if (column.can_move() && column.born + column.past.size() < past_.size())
-      column.past.push_back({{}, column.round, column.explained});
+      column.past.add(column.round, column.explained);
     count_values(unit, next_);
     const bool repeats = column.repeats();
     const double lost = column.lost();
@@ -337,9 +338,10 @@ class ParticleFilter : UnitStarts<U> {
 
   // The number of particles for as many values, coarsely, as those chosen have: the size that KLD sampling asks
   // for is nearly proportional to that.
-  std::uint32_t wanted_count(int unit) const {
-    const Column& column = columns_[unit];
-    ValueSet cells(column.count);
+  std::uint32_t wanted_count(int unit) {
+    Column& column = columns_[unit];
+    ValueSet& cells = column.found;
+    cells.clear(column.count);
     double values[U::kValues + 1];
     for (std::size_t i = 0; i < column.picks.size(); ++i) {
       if (i > 0 && column.picks[i] == column.picks[i - 1]) continue;

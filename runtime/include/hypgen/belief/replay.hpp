@@ -206,4 +206,26 @@ struct Descent {
   bool weighed = true;                 // false: what was seen has not weighed, as no particle explained it
 };
 
+// The same of all steps so far. Memory of episodes before is used again.
+class PastDescents {
+ public:
+  void clear() { size_ = 0; }
+
+  void add(std::uint32_t round, bool weighed) {
+    if (size_ == steps_.size()) steps_.emplace_back();
+    Descent& step = steps_[size_++];
+    step.parents.clear();
+    step.round = round;
+    step.weighed = weighed;
+  }
+
+  std::size_t size() const { return size_; }
+  const Descent& operator[](std::size_t step) const { return steps_[step]; }
+  Descent& back() { return steps_[size_ - 1]; }
+
+ private:
+  std::vector<Descent> steps_;  // `size_` in use
+  std::size_t size_ = 0;
+};
+
 }  // namespace hypgen

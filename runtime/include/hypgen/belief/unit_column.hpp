@@ -34,6 +34,7 @@ struct UnitColumn {
     next_origins.resize(most);
     picks.reserve(most);
     sums.resize(chunks);
+    found.clear(most);
   }
 
   std::uint32_t* words_of(std::uint32_t i) {
@@ -135,7 +136,7 @@ struct UnitColumn {
   std::vector<std::uint32_t> origins, next_origins;  // the scenarios with whose other names particles started
   std::vector<double> weights, next_weights;
   std::vector<PathLikelihood> likelihoods, next_likelihoods;
-  std::vector<Descent> past;         // by step
+  PastDescents past;                 // by step
   std::vector<std::uint32_t> picks;  // of the latest resampling
   std::vector<double> sums;          // of the latest weights, by chunk
   double total = 0.0;                // of these
@@ -144,6 +145,7 @@ struct UnitColumn {
   bool resampled = false;  // in the latest step
   ValueScale<kValues> scale;
   std::vector<Part> parts;
+  ValueSet found;           // scratch: of one part's values
   double surprise = 0.0;    // bits by which the latest total is below what was expected
   double expected = 0.0;    // bits: a mean over the steps before
   int noted = 0;            // steps since the start

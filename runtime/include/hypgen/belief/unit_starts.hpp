@@ -184,18 +184,16 @@ class UnitStarts {
 
   void count_values(int unit, const std::vector<Particle>& particles) {
     Column& column = columns_[unit];
-    if (column.parts.empty()) return;
-    std::vector<ValueSet> found(column.parts.size(), ValueSet(column.count));
     double values[U::kValues + 1];
-    for (std::uint32_t i = 0; i < column.count; ++i) {
-      if (!(column.weights[i] > 0.0)) continue;
-      U::values(unit, particles[i].fixed, particles[i].state, values);
-      for (std::size_t p = 0; p < found.size(); ++p) {
-        const typename Column::Part& part = column.parts[p];
-        found[p].add(ValueSet::hash(values + part.first, part.count));
+    for (typename Column::Part& part : column.parts) {
+      column.found.clear(column.count);
+      for (std::uint32_t i = 0; i < column.count; ++i) {
+        if (!(column.weights[i] > 0.0)) continue;
+        U::values(unit, particles[i].fixed, particles[i].state, values);
+        column.found.add(ValueSet::hash(values + part.first, part.count));
       }
+      part.distinct = column.found.size();
     }
-    for (std::size_t p = 0; p < found.size(); ++p) column.parts[p].distinct = found[p].size();
   }
 
   // Draws again what a copy has not read.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
 #include <vector>
 
 namespace hypgen {
@@ -12,11 +13,15 @@ namespace hypgen {
 // A set of hashes of values. Equal values count once.
 class ValueSet {
  public:
-  // For up to `most` values.
-  explicit ValueSet(std::size_t most) {
+  // For up to `most` values. Later sets of no more than these take no new memory.
+  explicit ValueSet(std::size_t most = 0) { clear(most); }
+
+  // Becomes an empty set for up to `most` values.
+  void clear(std::size_t most) {
     std::size_t slots = 16;
     while (slots < 2 * most) slots *= 2;
-    slots_.resize(slots);
+    slots_.assign(slots, 0);
+    size_ = 0;
   }
 
   void add(std::uint64_t hash) {
@@ -35,6 +40,19 @@ class ValueSet {
       std::uint64_t bits;
       std::memcpy(&bits, values + i, sizeof bits);
       sum = mixed(sum ^ bits);
+    }
+    return sum;
+  }
+
+  // The hash of a value's bytes, and of those that another hash stands for.
+  template <class T>
+  static std::uint64_t hash_of(const T& value, std::uint64_t sum) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    const auto* const bytes = reinterpret_cast<const unsigned char*>(&value);
+    for (std::size_t i = 0; i < sizeof value; i += sizeof sum) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, bytes + i, std::min(sizeof word, sizeof value - i));
+      sum = mixed(sum ^ word);
     }
     return sum;
   }

@@ -112,6 +112,7 @@ class Agent {
   SolverOptions options_;
   std::unique_ptr<ModelInstance> instance_;
   KeyCodec codec_;
+  std::vector<std::int32_t> decoded_;        // scratch of `update`
   std::vector<std::int32_t> first_visible_;  // as the model starts
   std::unique_ptr<Planner> planner_;
   std::unique_ptr<Belief> belief_;  // its updates use the planner's threads

@@ -21,7 +21,7 @@ class KeyCodec {
   std::size_t values() const { return digits_.size(); }
 
   // The key of values that `check_values` accepts.
-  std::vector<std::uint64_t> encode(Span<const std::int32_t> values) const;
+  void encode(Span<const std::int32_t> values, std::vector<std::uint64_t>& key) const;
 
   // The values of a key; false if the model has no such key.
   bool decode(KeyWords key, std::vector<std::int32_t>& values) const;
