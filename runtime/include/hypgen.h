@@ -156,6 +156,11 @@ HYPGEN_API hypgen_status hypgen_find_action(hypgen_planner* planner, const char*
 HYPGEN_API hypgen_status hypgen_action_name(hypgen_planner* planner, int32_t action, const char** name,
                                             char** error);
 
+/* The tree that the last plan decided by, as a JSON object: `depth` levels of actions, and the `top` actions of each
+ * node and groups of each action that trials took most. Bounds are those of what the node itself is worth. */
+HYPGEN_API hypgen_status hypgen_tree(hypgen_planner* planner, int32_t depth, int32_t top, char** json,
+                                     char** error);
+
 /* The belief in all hidden variables: a JSON array of objects with "variable" and either "values" and their
  * probabilities, or "mean" and "deviation" of a float. */
 HYPGEN_API hypgen_status hypgen_belief(hypgen_planner* planner, char** json, char** error);

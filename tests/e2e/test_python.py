@@ -46,6 +46,38 @@ def test_a_planner_plans_and_learns(planner: hypgen.Planner) -> None:
     assert planner.plan(seconds=0.01).seconds < 5
 
 
+def test_the_tree_says_what_it_has_seen(planner: hypgen.Planner) -> None:
+    with pytest.raises(hypgen.PlannerError, match="has searched no tree"):
+        planner.tree()
+    planner.reset()
+    decision = planner.plan()
+    tree = planner.tree(depth=3, top=30)
+    assert tree["scenarios"] == decision.scenarios == 100 and tree["visits"] >= decision.trials
+    assert (tree["lower"], tree["upper"]) == (decision.lower, decision.upper)
+    best = max(tree["actions"], key=lambda action: action["lower"])
+    assert best["name"] == decision.name and best["lower"] == pytest.approx(tree["lower"])
+    checks = [a for a in tree["actions"] if a["name"].startswith("check") and "groups" in a]
+    assert checks and {g["seen"]["reading"] for a in checks for g in a["groups"]} == {
+        "looks_good",
+        "looks_bad",
+    }
+
+    def agrees(node: dict[str, Any]) -> int:
+        """Check that shares add up, and count the nodes below that have actions."""
+        found = 0
+        for action in node.get("actions", ()):
+            if "groups" in action:
+                assert sum(group["share"] for group in action["groups"]) == pytest.approx(1.0)
+                assert all(group["lower"] <= group["upper"] + 1e-9 for group in action["groups"])
+                assert all("seen" in group or group["terminal"] for group in action["groups"])
+                found += sum(agrees(group) + ("actions" in group) for group in action["groups"])
+        return found
+
+    assert agrees(tree) > 3
+    assert "actions" not in planner.tree(depth=0)
+    assert planner.tree(top=2)["actions_left_out"] == len(tree["actions"]) - 2
+
+
 def test_the_belief_has_columns(planner: hypgen.Planner) -> None:
     planner.reset()
     for _ in range(3):

@@ -129,6 +129,7 @@ class WalkingInstance final : public ModelInstance {
   }
   std::unique_ptr<World> make_world(std::uint64_t) const override { return nullptr; }
   void export_states(const ScenarioBuffer&, std::int32_t*) const override {}
+  std::unique_ptr<ScenarioWalk> walk(const ScenarioBuffer&, StreamKey) const override { return nullptr; }
   bool write_trace(const TraceOptions&, std::string&) const override { return false; }
   ScheduleFault digests(const DigestRange& range, int warps, std::uint64_t* out) const override {
     return walk_lanes<M>(params_, range, warps, out);

@@ -161,6 +161,11 @@ std::vector<RootAction> Planner::root_actions() {
   return search_.root_actions();
 }
 
+const Tree& Planner::tree_at_rest() {
+  search_.park(Clock::time_point::max());
+  return search_.tree();
+}
+
 EvaluatorStats Planner::evaluator_stats() {
   search_.park(Clock::time_point::max());
   EvaluatorStats stats = past_stats_;

@@ -158,6 +158,19 @@ class Planner:
             for one in found
         }
 
+    def tree(self, *, depth: int = 2, top: int = 10) -> dict[str, Any]:
+        """Return the tree that the last plan decided by, to so many levels of actions.
+
+        Each node has ``lower`` and ``upper``, the bounds of what it is worth itself, ``scenarios`` and
+        ``visits``. It has ``actions``, the ``top`` that trials took most. An action has ``groups``: nodes by
+        what is ``seen``, with the ``share`` of the scenarios that see it.
+        """
+        levels = ctypes.c_int32(_in_range("depth", depth, 0, 2**31 - 1))
+        most = ctypes.c_int32(_in_range("top", top, 1, 2**31 - 1))
+        with self._open() as handle:
+            found: dict[str, Any] = self._library.json("tree", handle, levels, most)
+        return found
+
     def sample_belief(self, count: int, *, seed: int = 0) -> dict[str, npt.NDArray[Any]]:
         """Draw states from the belief; return the values of each hidden variable, an array by state.
 

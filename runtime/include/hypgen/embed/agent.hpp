@@ -13,6 +13,7 @@
 #include "hypgen/core/status.hpp"
 #include "hypgen/embed/embedded_model.hpp"
 #include "hypgen/embed/key_codec.hpp"
+#include "hypgen/embed/tree_text.hpp"
 #include "hypgen/search/decision.hpp"
 #include "hypgen/search/planner.hpp"
 #include "hypgen/solver/options.hpp"
@@ -85,6 +86,9 @@ class Agent {
   // of them, in the order of export_state.
   Status sample_belief(std::uint64_t seed, std::size_t count, std::int32_t* out, std::string& error) const;
 
+  // The tree that the last plan decided by, as `tree_text` gives it.
+  Status describe_tree(const TreeExtent& extent, std::string& text, std::string& error);
+
   // The probability that a hidden variable, named with its indices, has the value of this name. Not of floats.
   Status probability(const std::string& variable, const std::string& value, double& out,
                      std::string& error) const;
@@ -122,6 +126,7 @@ class Agent {
   int step_ = 0;
   double update_seconds_ = 0.0;  // of the last update
   bool has_begun_ = false;
+  bool has_tree_ = false;  // the last plan has looked ahead
 };
 
 }  // namespace hypgen

@@ -18,11 +18,13 @@ class Belief;
 class DeviceSupport;
 class LeafEvaluator;
 class ScenarioBuffer;
+class ScenarioWalk;
 class World;
 struct BoundsWalk;
 struct DigestRange;
 struct EvaluatorOptions;
 struct ScheduleFault;
+struct StreamKey;
 struct TraceOptions;
 
 constexpr int kDescriptorVersion = 1;
@@ -105,6 +107,8 @@ class ModelInstance {
   virtual std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles,
                                               BeliefKind kind) const = 0;
   virtual std::unique_ptr<World> make_world(std::uint64_t seed) const = 0;
+  // Walks the scenarios again of a search with this root and this key. The instance and `root` outlive the walk.
+  virtual std::unique_ptr<ScenarioWalk> walk(const ScenarioBuffer& root, StreamKey key) const = 0;
   // Writes the values of each state of a belief of this model, one state after the other.
   virtual void export_states(const ScenarioBuffer& states, std::int32_t* out) const = 0;
   // Writes the trace that differential tests compare; false and `error` if the file cannot be written.

@@ -60,6 +60,11 @@ class Planner {
 
   // The tree of the last plan.
   const Tree& tree() const { return search_.tree(); }
+  // The same once threads have ended that the last plan left behind.
+  const Tree& tree_at_rest();
+  // The scenarios of that tree, and the key of their draws.
+  const ScenarioBuffer& scenarios() const { return scenarios_; }
+  StreamKey search_key() const { return setup_.key; }
 
   // The counts of all evaluators so far. Waits for threads that the last plan left behind.
   EvaluatorStats evaluator_stats();

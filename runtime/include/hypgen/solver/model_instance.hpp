@@ -13,6 +13,7 @@
 #include "hypgen/episode/world.hpp"
 #include "hypgen/leaves/cpu_evaluator.hpp"
 #include "hypgen/leaves/hybrid_evaluator.hpp"
+#include "hypgen/leaves/scenario_walk.hpp"
 #include "hypgen/model/descriptor.hpp"
 #include "hypgen/model/model_contract.hpp"
 #include "hypgen/model/type_facts.hpp"
@@ -49,6 +50,10 @@ class TypedInstance final : public ModelInstance {
 
   std::unique_ptr<World> make_world(std::uint64_t seed) const override {
     return std::make_unique<ModelWorld<M>>(*params_, seed);
+  }
+
+  std::unique_ptr<ScenarioWalk> walk(const ScenarioBuffer& root, StreamKey key) const override {
+    return std::make_unique<ModelWalk<M>>(*params_, root, key);
   }
 
   void export_states(const ScenarioBuffer& states, std::int32_t* out) const override {

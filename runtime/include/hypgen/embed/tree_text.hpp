@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// A search tree as JSON text, for people and programs that ask why.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "hypgen/embed/embedded_model.hpp"
+#include "hypgen/embed/key_codec.hpp"
+#include "hypgen/leaves/scenario_walk.hpp"
+#include "hypgen/search/tree.hpp"
+
+namespace hypgen {
+
+// How much of a tree to tell.
+struct TreeExtent {
+  int depth = 2;          // levels of actions
+  std::size_t most = 10;  // actions of a node and groups of an action: those that trials took most
+};
+
+// `tree` is the last search's, at rest, and not empty; `walk` is at its root. Bounds and values are those of the
+// node itself, not discounted, less lambda for each node below where scenarios part.
+std::string tree_text(const EmbeddedModel& model, const KeyCodec& codec, const Tree& tree, ScenarioWalk& walk,
+                      const TreeExtent& extent);
+
+}  // namespace hypgen

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hypgen/embed/tree_text.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <vector>
+
+#include "hypgen/embed/value_text.hpp"
+
+namespace hypgen {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Writes nodes from the root on.
+class TreeWriter {
+ public:
+  TreeWriter(const EmbeddedModel& model, const KeyCodec& codec, const Tree& tree, ScenarioWalk& walk,
+             const TreeExtent& extent)
+      : model_(model), codec_(codec), tree_(tree), walk_(walk), extent_(extent) {}
+
+  Json root() { return node(tree_.root(), tree_.root().child->count); }
+
+ private:
+  double scale(const Child& child, int depth) const { return 1.0 / (tree_.weight(depth) * child.count); }
+
+  // A group's bounds, and its share of the scenarios of the node above.
+  Json bounds(const Child& child, std::uint32_t of, int depth) const {
+    return {{"scenarios", child.count},
+            {"share", static_cast<double>(child.count) / of},
+            {"visits", child.visits()},
+            {"lower", scale(child, depth) * child.lower.load()},
+            {"upper", scale(child, depth) * child.upper.load()}};
+  }
+
+  // The walk is at the node.
+  Json node(const Node& node, std::uint32_t of) {
+    Json json = bounds(*node.child, of, node.depth);
+    const Expansion* const expansion = node.expanded();
+    if (expansion == nullptr || node.depth >= extent_.depth) return json;
+    json["actions"] = Json::array();
+    const std::vector<std::uint32_t> places = most_visited(*expansion);
+    for (const std::uint32_t place : places) json["actions"].push_back(action(node, place));
+    if (expansion->action_count > places.size())
+      json["actions_left_out"] = expansion->action_count - places.size();
+    return json;
+  }
+
+  std::uint64_t visits(const Expansion& expansion, std::uint32_t place) const {
+    const ActionTable* const table = tree_.table(expansion, place);
+    if (table == nullptr) return 0;
+    return std::accumulate(table->begin(), table->end(), std::uint64_t{0},
+                           [](std::uint64_t sum, const Child& child) { return sum + child.visits(); });
+  }
+
+  // The places of the actions that trials took most; of equals those with the higher bounds go first.
+  std::vector<std::uint32_t> most_visited(const Expansion& expansion) const {
+    std::vector<std::uint32_t> places(expansion.action_count);
+    std::iota(places.begin(), places.end(), 0U);
+    std::stable_sort(places.begin(), places.end(), [&](std::uint32_t a, std::uint32_t b) {
+      const std::uint64_t first = visits(expansion, a), second = visits(expansion, b);
+      return first != second ? first > second : expansion.uppers()[a].load() > expansion.uppers()[b].load();
+    });
+    places.resize(std::min(places.size(), extent_.most));
+    return places;
+  }
+
+  Json action(const Node& node, std::uint32_t place) {
+    const double scale = this->scale(*node.child, node.depth);
+    const Expansion& expansion = *node.expanded();
+    const int number = expansion.rows[place].action;
+    Json json = {{"action", number},
+                 {"name", model_.descriptor.action_names[static_cast<std::size_t>(number)]},
+                 {"visits", visits(expansion, place)},
+                 {"lower", scale * tree_.action_lower(node, place)},
+                 {"upper", scale * expansion.uppers()[place].load()}};
+    if (tree_.keeps_values() && node.parent == nullptr) json["mean"] = tree_.mean_value(node, place);
+    const ActionTable* const table = tree_.table(expansion, place);
+    if (table == nullptr) return json;
+    json["groups"] = Json::array();
+    const std::vector<ScenarioWalk::Group> seen = walk_.groups(number);
+    std::vector<const Child*> children;
+    for (const Child& child : *table) children.push_back(&child);
+    std::stable_sort(children.begin(), children.end(),
+                     [](const Child* a, const Child* b) { return a->count > b->count; });
+    const std::size_t shown = std::min(children.size(), extent_.most);
+    for (std::size_t i = 0; i < shown; ++i) json["groups"].push_back(group(node, number, *children[i], seen));
+    if (children.size() > shown) json["groups_left_out"] = children.size() - shown;
+    return json;
+  }
+
+  Json group(const Node& parent, int action, const Child& child,
+             const std::vector<ScenarioWalk::Group>& seen) {
+    const auto same = std::find_if(seen.begin(), seen.end(), [&](const ScenarioWalk::Group& one) {
+      return one.first == child.first && one.count == child.count;
+    });
+    const std::uint32_t of = parent.child->count;
+    Json json = {{"terminal", same == seen.end() || same->is_terminal}};
+    std::vector<std::int32_t> values;
+    if (!json["terminal"] && codec_.decode({same->key.data(), same->key.size()}, values))
+      json["seen"] = Json::parse(values_text(model_.seen, values));
+    const Node* const below = child.node.load(std::memory_order_acquire);
+    if (json["terminal"] || below == nullptr) {
+      json.update(bounds(child, of, parent.depth + 1));
+      return json;
+    }
+    walk_.enter(action, child.first);
+    json.update(node(*below, of));
+    walk_.leave();
+    return json;
+  }
+
+  const EmbeddedModel& model_;
+  const KeyCodec& codec_;
+  const Tree& tree_;
+  ScenarioWalk& walk_;
+  const TreeExtent& extent_;
+};
+
+}  // namespace
+
+std::string tree_text(const EmbeddedModel& model, const KeyCodec& codec, const Tree& tree, ScenarioWalk& walk,
+                      const TreeExtent& extent) {
+  return TreeWriter(model, codec, tree, walk, extent).root().dump();
+}
+
+}  // namespace hypgen
