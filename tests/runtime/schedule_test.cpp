@@ -14,6 +14,7 @@
 #include "hypgen/model/descriptor.hpp"
 #include "hypgen/verify/digest_walks.hpp"
 #include "hypgen/verify/selftest.hpp"
+#include "hypgen/verify/verifiable_model.hpp"
 #include "test_models.hpp"
 
 namespace hypgen {
@@ -117,7 +118,7 @@ constexpr DigestRange kRange{{7, 8}, 0, 200, 30};
 
 // Walks, and does nothing else of a model.
 template <class M>
-class WalkingInstance final : public ModelInstance {
+class WalkingInstance final : public VerifiableInstance {
  public:
   std::unique_ptr<LeafEvaluator> make_evaluator(const EvaluatorOptions&) const override { return nullptr; }
   std::unique_ptr<LeafEvaluator> add_host(std::unique_ptr<LeafEvaluator>,
@@ -243,8 +244,8 @@ TEST(Selftest, EndsWithOneWhereSomethingDiffers) {
   options.quiet = true;
   using Good = Counters<Mistake::kNone>;
   using Bad = Counters<Mistake::kLostMember>;
-  EXPECT_EQ(selftest(ModelDescriptor(), WalkingInstance<Good>(), options), 0);
-  EXPECT_EQ(selftest(ModelDescriptor(), WalkingInstance<Bad>(), options), 1);
+  EXPECT_EQ(selftest(VerifiableModel(), WalkingInstance<Good>(), options), 0);
+  EXPECT_EQ(selftest(VerifiableModel(), WalkingInstance<Bad>(), options), 1);
 }
 
 }  // namespace

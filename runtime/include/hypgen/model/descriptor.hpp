@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "hypgen/model/bound_sums.hpp"
 #include "hypgen/model/key.hpp"
 
 namespace hypgen {
@@ -18,11 +17,7 @@ class Belief;
 class DeviceSupport;
 class LeafEvaluator;
 class World;
-struct BoundsWalk;
-struct DigestRange;
 struct EvaluatorOptions;
-struct ScheduleFault;
-struct TraceOptions;
 
 constexpr int kDescriptorVersion = 1;
 
@@ -104,14 +99,6 @@ class ModelInstance {
   virtual std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles,
                                               BeliefKind kind) const = 0;
   virtual std::unique_ptr<World> make_world(std::uint64_t seed) const = 0;
-  // Writes the trace that differential tests compare; false and `error` if the file cannot be written.
-  virtual bool write_trace(const TraceOptions& options, std::string& error) const = 0;
-  // Writes a digest for each lane of the range, of plain steps or, with several warps, of steps in parts;
-  // gives the first fault of the schedule. Threads may call it at the same time.
-  virtual ScheduleFault digests(const DigestRange& range, int warps, std::uint64_t* out) const = 0;
-  // Compares the bounds at beliefs along episodes with what the default policy earns. Threads may call it at
-  // the same time.
-  virtual BoundsFound check_bounds(const BoundsWalk& walk) const = 0;
   virtual const void* params() const = 0;  // the model's Params, for a device
 };
 
@@ -130,7 +117,6 @@ struct ModelDescriptor {
   int action_count = 0;
   int visible_count = 0;
   int variable_count = 0;
-  int most_warps = 1;  // that find something to do in a step
   std::vector<std::string> action_names;
   std::vector<std::string> variable_names;  // flattened, in the order of export_state; may be empty
   std::vector<HiddenVariable> hidden_variables;
