@@ -68,7 +68,7 @@ def _compare(program: Path, beliefs: int, seed: int) -> Compared:
 
 def findings(model: ir.Model, compared: Compared) -> list[Diagnostic]:
     """Return what is wrong: the bounds of the text first, then those that the compiler derives."""
-    found = []
+    found: list[Diagnostic] = []
     for name in (DECLARED, "upper", "lower", "tail"):
         figures = compared.get(name)
         if figures is None or figures["violations"] == 0:
