@@ -41,6 +41,13 @@ def build_exact(
     return build(loaded, generate.generate_exact(loaded.model, precise), model, instance, None, force)
 
 
+def build_verify(loaded: Loaded, model: Path, instance: Path | None, cuda: CudaBuild | None = None) -> Path:
+    """Return the program that checks the code of a model's planner."""
+    from hypgen.codegen import generate
+
+    return build(loaded, generate.generate_verify(loaded.model), model, instance, cuda, force=False)
+
+
 def build(
     loaded: Loaded,
     files: dict[str, str],

@@ -24,7 +24,6 @@ def render(
         f"src/{project.stem}.hpp": "model.hpp.j2",
         "src/main.cpp": "main.cpp.j2",
         "src/device.cu": "device.cu.j2",
-        "src/device_digests.cu": "device_digests.cu.j2",
         "CMakeLists.txt": "CMakeLists.txt.j2",
         "README.md": "README.md.j2",
     }
@@ -39,6 +38,19 @@ def render_exact(
     return _render(templates, header, main, project)
 
 
+def render_verify(
+    header: template_data.Header, main: template_data.Main, project: template_data.Project
+) -> dict[str, str]:
+    """Return the files of the program that checks the model's code, keyed by their paths."""
+    templates = {
+        f"src/{project.stem}.hpp": "model.hpp.j2",
+        "src/verify.cpp": "verify.cpp.j2",
+        "src/device.cu": "device.cu.j2",
+        "src/device_digests.cu": "device_digests.cu.j2",
+    }
+    return _render(templates, header, main, project)
+
+
 def render_library(
     header: template_data.Header,
     main: template_data.Main,
@@ -50,7 +62,6 @@ def render_library(
         f"src/{project.stem}.hpp": "model.hpp.j2",
         "src/library.cpp": "library.cpp.j2",
         "src/device.cu": "device.cu.j2",
-        "src/device_digests.cu": "device_digests.cu.j2",
         f"package/include/{project.stem}.h": "library.h.j2",
         f"package/lib/cmake/{project.stem}/{project.stem}-config.cmake": "library_config.cmake.j2",
         "package/README.md": "library_README.md.j2",

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from hypgen.codegen.fill_templates import render, render_exact, render_library
+from hypgen.codegen.fill_templates import render, render_exact, render_library, render_verify
 from hypgen.codegen.project import lower, lower_embedded
 from hypgen.dsl import ir
 from hypgen.dsl.ir.precise import with_precise_draws
@@ -24,6 +24,11 @@ def generate_exact(model: ir.Model, precise: bool = False) -> dict[str, str]:
     """Return the exact solver's program; ``precise``: constant probabilities are those of the text."""
     header, main, project = lower(with_precise_draws(model) if precise else model, exact=True)
     return render_exact(header, main, project)
+
+
+def generate_verify(model: ir.Model) -> dict[str, str]:
+    """Return the program that checks the code of the model's planner."""
+    return render_verify(*lower(model))
 
 
 def generate_library(model: ir.Model) -> dict[str, str]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes what ``examples.py`` builds where hypgen cannot run: the code of all example and test models.
+"""Writes what ``examples.py`` builds where hypgen cannot run: programs that check examples and test models.
 
 python benchmarks/device/emit.py FOLDER
 """
@@ -10,7 +10,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from hypgen.codegen.generate import generate
+from hypgen.codegen.generate import generate_verify
 from hypgen.dsl.load import load
 from hypgen.runtime.builder.solver import runtime_files
 from hypgen.runtime.builder.tools import find_json
@@ -37,7 +37,7 @@ def main() -> None:
     shutil.copytree(find_json() / "nlohmann", folder / "third_party" / "nlohmann")
     paths = sorted(path for part in MODELS for path in (ROOT / part).rglob("*.pomdp"))
     for path in paths:
-        for name, text in generate(load(path).model).items():
+        for name, text in generate_verify(load(path).model).items():
             if name.startswith("src/"):
                 put(folder / "models" / path.stem / Path(name).name, text)
     shutil.copy(Path(__file__).with_name("examples.py"), folder)

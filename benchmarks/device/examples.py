@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Builds the solvers that ``emit.py`` wrote the code of, and runs their self-tests on this machine's GPU.
+"""Builds the programs that ``emit.py`` wrote the code of, and runs their self-tests on this machine's GPU.
 
 python3 examples.py FOLDER [MODEL ...] [--lanes N] [--steps T] [--sanitize [TOOL ...]]
 
@@ -31,7 +31,7 @@ NOISE = 12  # lines of a report that are shown
 
 @dataclass(frozen=True)
 class Commands:
-    """How each kind of unit is compiled, and solvers are linked."""
+    """How each kind of unit is compiled, and programs are linked."""
 
     host: list[str]
     device: list[str]
@@ -71,12 +71,12 @@ def run(command: list[str]) -> None:
 
 
 def build(folder: Path, names: list[str], asked: argparse.Namespace) -> dict[str, Path]:
-    """Return the solvers of the models that can be built; they are built unless they are there."""
+    """Return the programs of the models that can be built; they are built unless they are there."""
     how = commands(folder, asked.nvcc, asked.arch)
-    solvers: Path = asked.solvers
-    solvers.mkdir(parents=True, exist_ok=True)
+    programs: Path = asked.programs
+    programs.mkdir(parents=True, exist_ok=True)
     targets = {
-        name: solvers / f"{name}-{digest([folder / 'runtime', folder / 'models' / name], how)}"
+        name: programs / f"{name}-{digest([folder / 'runtime', folder / 'models' / name], how)}"
         for name in names
     }
     missing = [name for name in names if not targets[name].is_file()]
@@ -113,11 +113,11 @@ def limited(command: list[str], limit: float) -> tuple[str, str]:
     return text, "" if process.returncode in (0, 1) else f"ended with {process.returncode}"
 
 
-def selftest(solver: Path, lanes: int, steps: int, asked: argparse.Namespace) -> list[str]:
+def selftest(program: Path, lanes: int, steps: int, asked: argparse.Namespace) -> list[str]:
     """Return the command of a self-test, whose size is as asked for or the one given."""
     size = ["--lanes", str(asked.lanes or lanes), "--steps", str(asked.steps or steps)]
     size += ["--warps", str(asked.warps)] if asked.warps else []
-    return [str(solver), "--selftest", "--quiet", "--json", "-", "--seed", str(asked.seed), *size]
+    return [str(program), "--quiet", "--json", "-", "--seed", str(asked.seed), *size]
 
 
 def tally(text: str) -> tuple[Counter[str], list[str]]:
@@ -135,14 +135,14 @@ def tally(text: str) -> tuple[Counter[str], list[str]]:
     return counts, remarks
 
 
-def compare(solvers: dict[str, Path], asked: argparse.Namespace) -> bool:
+def compare(programs: dict[str, Path], asked: argparse.Namespace) -> bool:
     """Run each model's self-test, which uses all cores; print a line for each."""
     kinds = ("schedule", "device", "leaves", "differing")
     print(f"{'model':<26}{'host steps':>16}{'device steps':>16}{'rows':>16}{'differing':>16}", flush=True)
     totals: Counter[str] = Counter()
     good = True
-    for name, solver in solvers.items():
-        text, trouble = limited(selftest(solver, 20_000, 90, asked), asked.limit)
+    for name, program in programs.items():
+        text, trouble = limited(selftest(program, 20_000, 90, asked), asked.limit)
         counts, remarks = tally(text)
         print(f"{name:<26}" + "".join(f"{counts[kind]:>16,}" for kind in kinds), *remarks, sep="\n")
         if trouble:
@@ -150,7 +150,7 @@ def compare(solvers: dict[str, Path], asked: argparse.Namespace) -> bool:
         sys.stdout.flush()
         totals += counts
         good = good and not trouble and counts["differing"] == 0 and counts["device"] > 0
-    print(f"{f'{len(solvers)} models':<26}" + "".join(f"{totals[kind]:>16,}" for kind in kinds))
+    print(f"{f'{len(programs)} models':<26}" + "".join(f"{totals[kind]:>16,}" for kind in kinds))
     return good
 
 
@@ -169,15 +169,15 @@ def findings(command: list[str], limit: float) -> tuple[str, str]:
     return count, "" if count == "0" else "\n".join([*remarks, *(f"    {line}" for line in report)])
 
 
-def sanitize(solvers: dict[str, Path], asked: argparse.Namespace) -> bool:
+def sanitize(programs: dict[str, Path], asked: argparse.Namespace) -> bool:
     """Run each self-test under each tool, several at a time; print a line for each model."""
     tools = asked.sanitize or TOOLS
     print(f"{'model':<26}" + "".join(f"{tool:>20}" for tool in tools), flush=True)
     clean = True
     with ThreadPoolExecutor(asked.at_once) as pool:
         jobs = {}
-        for name, solver in solvers.items():
-            small = selftest(solver, 64, 6, asked)
+        for name, program in programs.items():
+            small = selftest(program, 64, 6, asked)
             commands = [[asked.sanitizer, "--tool", tool, *small, "--threads", "1"] for tool in tools]
             jobs[name] = [pool.submit(findings, command, asked.limit) for command in commands]
         for name, results in jobs.items():
@@ -207,7 +207,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--arch", default="native", help="of the GPU, as nvcc's -arch (native)")
     parser.add_argument("--nvcc", default="nvcc", help="the CUDA compiler (nvcc)")
     parser.add_argument("--sanitizer", default="compute-sanitizer", help="NVIDIA's (compute-sanitizer)")
-    parser.add_argument("--solvers", type=Path, help="where solvers are kept (beside FOLDER)")
+    parser.add_argument("--programs", type=Path, help="where programs are kept (beside FOLDER)")
     return parser.parse_intermixed_args()
 
 
@@ -215,11 +215,11 @@ def main() -> None:
     """Build, then compare or sanitize."""
     asked = arguments()
     folder = asked.folder.resolve()
-    asked.solvers = (asked.solvers or folder.with_name(folder.name + "_solvers")).resolve()
+    asked.programs = (asked.programs or folder.with_name(folder.name + "_programs")).resolve()
     names = asked.models or sorted(path.name for path in (folder / "models").iterdir())
-    solvers = build(folder, names, asked)
-    good = compare(solvers, asked) if asked.sanitize is None else sanitize(solvers, asked)
-    sys.exit(0 if good and len(solvers) == len(names) else 1)
+    programs = build(folder, names, asked)
+    good = compare(programs, asked) if asked.sanitize is None else sanitize(programs, asked)
+    sys.exit(0 if good and len(programs) == len(names) else 1)
 
 
 if __name__ == "__main__":

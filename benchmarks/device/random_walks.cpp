@@ -3,9 +3,11 @@
 // was compared.
 #include "random_walks.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <thread>
 
 #include "hypgen/verify/digest_walks.hpp"
 
@@ -63,8 +65,9 @@ void compare(const Entry& model, const Size& size, Totals& totals) {
   }
   const hypgen::StreamKey key = hypgen::derive(size.seed, hypgen::StreamKind::kTest, 0);
   const hypgen::DigestRange range{key, 0, size.lanes, size.steps};
+  const std::size_t threads = std::max(1U, std::thread::hardware_concurrency());
   hypgen::ScheduleFault none;
-  const auto expected = hypgen::walk_on_host(*walks, range, 1, 0, [](std::uint32_t) {}, none);
+  const auto expected = hypgen::walk_on_host(*walks, range, 1, threads, [](std::uint32_t) {}, none);
   compare(model, *walks, range, 1, expected, totals);
   if (model.most_warps > 1) compare(model, *walks, range, model.most_warps, expected, totals);
 }

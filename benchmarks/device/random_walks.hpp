@@ -11,24 +11,21 @@
 #include "hypgen/episode/world.hpp"
 #include "hypgen/leaves/leaf_evaluator.hpp"
 #include "hypgen/model/descriptor.hpp"
+#include "hypgen/verify/device_walk.hpp"
 #include "hypgen/verify/digest.hpp"
 #include "hypgen/verify/schedule.hpp"
-
-namespace hypgen::cuda {
-
-// In a unit for nvcc; see hypgen/cuda/digests.cuh.
-template <class M>
-bool walk_on_device(const typename M::Params& params, const DigestRange& range, int warps, std::uint64_t* out,
-                    std::string& error);
-
-}  // namespace hypgen::cuda
+#include "hypgen/verify/verifiable_model.hpp"
 
 namespace random_walks {
 
 // A model that walks and does nothing else: a program for planning with hundreds would take hours to compile.
-class Walks : public hypgen::ModelInstance {
+class Walks : public hypgen::VerifiableInstance {
  public:
   std::unique_ptr<hypgen::LeafEvaluator> make_evaluator(const hypgen::EvaluatorOptions&) const override {
+    return nullptr;
+  }
+  std::unique_ptr<hypgen::LeafEvaluator> add_host(std::unique_ptr<hypgen::LeafEvaluator>,
+                                                  const hypgen::EvaluatorOptions&) const override {
     return nullptr;
   }
   std::unique_ptr<hypgen::Belief> make_belief(std::uint64_t, std::size_t, hypgen::BeliefKind) const override {
@@ -66,7 +63,7 @@ class TypedWalks final : public Walks {
 
   bool device_digests(const hypgen::DigestRange& range, int warps, std::uint64_t* out,
                       std::string& error) const override {
-    return hypgen::cuda::walk_on_device<M>(*params_, range, warps, out, error);
+    return hypgen::cuda::walk_on_device<M>(params_.get(), range, warps, 0, out, error);
   }
 
  private:

@@ -21,7 +21,7 @@ from pathlib import Path
 
 from support.random_models import batches, failures
 
-from hypgen.codegen.generate import generate
+from hypgen.codegen.generate import generate_verify
 from hypgen.dsl import ir
 from hypgen.runtime.builder.compile_flags import host_flags, nvcc_flags
 from hypgen.runtime.builder.cuda_tools import find_nvcc
@@ -60,7 +60,7 @@ def write_models(seeds: Sequence[int], folder: Path) -> dict[int, ir.Model]:
         text = str(failures.accepted(seed))
         model = batches.lowered(text, seed)
         assert isinstance(model, ir.Model), model
-        files = generate(model)
+        files = generate_verify(model)
         write(folder / f"batch{seed}.pomdp", text)
         write(folder / f"batch{seed}.hpp", files[f"src/batch{seed}.hpp"])
         write(folder / f"batch{seed}.cuh", files["src/device_digests.cu"])

@@ -38,6 +38,12 @@ if TYPE_CHECKING:
     help="Compile the model, play N episodes, and check where true values lie in the solver's belief.",
 )
 @click.option(
+    "--bounds",
+    metavar="N",
+    type=click.IntRange(1, 1_000_000_000),
+    help="Compile the model, and compare its bounds at N beliefs with what the default policy earns.",
+)
+@click.option(
     "--belief",
     type=click.Choice(("auto", "factored", "particle")),
     help="With --beliefs: the belief to check.  [default: auto]",
@@ -62,6 +68,7 @@ def command(
     samples: int | None,
     seed: int,
     beliefs: int | None,
+    bounds: int | None,
     belief: str | None,
     particles: int | None,
     time: float | None,
@@ -76,13 +83,14 @@ def command(
       hypgen check examples/rock_sample.pomdp --set n=5 --json
       hypgen check examples/tag.pomdp --samples 100000
       hypgen check examples/tag.pomdp --beliefs 1000
+      hypgen check examples/tag.pomdp --bounds 10000
       hypgen check examples/light_dark.pomdp --beliefs 500 --particles 20000 --time 60
     """
     from hypgen.dsl import load
     from hypgen.dsl.messages.diagnostic import ModelError
 
-    if samples is not None and beliefs is not None:
-        raise click.UsageError("--samples and --beliefs are two checks: run one after the other.")
+    if sum(count is not None for count in (samples, beliefs, bounds)) > 1:
+        raise click.UsageError("--samples, --beliefs and --bounds are three checks: run one after the other.")
     for name, value in (("belief", belief), ("particles", particles), ("time", time)):
         if value is not None and beliefs is None:
             raise click.UsageError(f"--{name} is for checks of beliefs: add --beliefs N.")
@@ -114,6 +122,11 @@ def command(
 
         asked = belief_findings.Asked(beliefs, belief or "auto", particles or 5000, seed, time)
         return belief_findings.run(checked, model, instance, asked, facts if as_json else None, strict)
+    if bounds is not None:
+        from hypgen.cli.show import bound_findings
+
+        figures = facts if as_json else None
+        return bound_findings.run(checked, model, instance, bounds, seed, figures, strict)
     if as_json:
         from hypgen.dsl.messages.render import to_json
 

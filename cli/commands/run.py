@@ -18,7 +18,7 @@ ANSWERED_WITHOUT_PARAMS = ("--param", "--help", "--version")
 
 
 @click.command(
-    epilog=exit_codes("the solver failed: a file, memory, --require-gpu, or a check that found something"),
+    epilog=exit_codes("the solver failed: a file, memory or --require-gpu"),
     context_settings={"ignore_unknown_options": True},
 )
 @model_options

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``hypgen verify``: does a model's solver compute the same, however and wherever it runs?"""
+"""``hypgen verify``: does a model's code compute the same, however and wherever it runs?"""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.building import build_online
+from hypgen.cli.building import build_verify
 from hypgen.cli.exit_codes import Exit, exit_codes
 from hypgen.cli.model_arguments import (
     choose_cuda,
@@ -75,7 +75,7 @@ def command(
     seed: int,
     as_json: bool,
 ) -> int:
-    """Compile MODEL and compare random walks through it, bit for bit.
+    """Compile a program that checks MODEL's code: it compares random walks, bit for bit.
 
     Steps that several warps of a GPU share, in any order of the warps, are compared with plain ones on the
     CPU; where there is a GPU, its steps with the CPU's. Everything counts that a step computes: states,
@@ -93,8 +93,8 @@ def command(
     say_warnings(loaded)
     if param is None:
         require_params(loaded, " or --param FILE")
-    solver = build_online(loaded, model, instance, cuda)
-    test = [str(solver), "--selftest", "--steps", str(steps), "--seed", str(seed)]
+    program = build_verify(loaded, model, instance, cuda)
+    test = [str(program), "--steps", str(steps), "--seed", str(seed)]
     test += ["--param", str(param)] if param is not None else []
     if lanes is None:
         try:
@@ -118,5 +118,5 @@ def _lanes_for(seconds: float, test: list[str]) -> int:
 
 
 def _exit(code: int) -> int:
-    """Return the command's exit code for the solver's: one that a signal ended has a bug."""
+    """Return the command's exit code for the program's: one that a signal ended has a bug."""
     return code if code in (Exit.OK, Exit.DIFFERENT, Exit.MISTAKE, Exit.INTERRUPTED) else Exit.BUG

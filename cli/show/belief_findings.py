@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hypgen.cli.building import build_online
+from hypgen.cli.building import build_verify
 from hypgen.cli.exit_codes import Exit
 from hypgen.cli.model_arguments import require_params
 from hypgen.cli.output import progress_bar, say
@@ -51,7 +51,7 @@ class Played:
     unexplained: int = 0
 
     def take(self, line: dict[str, Any]) -> None:
-        """Take a line of the solver."""
+        """Take a line of the program."""
         if line["type"] == "beliefs":
             self.values = {name: [] for name in line["variables"]}
         elif line["type"] == "ranks":
@@ -88,7 +88,7 @@ def run(
         raise click.UsageError("The model has no hidden variables, so that there is no belief to check.")
     played, interrupted = Played(), False
     try:
-        _play(build_online(loaded, model, instance, None), asked, played)
+        _play(build_verify(loaded, model, instance), asked, played)
     except KeyboardInterrupt:
         interrupted = True
     except RuntimeError as error:
@@ -111,10 +111,10 @@ def run(
     return Exit.DIFFERENT if strict and loaded.warnings else Exit.OK
 
 
-def _play(solver: Path, asked: Asked, played: Played) -> None:
+def _play(program: Path, asked: Asked, played: Played) -> None:
     options = {"check-beliefs": asked.episodes, "belief": asked.belief, "particles": asked.particles}
     options["seed"] = asked.seed
-    command = [str(solver), *(f"--{name}={value}" for name, value in options.items()), "--json=-"]
+    command = [str(program), *(f"--{name}={value}" for name, value in options.items()), "--json=-"]
     with progress_bar() as progress:
         for line in lines_of(command, asked.seconds):
             played.take(line)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run of a model, step by step: the table that a solver's ``--trace`` writes too.
+"""A run of a model, step by step: the table that ``--trace`` of a generated program writes too.
 
 docs/internals/contracts.md says how lanes act; ``columns`` names the columns.
 """

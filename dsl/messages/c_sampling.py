@@ -94,6 +94,19 @@ def low_upper_bound(upper: float, policy: str, mean: float, span: Span | None) -
     return Diagnostic("C0203", message, span, remedy)
 
 
+def violated_bound(name: str, violations: int, beliefs: int, span: Span | None) -> Diagnostic:
+    """A bound on the wrong side of what is earned; without a span it is one that hypgen derives."""
+    side = "below" if name == "upper" else "above"
+    message = (
+        f"bound {name} is {side} what the default policy earns, at {violations:,} of {beliefs:,} beliefs"
+    )
+    if span is None:
+        remedy = "hypgen derives this bound, so this is a bug of hypgen: please report it with the model"
+    else:
+        remedy = f"{'raise' if name == 'upper' else 'lower'} the bound: it must hold in each state"
+    return Diagnostic("C0204", message, span, remedy)
+
+
 def no_legal_action(span: Span | None) -> Diagnostic:
     """A state in which no action is legal."""
     message = "no action is legal in a state that can be reached"

@@ -25,6 +25,7 @@ from hypgen.runtime.builder.tools import Tools, cpu_features, find_eigen, find_t
 RUNTIME_FOLDER = Path(__file__).parent.parent
 RUNTIME_PARTS = ("CMakeLists.txt", "LICENSE", "NOTICE", "cmake", "include", "src")
 EXACT_MAIN = "src/exact.cpp"  # a project with it is the exact solver's program
+VERIFY_MAIN = "src/verify.cpp"  # a project with it is the program that checks the model's code
 LIBRARY = "src/library.cpp"  # a project with it is a shared library, with what its users need in PACKAGE
 PACKAGE = "package"
 CHANGES = {
@@ -101,6 +102,8 @@ def solver_name(files: Mapping[str, str]) -> str:
     model = next(Path(path).stem for path in sorted(files) if path.endswith(".hpp"))
     if LIBRARY in files:
         return f"lib/lib{model}.so"
+    if VERIFY_MAIN in files:
+        return f"{model}_verify"
     return f"{model}_exact" if EXACT_MAIN in files else model
 
 
@@ -154,9 +157,11 @@ def _reason(components: Mapping[str, str], before: Mapping[str, str]) -> str:
 def _libraries(files: Mapping[str, str]) -> list[Library]:
     """Return what a project is linked with, users of others first."""
     runtime = Library("hypgen_runtime", "hypgen's runtime")
-    if EXACT_MAIN not in files:
-        return [runtime]
-    return [Library("hypgen_exact", "hypgen's exact solver", find_eigen()), runtime]
+    if VERIFY_MAIN in files:
+        return [Library("hypgen_verify", "hypgen's checks"), runtime]
+    if EXACT_MAIN in files:
+        return [Library("hypgen_exact", "hypgen's exact solver", find_eigen()), runtime]
+    return [runtime]
 
 
 def _library(library: Library, tools: Tools, components: dict[str, str], report: Report) -> Path:

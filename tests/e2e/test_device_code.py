@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""nvcc takes every example's device unit without a warning, and both builds make a solver of it."""
+"""nvcc takes every example's device units without a warning, and both builds make a solver of it."""
 
 import os
 import re
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.codegen.generate import generate
+from hypgen.codegen.generate import generate, generate_verify
 from hypgen.dsl.load import load
 from hypgen.runtime.builder import cache, cuda_tools, solver, tools
 from hypgen.runtime.builder.compile_flags import host_flags, nvcc_flags
@@ -37,7 +37,7 @@ def cuda() -> CudaBuild:
 
 def compile_device_units(example: Path, cuda: CudaBuild, folder: Path) -> str:
     """Return what nvcc has to say."""
-    for name, text in generate(load(example).model).items():
+    for name, text in generate_verify(load(example).model).items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     flags = nvcc_flags()

@@ -127,5 +127,5 @@ def test_wrong_options_and_the_end_of_input(solver: Path) -> None:
     assert "--mode" in wrong.stderr
     nothing = subprocess.run([str(solver), "--serve"], input="\n", capture_output=True, text=True)
     assert (nothing.returncode, nothing.stdout) == (0, "")
-    both = subprocess.run([str(solver), "--serve", "--selftest"], capture_output=True, text=True)
-    assert (both.returncode, "does nothing else" in both.stderr) == (2, True)
+    both = subprocess.run([str(solver), "--serve", "--json", "-"], capture_output=True, text=True)
+    assert (both.returncode, "leave out --json" in both.stderr) == (2, True)

@@ -14,7 +14,10 @@ from pathlib import Path
 
 import pytest
 
+from hypgen.codegen.generate import generate_verify
+from hypgen.dsl.load import load
 from hypgen.runtime.builder import tools
+from hypgen.runtime.builder.solver import build_solver
 
 pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
@@ -114,7 +117,7 @@ def test_the_world_may_differ_from_the_model(tmp_path: Path) -> None:
     wrong = hypgen("run", TIGER, "--world-param", "/no/such/file")
     assert wrong.returncode == 2
     assert "--world-param" in wrong.stderr
-    idle = hypgen("run", TIGER, "--world-param", "x.json", "--check-beliefs", "5")
+    idle = hypgen("run", TIGER, "--world-param", "x.json", "--serve")
     assert (idle.returncode, "there are none to play" in idle.stderr) == (2, True)
 
 
@@ -128,9 +131,9 @@ def test_verify_says_what_was_compared_and_what_was_left_out() -> None:
     ]
     assert all(c["differing"] == 0 for c in checks)
     assert (checks[-1]["check"], checks[-1]["steps"]) == ("device", 0)
-    assert checks[-1]["remark"] == "this solver was built without CUDA"
+    assert checks[-1]["remark"] == "this program was built without CUDA"
     timed = hypgen("verify", TIGER, "--target", "cpu", "--seconds", "0.1")
-    assert "left out: this solver was built without CUDA" in timed.stdout
+    assert "left out: this program was built without CUDA" in timed.stdout
     assert hypgen("verify", TIGER, "--target", "cpu", "--param", "/no/such/file").returncode == 2
 
 
@@ -146,21 +149,45 @@ def test_the_documentation_has_every_option_and_field_of_the_solver(tmp_path: Pa
         ]
 
 
+def test_the_solver_plans_and_the_other_program_checks() -> None:
+    page = (ROOT / "docs" / "internals" / "contracts.md").read_text()
+    program = build_solver(generate_verify(load(TIGER).model), TIGER, lambda step: None)
+    printed = subprocess.run([program, "--help"], capture_output=True, text=True, check=True).stdout
+    listed = set(re.findall(r"^  (--[a-z-]+)", printed, re.MULTILINE))
+    section = page.split("## The program that checks")[1].split("\n## ")[0]
+    rows = [line.split(" | ")[0] for line in section.splitlines() if line.startswith("| `--")]
+    assert listed == set(re.findall(r"`(--[a-z-]+)[^`]*`", " ".join(rows)))
+    checks = {"--trace", "--lanes", "--warps", "--check-bounds", "--check-beliefs"}
+    assert checks < listed and program.name == "tiger_verify"
+    for option in checks:
+        done = hypgen("run", TIGER, f"{option}=1")
+        assert (done.returncode, f"unknown option {option}" in done.stderr) == (2, True)
+
+
 def test_bounds_are_sampled(tmp_path: Path) -> None:
-    done = hypgen("run", TIGER, "--check-bounds", "500", "--json", "-")
+    done = hypgen("check", TIGER, "--bounds", "500", "--json")
     assert done.returncode == 0, done.stderr
-    bounds = json.loads(done.stdout)["bounds"]
-    assert {name: (b["beliefs"], b["violations"]) for name, b in bounds.items()} == {
-        "upper": (500, 0),
-        "declared upper": (500, 0),
-        "lower": (500, 0),
-        "tail": (500, 0),
-    }
-    assert "upper" in hypgen("run", TIGER, "--check-bounds", "100").stdout
+    compared = json.loads(done.stdout)["bounds"]["compared"]
+    assert [(b["name"], b["beliefs"], b["violations"]) for b in compared] == [
+        ("upper", 500, 0),
+        ("declared upper", 500, 0),
+        ("lower", 500, 0),
+        ("tail", 500, 0),
+    ]
+    wrong = tmp_path / "tiger.pomdp"
+    wrong.write_text(re.sub(r"(?m)^bound upper .*$", "bound upper = -1000", Path(TIGER).read_text()))
+    done = hypgen("check", str(wrong), "--bounds", "100")
+    assert (done.returncode, "error[C0204]: bound upper is below" in done.stderr) == (2, True), done.stderr
 
 
 def test_ranks_in_the_belief_depend_on_no_thread() -> None:
-    runs = [hypgen("run", TIGER, "--check-beliefs", "40", "--threads", threads) for threads in ("1", "3")]
+    program = build_solver(generate_verify(load(TIGER).model), TIGER, lambda step: None)
+    runs = [
+        subprocess.run(
+            [program, "--check-beliefs=40", f"--threads={threads}"], capture_output=True, text=True
+        )
+        for threads in (1, 3)
+    ]
     (head, *lines), (_, *others) = (list(map(json.loads, done.stdout.splitlines())) for done in runs)
     assert head["variables"] == ["room.tiger"]
     assert lines == sorted(others, key=lambda line: int(line["episode"]))

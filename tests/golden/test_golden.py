@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from support import ir_samples
 
-from hypgen.codegen.generate import generate, generate_library
+from hypgen.codegen.generate import generate, generate_library, generate_verify
 from hypgen.dsl import ir
 from hypgen.dsl.load import load
 
@@ -26,6 +27,7 @@ MODELS = [
     "wanderer",
 ]
 
+CHECKED = ["first_look.pomdp"]
 LIBRARIES = ["first_look.pomdp", "rock_sample.pomdp", "two_robot_rock_sample.pomdp"]
 
 
@@ -55,20 +57,28 @@ def test_generated_project(name: str, request: pytest.FixtureRequest) -> None:
         assert text == golden[path], f"{path}: `pytest tests/golden --accept`, then review the diff"
 
 
-@pytest.mark.parametrize("name", LIBRARIES)
-def test_generated_library(name: str, request: pytest.FixtureRequest) -> None:
-    """The model's header and the files for GPUs are those of its project."""
-    folder = HERE / "libraries" / name.removesuffix(".pomdp")
-    project, files = generate(model(name)), generate_library(model(name))
+@pytest.mark.parametrize(
+    "name, folder, generated",
+    [
+        *((name, "libraries", generate_library) for name in LIBRARIES),
+        *((name, "checks", generate_verify) for name in CHECKED),
+    ],
+)
+def test_what_else_is_generated(
+    name: str, folder: str, generated: Callable[[ir.Model], dict[str, str]], request: pytest.FixtureRequest
+) -> None:
+    """The model's header and its unit for GPUs are those of its project."""
+    place = HERE / folder / name.removesuffix(".pomdp")
+    project, files = generate(model(name)), generated(model(name))
     own = {path: text for path, text in files.items() if project.get(path) != text}
     if request.config.getoption("--accept", default=False):
-        shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(place, ignore_errors=True)
         for path, text in own.items():
-            (folder / path).parent.mkdir(parents=True, exist_ok=True)
-            (folder / path).write_text(text, encoding="utf-8")
+            (place / path).parent.mkdir(parents=True, exist_ok=True)
+            (place / path).write_text(text, encoding="utf-8")
     golden = {
-        path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8")
-        for path in folder.rglob("*")
+        path.relative_to(place).as_posix(): path.read_text(encoding="utf-8")
+        for path in place.rglob("*")
         if path.is_file()
     }
     assert own == golden, "`pytest tests/golden --accept`, then review the diff"

@@ -2,7 +2,6 @@
 // A GPU for tests on machines without one.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
@@ -30,9 +29,6 @@ class FakeSupport final : public DeviceSupport {
     using Model = RockSample<4, 3>;
     auto inner = std::make_unique<CpuEvaluator<Model>>(*static_cast<const Model::Params*>(params), options);
     return std::make_unique<MockEvaluator>(std::move(inner), mischief_);
-  }
-  bool digests(const void*, const DigestRange&, int, int, std::uint64_t*, std::string&) const override {
-    return false;
   }
 
  private:

@@ -36,7 +36,7 @@ TEST(Options, ReadsValues) {
   EXPECT_EQ(options.belief, BeliefKind::kParticle);
   EXPECT_TRUE(options.stop_on_depletion);
   EXPECT_EQ(options.planner.time_limit, 0.5);
-  EXPECT_EQ(options.trace.seed, 9U);
+  EXPECT_EQ(options.planner.seed, 9U);
   EXPECT_EQ(options.planner.memory_bytes, std::size_t{2} << 20);
   EXPECT_TRUE(options.quiet);
 }
@@ -66,7 +66,7 @@ TEST(Options, TheModeMakesTheMostOfTheMachine) {
   EXPECT_FALSE(parse({"--signature", "--threads", "2"}, threaded, error, several));
   EXPECT_NE(error.find("name a --mode"), std::string::npos) << error;
   const Machine unasked{4, []() -> bool { throw "a GPU is looked for"; }};
-  for (const char* words : {"--mode=despot", "--selftest", "--trace=x", "--help"}) mode(unasked, {words});
+  for (const char* words : {"--mode=despot", "--help", "--version"}) mode(unasked, {words});
 }
 
 TEST(Options, APeriodReplacesTheTimeLimit) {
@@ -117,8 +117,6 @@ TEST(Options, ThreadsHaveATrialEach) {
   EXPECT_EQ(error_of({"--mode", "gpu", "--threads", "2"}),
             "--threads: mode gpu searches with one; modes parallel, hyp and pomcp with several");
   EXPECT_NE(error_of({"--mode", "parallel", "--threads", "0"}), "");
-  ASSERT_TRUE(parse({"--selftest", "--threads", "3"}, options, error));
-  EXPECT_EQ(options.selftest.threads, 3);
 }
 
 TEST(Options, PomcpExploresByItself) {
@@ -158,7 +156,7 @@ TEST(Options, NamesWhatIsWrong) {
 
 TEST(Options, HelpNamesEveryOptionAndTheParams) {
   const std::string text = help_text(testing::tiger_descriptor(), "tiger");
-  for (const char* name : {"--mode", "--time", "--trials", "--trace-steps", "Examples:", "hearing"}) {
+  for (const char* name : {"--mode", "--time", "--trials", "--particles", "Examples:", "hearing"}) {
     EXPECT_NE(text.find(name), std::string::npos) << name;
   }
 }

@@ -234,14 +234,5 @@ TEST(SolverMain, ExitCodesTellMistakesApart) {
   EXPECT_EQ(solve(model, {"--version"}), 0);
 }
 
-TEST(Trace, HasARowForEachLaneAndStep) {
-  const std::string file = ::testing::TempDir() + "trace.bin";
-  ASSERT_EQ(
-      solve(testing::tiger_descriptor(), {"--trace", file, "--trace-scenarios", "3", "--trace-steps", "5"}),
-      0);
-  std::ifstream in(file, std::ios::binary | std::ios::ate);
-  EXPECT_EQ(in.tellg(), 3 * 5 * (1 + 10 + 1) * 8);
-}
-
 }  // namespace
 }  // namespace hypgen

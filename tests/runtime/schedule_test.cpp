@@ -11,9 +11,11 @@
 #include "hypgen/belief/belief.hpp"
 #include "hypgen/episode/world.hpp"
 #include "hypgen/leaves/leaf_evaluator.hpp"
+#include "hypgen/leaves/scenario_walk.hpp"
 #include "hypgen/model/descriptor.hpp"
 #include "hypgen/verify/digest_walks.hpp"
 #include "hypgen/verify/selftest.hpp"
+#include "hypgen/verify/verifiable_model.hpp"
 #include "test_models.hpp"
 
 namespace hypgen {
@@ -117,7 +119,7 @@ constexpr DigestRange kRange{{7, 8}, 0, 200, 30};
 
 // Walks, and does nothing else of a model.
 template <class M>
-class WalkingInstance final : public ModelInstance {
+class WalkingInstance final : public VerifiableInstance {
  public:
   std::unique_ptr<LeafEvaluator> make_evaluator(const EvaluatorOptions&) const override { return nullptr; }
   std::unique_ptr<LeafEvaluator> add_host(std::unique_ptr<LeafEvaluator>,
@@ -245,8 +247,8 @@ TEST(Selftest, EndsWithOneWhereSomethingDiffers) {
   options.quiet = true;
   using Good = Counters<Mistake::kNone>;
   using Bad = Counters<Mistake::kLostMember>;
-  EXPECT_EQ(selftest(ModelDescriptor(), WalkingInstance<Good>(), options), 0);
-  EXPECT_EQ(selftest(ModelDescriptor(), WalkingInstance<Bad>(), options), 1);
+  EXPECT_EQ(selftest(VerifiableModel(), WalkingInstance<Good>(), options), 0);
+  EXPECT_EQ(selftest(VerifiableModel(), WalkingInstance<Bad>(), options), 1);
 }
 
 }  // namespace

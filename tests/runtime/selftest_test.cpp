@@ -9,7 +9,7 @@
 #include <set>
 
 #include "hypgen/leaves/device.hpp"
-#include "hypgen/verify/schedule.hpp"
+#include "hypgen/verify/verifiable_instance.hpp"
 #include "test_solvers.hpp"
 
 namespace hypgen::testing {
@@ -58,23 +58,32 @@ class FakeGpu final : public DeviceSupport {
     if (fault_ != Fault::kLeaf) return evaluator;
     return std::make_unique<Failing>(std::move(evaluator));
   }
-  bool digests(const void*, const DigestRange& range, int warps, int, std::uint64_t* out,
-               std::string& error) const override {
-    if (fault_ == Fault::kNoDigest) {
-      error = "no memory";
-      return false;
-    }
-    instance_.digests(range, warps, out);
-    constexpr std::uint32_t kLane = 5, kStep = 3;
-    const bool is_asked = kLane >= range.first_lane && kLane < range.first_lane + range.lanes;
-    if (fault_ == Fault::kDigest && is_asked && range.steps > kStep) ++out[kLane - range.first_lane];
-    return true;
-  }
 
  private:
   const ModelInstance& instance_;
   Fault fault_;
 };
+
+// Walks on that GPU.
+bool walk(const VerifiableInstance& instance, Fault fault, const DigestRange& range, int warps,
+          std::uint64_t* out, std::string& error) {
+  if (fault == Fault::kNoDigest) {
+    error = "no memory";
+    return false;
+  }
+  instance.digests(range, warps, out);
+  constexpr std::uint32_t kLane = 5, kStep = 3;
+  const bool is_asked = kLane >= range.first_lane && kLane < range.first_lane + range.lanes;
+  if (fault == Fault::kDigest && is_asked && range.steps > kStep) ++out[kLane - range.first_lane];
+  return true;
+}
+
+VerifiableModel verifiable_tiger() { return make_verifiable<Tiger>(tiger_descriptor()); }
+
+std::unique_ptr<VerifiableInstance> instance_of(const VerifiableModel& model) {
+  std::string error;
+  return model.create(ParamValues(model.descriptor.params), error);
+}
 
 struct Found {
   int code;
@@ -90,9 +99,12 @@ struct Found {
 };
 
 Found check(Fault fault) {
-  Solver solver(tiger_descriptor(), trials(1));
-  const FakeGpu gpu(*solver.instance, fault);
-  solver.model.device = &gpu;
+  VerifiableModel model = verifiable_tiger();
+  const auto instance = instance_of(model);
+  const FakeGpu gpu(*instance, fault);
+  model.descriptor.device = &gpu;
+  model.walk_on_device = [&](const void*, const DigestRange& range, int warps, int, std::uint64_t* out,
+                             std::string& error) { return walk(*instance, fault, range, warps, out, error); };
   SelftestOptions options;
   options.lanes = 20;
   options.steps = 10;
@@ -101,7 +113,7 @@ Found check(Fault fault) {
   // Tests run at the same time, each in a process of its own.
   const std::string name = ::testing::UnitTest::GetInstance()->current_test_info()->name();
   options.json_file = ::testing::TempDir() + "selftest_" + name + ".jsonl";
-  Found found{selftest(solver.model, *solver.instance, options), {}};
+  Found found{selftest(model, *instance, options), {}};
   std::ifstream lines(options.json_file);
   for (std::string line; std::getline(lines, line);) found.lines.push_back(Json::parse(line));
   return found;
@@ -147,19 +159,20 @@ TEST(Selftest, SaysWhyNothingIsCompared) {
 }
 
 TEST(Selftest, PrintsATable) {
-  Solver solver(tiger_descriptor(), trials(1));
+  const VerifiableModel model = verifiable_tiger();
+  const auto instance = instance_of(model);
   SelftestOptions options;
   options.lanes = 20;
   options.steps = 10;
   options.warps = 2;
   ::testing::internal::CaptureStdout();
-  EXPECT_EQ(selftest(solver.model, *solver.instance, options), 0);
+  EXPECT_EQ(selftest(model, *instance, options), 0);
   const std::string table = ::testing::internal::GetCapturedStdout();
   EXPECT_NE(table.find("schedule  2 warps                      200          0\n"), std::string::npos)
       << table;
-  EXPECT_NE(table.find("left out: this solver was built without CUDA"), std::string::npos) << table;
+  EXPECT_NE(table.find("left out: this program was built without CUDA"), std::string::npos) << table;
   options.json_file = "/nonexistent/folder/file";
-  EXPECT_EQ(selftest(solver.model, *solver.instance, options), 1);
+  EXPECT_EQ(selftest(model, *instance, options), 1);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.cli.show import belief_findings
+from hypgen.cli.show import belief_findings, bound_findings
 from hypgen.cli.show.belief_findings import Asked
 from hypgen.cli.show.error_index import Case, Entry, Example, entries
 from hypgen.codegen.passes.enumerable import not_enumerable
@@ -118,6 +118,10 @@ def told(entry: Entry, example: Example) -> tuple[set[str], str]:
         if entry.code == "C0501":
             ranked = ranked_with_a_bug(model)
             return {f.diagnostic.code for f in ranked}, "".join(f.render(model.sources) for f in ranked)
+        if entry.code == "C0204":
+            figures = {"beliefs": 10_000, "violations": 8231 if example is entry.wrong else 0}
+            violated = bound_findings.findings(model.model, {"lower": figures})
+            return {d.code for d in violated}, render_all(violated, model.sources)
         found = sampled(model) if entry.right else sampled_with_a_bug(model)
         return {f.diagnostic.code for f in found}, "\n".join(f.render(model.sources) for f in found)
     if entry.code.startswith("W") and isinstance(model, load.Loaded):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads the table that a solver's ``--trace`` writes and compares it with the interpreter's."""
+"""Reads the table that ``--trace`` of a generated program writes and compares it with the interpreter's."""
 
 from __future__ import annotations
 

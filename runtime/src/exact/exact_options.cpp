@@ -11,8 +11,6 @@ namespace hypgen::exact {
 
 namespace {
 
-constexpr std::uint64_t kMillion = 1000000;
-
 bool read_kinds(const std::string& text, std::vector<std::string>& kinds) {
   kinds.clear();
   std::istringstream list(text);

@@ -8,7 +8,37 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "hypgen/solver/options.hpp"
+
 namespace hypgen {
+
+namespace {
+
+bool read_belief(const std::string& text, BeliefKind& kind) {
+  for (const BeliefKind candidate : {BeliefKind::kAuto, BeliefKind::kParticle, BeliefKind::kFactored}) {
+    if (text == belief_name(candidate)) {
+      kind = candidate;
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+const char* belief_name(BeliefKind kind) {
+  switch (kind) {
+    case BeliefKind::kAuto:
+      return "auto";
+    case BeliefKind::kParticle:
+      return "particle";
+    case BeliefKind::kFactored:
+      return "factored";
+    case BeliefKind::kVisible:
+      return "visible";
+  }
+  return "unknown";
+}
 
 bool read_double(const std::string& text, double low, double high, double& out) {
   static const locale_t kNoLocale = newlocale(LC_ALL_MASK, "C", nullptr);  // a host may have one with commas
@@ -53,13 +83,24 @@ Option toggle(const char* name, const char* help, bool& out) {
 }
 
 Option mebibytes(const char* name, const char* help, std::size_t& bytes) {
-  constexpr std::uint64_t kMost = 1000000;
-  return {name, "MIB", help, integer_range(1, kMost), [&bytes](const std::string& text) {
+  return {name, "MIB", help, integer_range(1, kMillion), [&bytes](const std::string& text) {
             std::size_t mib = 0;
-            if (!read_integer(text, 1, kMost, mib)) return false;
+            if (!read_integer(text, 1, kMillion, mib)) return false;
             bytes = mib << 20;
             return true;
           }};
+}
+
+Option belief_kind(BeliefKind& kind) {
+  return {
+      "--belief", "KIND",
+      "factored (a posterior for each independent part of the state), particle (of whole states) or auto: "
+      "factored where the model allows it (auto)",
+      "auto, factored or particle", [&kind](const std::string& text) { return read_belief(text, kind); }};
+}
+
+Option particles(std::size_t& count) {
+  return integer("--particles", "N", "particles of the belief (5000)", 1, 10 * kMillion, count);
 }
 
 bool read_options(const std::vector<Option>& table, int argc, const char* const* argv,

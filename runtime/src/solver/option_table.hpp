@@ -13,6 +13,9 @@
 
 namespace hypgen {
 
+constexpr std::uint64_t kMillion = 1000000;
+constexpr std::size_t kMostThreads = 1024;
+
 // An option: what its value must be, and where it goes. Without a metavar it is a switch.
 struct Option {
   const char* name;
@@ -44,6 +47,8 @@ Option integer(const char* name, const char* metavar, const char* help, std::uin
 Option file(const char* name, const char* help, std::string& out);
 Option toggle(const char* name, const char* help, bool& out);
 Option mebibytes(const char* name, const char* help, std::size_t& bytes);
+Option belief_kind(BeliefKind& kind);
+Option particles(std::size_t& count);
 
 // Reads a command line, and gives the names of the options on it; false and `error` on an unknown option or a
 // bad value.

@@ -18,9 +18,7 @@ namespace hypgen {
 namespace {
 
 constexpr double kDefaultTime = 0.1;
-constexpr std::uint64_t kMillion = 1000000;
 constexpr std::size_t kGpuInFlight = 64, kHypInFlight = 256;
-constexpr std::size_t kMostThreads = 1024;
 constexpr double kPomcpExploration = 0.3;  // docs/results/threads.md
 
 bool read_mode(const std::string& text, Mode& mode) {
@@ -28,16 +26,6 @@ bool read_mode(const std::string& text, Mode& mode) {
                                Mode::kRollout, Mode::kDefault}) {
     if (text == mode_name(candidate)) {
       mode = candidate;
-      return true;
-    }
-  }
-  return false;
-}
-
-bool read_belief(const std::string& text, BeliefKind& kind) {
-  for (const BeliefKind candidate : {BeliefKind::kAuto, BeliefKind::kParticle, BeliefKind::kFactored}) {
-    if (text == belief_name(candidate)) {
-      kind = candidate;
       return true;
     }
   }
@@ -81,9 +69,7 @@ std::size_t default_in_flight(const SolverOptions& options) {
 // The mode that makes the most of the machine. One that is asked for a signature has a single thread and no
 // GPU's trials in flight, so that it gives the same one everywhere.
 Mode default_mode(const SolverOptions& options, const Machine& machine) {
-  const bool plans = options.trace.file.empty() && !options.selftest.wanted && options.bounds.beliefs == 0 &&
-                     options.beliefs.episodes == 0 && !options.help && !options.version;
-  if (options.planner.signature || !plans) return Mode::kDespot;
+  if (options.planner.signature || options.help || options.version) return Mode::kDespot;
   const bool is_asked_for = options.device == DeviceKind::kCuda || options.require_gpu;
   const bool has_gpu = is_asked_for || (options.device == DeviceKind::kAuto && machine.has_gpu());
   const std::size_t threads = options.planner.threads > 0 ? options.planner.threads : machine.cores;
@@ -96,10 +82,7 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
   PlannerOptions& planner = options.planner;
   if (!has_mode) planner.mode = default_mode(options, machine);
   if (planner.memory_bytes == 0) planner.memory_bytes = default_memory(options);
-  options.beliefs.threads = planner.threads > 0 ? planner.threads : machine.cores;
-  if (planner.threads == 0 || options.selftest.wanted || options.bounds.beliefs > 0 ||
-      options.beliefs.episodes > 0)
-    planner.threads = has_many_threads(planner.mode) ? machine.cores : 1;
+  if (planner.threads == 0) planner.threads = has_many_threads(planner.mode) ? machine.cores : 1;
   if (!has_mode && planner.signature && planner.threads > 1) {
     error =
         "--signature: trees of several threads differ from run to run; leave out --threads or name a --mode";
@@ -117,14 +100,12 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
   if (planner.exploration < 0.0) planner.exploration = planner.mode == Mode::kPomcp ? kPomcpExploration : 0.0;
   if (planner.in_flight == 0) planner.in_flight = default_in_flight(options);
   planner.in_flight = std::max(planner.in_flight, planner.threads);  // a thread without a trial does nothing
-  const bool checks = !options.trace.file.empty() || options.selftest.wanted || options.bounds.beliefs > 0 ||
-                      options.beliefs.episodes > 0;
-  if (!options.world_param_file.empty() && (checks || options.serve)) {
+  if (options.serve && !options.world_param_file.empty()) {
     error = "--world-param: it is for the world of episodes, and there are none to play";
     return false;
   }
-  if (options.serve && (checks || !options.json_file.empty())) {
-    error = "--serve: it answers requests and does nothing else; leave out --json and options of checks";
+  if (options.serve && !options.json_file.empty()) {
+    error = "--serve: it answers requests on standard output; leave out --json";
     return false;
   }
   if (planner.period > 0.0) {
@@ -141,9 +122,6 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
 
 std::vector<Option> option_table(SolverOptions& options) {
   PlannerOptions& planner = options.planner;
-  TraceOptions& trace = options.trace;
-  SelftestOptions& selftest = options.selftest;
-  BoundsCheckOptions& bounds = options.bounds;
   return {
       {"--mode", "MODE",
        "despot (regularised DESPOT), parallel (the same by several threads: two runs differ), gpu (on a GPU, "
@@ -168,15 +146,8 @@ std::vector<Option> option_table(SolverOptions& options) {
           "--trials", "N",
           "most trials a step; without --time, results of modes with one thread repeat exactly (no limit)", 1,
           UINT64_MAX, planner.trial_limit),
-      {"--threads", "N",
-       "threads of modes parallel and hyp, and of a self-test or a check of bounds or beliefs (one for each "
-       "core); of mode pomcp (1)",
-       "an integer from 1 to 1024",
-       [&](const std::string& text) {
-         return read_integer(text, 1, kMostThreads, planner.threads) &&
-                read_integer(text, 1, kMostThreads, selftest.threads) &&
-                read_integer(text, 1, kMostThreads, bounds.threads);
-       }},
+      integer("--threads", "N", "threads of modes parallel and hyp (one for each core); of mode pomcp (1)", 1,
+              kMostThreads, planner.threads),
       integer("--in-flight", "F",
               "trials at a time, at least one a thread (64 in mode gpu and of pomcp on a GPU, 256 in mode "
               "hyp, otherwise one a thread)",
@@ -210,12 +181,8 @@ std::vector<Option> option_table(SolverOptions& options) {
        "where scenarios soon see different things (auto)",
        "auto or a number from 0 to 1e9",
        [&](const std::string& text) { return read_pruning(text, planner.pruning); }},
-      {"--belief", "KIND",
-       "factored (a posterior for each independent part of the state), particle (of whole states) or auto: "
-       "factored where the model allows it (auto)",
-       "auto, factored or particle",
-       [&](const std::string& text) { return read_belief(text, options.belief); }},
-      integer("--particles", "N", "particles of the belief (5000)", 1, 10 * kMillion, options.particles),
+      belief_kind(options.belief),
+      particles(options.particles),
       mebibytes("--memory",
                 "memory of a search in MiB (1024; in modes gpu and hyp an eighth of what the machine has)",
                 planner.memory_bytes),
@@ -240,23 +207,6 @@ std::vector<Option> option_table(SolverOptions& options) {
       toggle("--quiet", "no table, no progress", options.quiet),
       toggle("--signature", "print a hash of all search trees; mode despot unless another is given",
              planner.signature),
-      file("--trace", "write a binary trace of random walks instead of planning", trace.file),
-      integer("--trace-scenarios", "N", "random walks of a trace (64)", 1, kMillion, trace.scenarios),
-      integer("--trace-steps", "T", "steps of a trace (64)", 1, kMillion, trace.steps),
-      toggle("--selftest", "compare steps as warps and as GPUs do them with plain ones instead of planning",
-             selftest.wanted),
-      integer("--lanes", "N", "random walks of a self-test, each of --steps steps (1000)", 1, 100 * kMillion,
-              selftest.lanes),
-      integer("--warps", "W", "warps that share a step of a self-test (several numbers)", 1, 16,
-              selftest.warps),
-      integer("--check-bounds", "N",
-              "compare the bounds at so many beliefs, met along episodes, with what the default policy earns "
-              "instead of planning",
-              1, 1000 * kMillion, bounds.beliefs),
-      integer("--check-beliefs", "N",
-              "write the ranks of true values in the belief as JSON lines, over so many episodes, instead of "
-              "planning; hypgen check --beliefs tests them",
-              1, kMillion, options.beliefs.episodes),
       toggle("--help", "print this and exit", options.help),
       toggle("--version", "print the model and its hash and exit", options.version),
   };
@@ -280,20 +230,6 @@ const char* mode_name(Mode mode) {
       return "rollout";
     case Mode::kDefault:
       return "default";
-  }
-  return "unknown";
-}
-
-const char* belief_name(BeliefKind kind) {
-  switch (kind) {
-    case BeliefKind::kAuto:
-      return "auto";
-    case BeliefKind::kParticle:
-      return "particle";
-    case BeliefKind::kFactored:
-      return "factored";
-    case BeliefKind::kVisible:
-      return "visible";
   }
   return "unknown";
 }
@@ -322,16 +258,6 @@ bool parse_options(int argc, const char* const* argv, const Machine& machine, So
     error = "--details: goes to the lines of --json FILE, which is not given";
     return false;
   }
-  options.trace.seed = options.selftest.seed = options.bounds.seed = options.planner.seed;
-  options.beliefs.seed = options.planner.seed;
-  options.bounds.steps = options.beliefs.steps = options.steps;
-  options.beliefs.belief = options.belief;
-  options.beliefs.particles = options.particles;
-  options.beliefs.json_file = options.json_file;
-  options.bounds.json_file = options.json_file;
-  options.selftest.steps = static_cast<std::uint32_t>(options.steps);
-  options.selftest.json_file = options.json_file;
-  options.selftest.quiet = options.quiet;
   return true;
 }
 

@@ -171,15 +171,6 @@ int solve(const ModelDescriptor& model, int argc, char** argv) {
   ParamValues values(model.params);
   const auto instance = create_instance(model, options.param_file, values, error);
   if (!instance) return complain(model, error, kWrongUse);
-  if (!options.trace.file.empty()) {
-    return instance->write_trace(options.trace, error) ? kDone : complain(model, error, kFailed);
-  }
-  if (options.selftest.wanted) return selftest(model, *instance, options.selftest);
-  if (options.bounds.beliefs > 0) return check_bounds(model, *instance, options.bounds);
-  if (options.beliefs.episodes > 0) {
-    if (!model.hidden_variables.empty()) return check_beliefs(model, *instance, options.beliefs);
-    return complain(model, "--check-beliefs: this model has no hidden variables", kWrongUse);
-  }
   if (options.world_param_file.empty()) return run(model, *instance, *instance, options);
   const auto truth = create_instance(model, options.world_param_file, values, error);
   return truth ? run(model, *instance, *truth, options)

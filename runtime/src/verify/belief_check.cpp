@@ -184,8 +184,7 @@ int check_beliefs(const ModelDescriptor& model, const ModelInstance& instance,
   };
   if (write(first_line(model, options))) {
     std::deque<BeliefChecker> checkers;  // made here, where a lack of memory is told
-    while (checkers.size() < std::max<std::size_t>(1, options.threads))
-      checkers.emplace_back(model, instance, options);
+    while (checkers.size() < options.threads) checkers.emplace_back(model, instance, options);
     std::vector<std::thread> others;
     for (std::size_t i = 1; i < checkers.size(); ++i) others.emplace_back(work, std::ref(checkers[i]));
     work(checkers[0]);

@@ -18,7 +18,7 @@ constexpr std::uint64_t kWalks = 64;  // whatever the number of threads, so that
 constexpr const char* kNames[kBounds] = {"upper", "declared upper", "lower", "tail"};
 
 // All walks, spread over threads.
-BoundsFound walk_all(const ModelDescriptor& model, const ModelInstance& instance,
+BoundsFound walk_all(const ModelDescriptor& model, const VerifiableInstance& instance,
                      const BoundsCheckOptions& options) {
   BoundsFound found{};
   std::mutex guard;
@@ -37,9 +37,7 @@ BoundsFound walk_all(const ModelDescriptor& model, const ModelInstance& instance
       for (std::size_t i = 0; i < kBounds; ++i) found[i].add(some[i]);
     }
   };
-  const auto cores = std::max(1U, std::thread::hardware_concurrency());
-  std::vector<std::thread> helpers(options.threads > 0 ? static_cast<unsigned>(options.threads) - 1
-                                                       : cores - 1);
+  std::vector<std::thread> helpers(options.threads - 1);
   for (std::thread& helper : helpers) helper = std::thread(work);
   work();
   for (std::thread& helper : helpers) helper.join();
@@ -87,7 +85,7 @@ bool write(const std::string& text, const std::string& file) {
 
 }  // namespace
 
-int check_bounds(const ModelDescriptor& model, const ModelInstance& instance,
+int check_bounds(const ModelDescriptor& model, const VerifiableInstance& instance,
                  const BoundsCheckOptions& options) {
   const BoundsFound found = walk_all(model, instance, options);
   const bool hold =

@@ -6,7 +6,7 @@
 #include <mutex>
 #include <thread>
 
-#include "hypgen/model/descriptor.hpp"
+#include "hypgen/verify/verifiable_model.hpp"
 
 namespace hypgen {
 
@@ -28,8 +28,9 @@ bool agree(DigestRange lane, std::uint32_t steps, const Walker& reference, const
 
 }  // namespace
 
-std::vector<std::uint64_t> walk_on_host(const ModelInstance& instance, const DigestRange& range, int warps,
-                                        int threads, const WalkProgress& progress, ScheduleFault& fault) {
+std::vector<std::uint64_t> walk_on_host(const VerifiableInstance& instance, const DigestRange& range,
+                                        int warps, std::size_t threads, const WalkProgress& progress,
+                                        ScheduleFault& fault) {
   std::vector<std::uint64_t> digests(range.lanes);
   std::atomic<std::uint32_t> next{0}, done{0};
   std::mutex faults;
@@ -47,8 +48,7 @@ std::vector<std::uint64_t> walk_on_host(const ModelInstance& instance, const Dig
       if (reports) progress(done);
     }
   };
-  const auto cores = std::max(1U, std::thread::hardware_concurrency());
-  std::vector<std::thread> helpers(threads > 0 ? static_cast<unsigned>(threads) - 1 : cores - 1);
+  std::vector<std::thread> helpers(threads - 1);
   for (std::thread& helper : helpers) helper = std::thread(work, false);
   work(true);
   for (std::thread& helper : helpers) helper.join();

@@ -11,9 +11,11 @@
 #include "hypgen/belief/belief.hpp"
 #include "hypgen/episode/episode.hpp"
 #include "hypgen/episode/world.hpp"
+#include "hypgen/leaves/device.hpp"
 #include "hypgen/search/planner.hpp"
 #include "hypgen/verify/digest_walks.hpp"
 #include "hypgen/verify/leaf_check.hpp"
+#include "hypgen/verify/schedule.hpp"
 
 namespace hypgen {
 
@@ -122,9 +124,9 @@ class Report {
 // The checks of one model, in order.
 class Checks {
  public:
-  Checks(const ModelDescriptor& model, const ModelInstance& instance, const SelftestOptions& options,
+  Checks(const VerifiableModel& model, const VerifiableInstance& instance, const SelftestOptions& options,
          Report& report)
-      : model_(model), instance_(instance), options_(options), report_(report) {
+      : checked_(model), model_(model.descriptor), instance_(instance), options_(options), report_(report) {
     range_.key = derive(options.seed, StreamKind::kTest, 0);
     range_.lanes = options.lanes;
     range_.steps = options.steps;
@@ -144,9 +146,9 @@ class Checks {
   }
 
   std::vector<int> device_warps() const {
-    if (options_.warps > 0) return {std::min(options_.warps, model_.most_warps)};
+    if (options_.warps > 0) return {std::min(options_.warps, checked_.most_warps)};
     std::vector<int> tried;
-    for (int warps = 1; warps <= model_.most_warps; warps *= 2) tried.push_back(warps);
+    for (int warps = 1; warps <= checked_.most_warps; warps *= 2) tried.push_back(warps);
     return tried;
   }
 
@@ -177,7 +179,7 @@ class Checks {
 
   // Steps on each GPU against those on the host.
   bool check_device() {
-    std::string error = "this solver was built without CUDA";
+    std::string error = "this program was built without CUDA";
     std::vector<DeviceInfo> devices;
     if (model_.device != nullptr) devices = model_.device->devices(error);
     if (devices.empty()) {
@@ -197,7 +199,7 @@ class Checks {
 
   bool check_device(int device, int warps) {
     const Walker walker = [=](const DigestRange& range, std::uint64_t* digests, std::string& error) {
-      return model_.device->digests(instance_.params(), range, warps, device, digests, error);
+      return checked_.walk_on_device(instance_.params(), range, warps, device, digests, error);
     };
     const std::string name = "device " + std::to_string(device);
     report_.progress(name, 0, range_.lanes);
@@ -342,8 +344,9 @@ class Checks {
     return outcome;
   }
 
+  const VerifiableModel& checked_;
   const ModelDescriptor& model_;
-  const ModelInstance& instance_;
+  const VerifiableInstance& instance_;
   const SelftestOptions& options_;
   Report& report_;
   DigestRange range_;
@@ -353,10 +356,12 @@ class Checks {
 
 }  // namespace
 
-int selftest(const ModelDescriptor& model, const ModelInstance& instance, const SelftestOptions& options) {
+int selftest(const VerifiableModel& model, const VerifiableInstance& instance,
+             const SelftestOptions& options) {
   Report report(options);
   if (!report.is_open()) {
-    std::fprintf(stderr, "%s: %s: cannot be written\n", model.name.c_str(), options.json_file.c_str());
+    std::fprintf(stderr, "%s: %s: cannot be written\n", model.descriptor.name.c_str(),
+                 options.json_file.c_str());
     return 1;
   }
   const bool equal = Checks(model, instance, options, report).all();

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What ``hypgen check --beliefs`` asks for and prints, without a compiler: the solver is made up."""
+"""What ``hypgen check --beliefs`` asks for and prints, without a compiler: the program is made up."""
 
 import json
 import sys
@@ -33,11 +33,11 @@ if seed == 3:
 
 
 @pytest.fixture(autouse=True)
-def solver(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "solver"
+def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "program"
     path.write_text(PROGRAM.format(python=sys.executable))
     path.chmod(0o755)
-    monkeypatch.setattr(belief_findings, "build_online", lambda *_: path)
+    monkeypatch.setattr(belief_findings, "build_verify", lambda *_: path)
 
 
 def test_a_belief_that_is_right_has_a_row(capsys: pytest.CaptureFixture[str]) -> None:
@@ -100,7 +100,7 @@ def test_what_cannot_be_checked_is_told(tmp_path: Path, capsys: pytest.CaptureFi
     seen = tmp_path / "seen.pomdp"
     seen.write_text(Path(TIGER).read_text().replace("hidden tiger", "visible tiger"))
     for arguments, told in (
-        ([TIGER, "--beliefs", "100", "--samples", "100"], "two checks: run one after the other"),
+        ([TIGER, "--beliefs", "100", "--samples", "100"], "three checks: run one after the other"),
         ([TIGER, "--particles", "100"], "--particles is for checks of beliefs: add --beliefs N"),
         ([TIGER, "--time", "10"], "--time is for checks of beliefs"),
         ([TIGER, "--beliefs", "49"], "49 is not in the range"),

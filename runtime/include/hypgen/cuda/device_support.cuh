@@ -46,11 +46,6 @@ std::vector<DeviceInfo> usable_devices(std::string& error) {
   return found;
 }
 
-// Digests on the present device; false and `error` on a failure. In a unit of its own.
-template <class M>
-bool walk_on_device(const typename M::Params& params, const DigestRange& range, int warps, std::uint64_t* out,
-                    std::string& error);
-
 template <class M>
 class ModelDeviceSupport final : public DeviceSupport {
   static_assert(DeviceModelContract<M>::kHolds);
@@ -61,12 +56,6 @@ class ModelDeviceSupport final : public DeviceSupport {
   std::unique_ptr<LeafEvaluator> make_evaluator(const void* params, const EvaluatorOptions& options,
                                                 int device, std::string& error) const override {
     return CudaEvaluator<M>::make(*static_cast<const typename M::Params*>(params), options, device, error);
-  }
-
-  bool digests(const void* params, const DigestRange& range, int warps, int device, std::uint64_t* out,
-               std::string& error) const override {
-    return worked(cudaSetDevice(device), "GPU", error) &&
-           walk_on_device<M>(*static_cast<const typename M::Params*>(params), range, warps, out, error);
   }
 };
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Digests of random walks on a device (see hypgen/verify/digest.hpp): the other unit of a model's device
-// code.
+// Digests of random walks on a device (see hypgen/verify/digest.hpp): a unit of the program that checks.
 #pragma once
 
 #include "hypgen/cuda/memory.cuh"
 #include "hypgen/cuda/steppers.cuh"
-#include "hypgen/leaves/device.hpp"
+#include "hypgen/verify/device_walk.hpp"
 #include "hypgen/verify/digest.hpp"
 
 namespace hypgen::cuda {
@@ -71,15 +70,16 @@ bool start_together(const typename M::Params* params, const DigestRange& range, 
   return true;
 }
 
-// Runs either on the present device; false and `error` on a failure.
+// Runs either.
 template <class M>
-bool walk_on_device(const typename M::Params& params, const DigestRange& range, int warps, std::uint64_t* out,
+bool walk_on_device(const void* params, const DigestRange& range, int warps, int device, std::uint64_t* out,
                     std::string& error) {
+  if (!worked(cudaSetDevice(device), "GPU", error)) return false;
   DeviceArray<typename M::Params> device_params;
   DeviceArray<std::uint64_t> digests;
   if (!device_params.allocate(1, error) || !digests.allocate(range.lanes, error) ||
-      !worked(cudaMemcpy(device_params.get(), &params, sizeof params, cudaMemcpyHostToDevice), "GPU",
-              error)) {
+      !worked(cudaMemcpy(device_params.get(), params, sizeof(typename M::Params), cudaMemcpyHostToDevice),
+              "GPU", error)) {
     return false;
   }
   bool started = false;

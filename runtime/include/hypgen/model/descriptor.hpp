@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "hypgen/model/bound_sums.hpp"
 #include "hypgen/model/key.hpp"
 
 namespace hypgen {
@@ -20,12 +19,8 @@ class LeafEvaluator;
 class ScenarioBuffer;
 class ScenarioWalk;
 class World;
-struct BoundsWalk;
-struct DigestRange;
 struct EvaluatorOptions;
-struct ScheduleFault;
 struct StreamKey;
-struct TraceOptions;
 
 constexpr int kDescriptorVersion = 1;
 
@@ -111,14 +106,6 @@ class ModelInstance {
   virtual std::unique_ptr<ScenarioWalk> walk(const ScenarioBuffer& root, StreamKey key) const = 0;
   // Writes the values of each state of a belief of this model, one state after the other.
   virtual void export_states(const ScenarioBuffer& states, std::int32_t* out) const = 0;
-  // Writes the trace that differential tests compare; false and `error` if the file cannot be written.
-  virtual bool write_trace(const TraceOptions& options, std::string& error) const = 0;
-  // Writes a digest for each lane of the range, of plain steps or, with several warps, of steps in parts;
-  // gives the first fault of the schedule. Threads may call it at the same time.
-  virtual ScheduleFault digests(const DigestRange& range, int warps, std::uint64_t* out) const = 0;
-  // Compares the bounds at beliefs along episodes with what the default policy earns. Threads may call it at
-  // the same time.
-  virtual BoundsFound check_bounds(const BoundsWalk& walk) const = 0;
   virtual const void* params() const = 0;  // the model's Params, for a device
 };
 
@@ -137,7 +124,6 @@ struct ModelDescriptor {
   int action_count = 0;
   int visible_count = 0;
   int variable_count = 0;
-  int most_warps = 1;  // that find something to do in a step
   std::vector<std::string> action_names;
   std::vector<std::string> variable_names;  // flattened, in the order of export_state; may be empty
   std::vector<HiddenVariable> hidden_variables;

@@ -17,15 +17,12 @@
 #include "hypgen/model/descriptor.hpp"
 #include "hypgen/model/model_contract.hpp"
 #include "hypgen/model/type_facts.hpp"
-#include "hypgen/verify/bounds_check.hpp"
-#include "hypgen/verify/schedule.hpp"
-#include "hypgen/verify/trace.hpp"
 
 namespace hypgen {
 
-// Owns a model's params; must outlive what it makes.
-template <class M>
-class TypedInstance final : public ModelInstance {
+// Owns a model's params; must outlive what it makes. `Interface`: ModelInstance, or one that adds to it.
+template <class M, class Interface = ModelInstance>
+class TypedInstance : public Interface {
  public:
   explicit TypedInstance(std::unique_ptr<typename M::Params> params) : params_(std::move(params)) {}
 
@@ -64,22 +61,9 @@ class TypedInstance final : public ModelInstance {
       M::export_state(fixed[i], changing[i], out);
   }
 
-  bool write_trace(const TraceOptions& options, std::string& error) const override {
-    return Tracer<M>(*params_, options).write(error);
-  }
-
-  ScheduleFault digests(const DigestRange& range, int warps, std::uint64_t* out) const override {
-    return walk_lanes<M>(*params_, range, warps, out);
-  }
-
-  BoundsFound check_bounds(const BoundsWalk& walk) const override {
-    const auto belief = make_belief(walk.seed, BoundsChecker<M>::kParticles, BeliefKind::kAuto);
-    return BoundsChecker<M>(*params_, walk, *belief).run();
-  }
-
   const void* params() const override { return params_.get(); }
 
- private:
+ protected:
   std::unique_ptr<typename M::Params> params_;
 };
 
@@ -96,7 +80,6 @@ template <class M>
 ModelDescriptor make_descriptor() {
   static_assert(ModelContract<M>::kHolds);
   ModelDescriptor descriptor = describe<M>();
-  if constexpr (IsPartitioned<M>::value) descriptor.most_warps = M::kMaxWarps;
   descriptor.create = &make_instance<M>;
   return descriptor;
 }

@@ -9,10 +9,6 @@
 
 #include "hypgen/model/descriptor.hpp"
 #include "hypgen/search/planner.hpp"
-#include "hypgen/verify/belief_check.hpp"
-#include "hypgen/verify/bounds_check.hpp"
-#include "hypgen/verify/selftest.hpp"
-#include "hypgen/verify/trace.hpp"
 
 namespace hypgen {
 
@@ -39,10 +35,6 @@ struct SolverOptions {
   bool serve = false;  // an agent on standard input and output
   bool help = false;
   bool version = false;
-  TraceOptions trace;  // with an empty file: no trace
-  SelftestOptions selftest;
-  BoundsCheckOptions bounds;
-  BeliefCheckOptions beliefs;
 };
 
 // What a machine has, for options that are not given.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simulation-based calibration of the belief (Talts et al., 2018): what --check-beliefs runs.
+// Simulation-based calibration of the belief (Talts et al., 2018).
 //
 // In each episode the belief is stopped at one step, which is drawn before. There each hidden variable gets the
 // rank u = P(X < x) + v P(X = x) of its true value x in the belief, with v uniform in 0 .. 1. If the belief is

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples a model's bounds: what --check-bounds runs.
+// Samples a model's bounds.
 //
 // At beliefs met along episodes, what the default policy earns from there is compared with the bounds there:
 // the mean over particles may not be above `upper`, nor below `lower` or `tail`, by five standard errors. A
@@ -18,17 +18,18 @@
 #include "hypgen/episode/world.hpp"
 #include "hypgen/leaves/rollout_step.hpp"
 #include "hypgen/memory/scenario_buffer.hpp"
-#include "hypgen/model/bound_sums.hpp"
 #include "hypgen/model/descriptor.hpp"
 #include "hypgen/model/model.hpp"
 #include "hypgen/random/philox.hpp"
+#include "hypgen/verify/bound_sums.hpp"
+#include "hypgen/verify/verifiable_model.hpp"
 
 namespace hypgen {
 
 struct BoundsCheckOptions {
   std::uint64_t beliefs = 0;  // 0: no check
   int steps = 90;             // most of an episode
-  int threads = 0;            // 0: one for each core
+  std::size_t threads = 1;
   std::uint64_t seed = 0;
   std::string json_file;  // empty: a table
 };
@@ -45,7 +46,7 @@ struct BoundsWalk {
 
 // Checks the bounds of all models that have one: prints what was compared; gives 0 if no bound is violated, 1
 // if one is or if the result could not be written.
-int check_bounds(const ModelDescriptor& model, const ModelInstance& instance,
+int check_bounds(const ModelDescriptor& model, const VerifiableInstance& instance,
                  const BoundsCheckOptions& options);
 
 // Walks and compares.

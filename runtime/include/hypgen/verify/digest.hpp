@@ -16,6 +16,15 @@
 
 namespace hypgen {
 
+// What digests are taken of: lanes first_lane .. first_lane + lanes - 1, each `steps` steps, drawn from stream
+// `key`.
+struct DigestRange {
+  StreamKey key{};
+  std::uint32_t first_lane = 0;
+  std::uint32_t lanes = 0;
+  std::uint32_t steps = 0;
+};
+
 // A 64-bit hash of what was added to it, in order.
 class Digest {
  public:

@@ -2,17 +2,18 @@
 // Digests of many random walks at once, and where two ways of walking part.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
 
-#include "hypgen/leaves/device.hpp"
+#include "hypgen/verify/digest.hpp"
 #include "hypgen/verify/schedule.hpp"
 
 namespace hypgen {
 
-class ModelInstance;
+class VerifiableInstance;
 
 // Writes a digest for each lane of a range; false and `error` if it could not.
 using Walker = std::function<bool(const DigestRange&, std::uint64_t* digests, std::string& error)>;
@@ -29,8 +30,9 @@ struct WalkComparison {
 
 // The digests of a range on the host, with one warp or with several; lanes are spread over threads. `fault`
 // is the one of the lowest lane, if there is any.
-std::vector<std::uint64_t> walk_on_host(const ModelInstance& instance, const DigestRange& range, int warps,
-                                        int threads, const WalkProgress& progress, ScheduleFault& fault);
+std::vector<std::uint64_t> walk_on_host(const VerifiableInstance& instance, const DigestRange& range,
+                                        int warps, std::size_t threads, const WalkProgress& progress,
+                                        ScheduleFault& fault);
 
 // Compares the digests of a range and walks the first lane that differs again, to find the step. False and
 // `error` if a walker could not.

@@ -8,7 +8,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "hypgen/leaves/device.hpp"
 #include "hypgen/model/model.hpp"
 #include "hypgen/model/part.hpp"
 #include "hypgen/random/philox.hpp"

@@ -6,7 +6,7 @@
 
 namespace hypgen {
 
-const DeviceSupport& device_support_TwoRobotRockSample();  // main.cpp declares it too
+const DeviceSupport& device_support_TwoRobotRockSample();  // the host unit declares it too
 
 const DeviceSupport& device_support_TwoRobotRockSample() {
   static const cuda::ModelDeviceSupport<models::TwoRobotRockSample> support;
