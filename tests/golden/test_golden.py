@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from support import ir_samples
 
-from hypgen.codegen.generate import generate, generate_library
+from hypgen.codegen.generate import generate, generate_library, generate_ros2
 from hypgen.dsl import ir
 from hypgen.dsl.load import load
 
@@ -26,6 +26,7 @@ MODELS = [
     "wanderer",
 ]
 
+ROS2 = ["rock_sample.pomdp"]
 LIBRARIES = ["first_look.pomdp", "rock_sample.pomdp", "two_robot_rock_sample.pomdp"]
 
 
@@ -61,6 +62,28 @@ def test_generated_library(name: str, request: pytest.FixtureRequest) -> None:
     folder = HERE / "libraries" / name.removesuffix(".pomdp")
     project, files = generate(model(name)), generate_library(model(name))
     own = {path: text for path, text in files.items() if project.get(path) != text}
+    if request.config.getoption("--accept", default=False):
+        shutil.rmtree(folder, ignore_errors=True)
+        for path, text in own.items():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_text(text, encoding="utf-8")
+    golden = {
+        path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8")
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+    assert own == golden, "`pytest tests/golden --accept`, then review the diff"
+
+
+@pytest.mark.parametrize("name", ROS2)
+def test_generated_ros2_packages(name: str, request: pytest.FixtureRequest) -> None:
+    """The solver in the planner's package is the model's project."""
+    folder = HERE / "ros2" / name.removesuffix(".pomdp")
+    solver, files = generate_ros2(model(name))
+    own = {path: text for path, text in files.items() if not path.startswith(f"{solver}/")}
+    assert generate(model(name)) == {
+        path.removeprefix(f"{solver}/"): text for path, text in files.items() if path not in own
+    }
     if request.config.getoption("--accept", default=False):
         shutil.rmtree(folder, ignore_errors=True)
         for path, text in own.items():
