@@ -84,8 +84,11 @@ def render_ros2(project: template_data.Project, ros: Packages) -> dict[str, str]
             "src/call_queue.hpp",
             "src/main.cpp",
             "src/message_values.hpp",
+            "src/parameter_text.hpp",
             "src/parameters.cpp",
             "src/parameters.hpp",
+            "src/planner.cpp",
+            "src/planner.hpp",
             "src/planner_node.cpp",
             "src/planner_node.hpp",
         )

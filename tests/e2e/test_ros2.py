@@ -5,26 +5,26 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from support import ros2_node
+from support.ros2 import node
 
 from hypgen.api import Solver
 from hypgen.dsl.load import load
 
 pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
-SUPPORT = ROOT / "tests" / "support"
+SUPPORT = ROOT / "tests" / "support" / "ros2"
 
 EXAMPLES = ("crowd_driving", "light_dark", "tiger", "two_robot_rock_sample")
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_the_node_compiles(name: str, tmp_path: Path) -> None:
-    ros2_node.check(load(ROOT / "examples" / f"{name}.pomdp").model, tmp_path)
+    node.check(load(ROOT / "examples" / f"{name}.pomdp").model, tmp_path)
 
 
 def test_the_node_of_rock_sample_does_what_ros_asks(tmp_path: Path) -> None:
     model = load(ROOT / "examples" / "rock_sample.pomdp").model
-    program, library = ros2_node.build(model, SUPPORT / "ros2_rocks_main.cpp", tmp_path)
+    program, library = node.build(model, SUPPORT / "rocks_main.cpp", tmp_path)
     done = subprocess.run([program], capture_output=True, text=True, timeout=300)
     lines = done.stdout.splitlines()
     checks = [line for line in lines if not line.startswith("decision ")]
@@ -44,7 +44,7 @@ def test_the_node_of_rock_sample_does_what_ros_asks(tmp_path: Path) -> None:
 
 def test_a_node_takes_values_of_every_kind(tmp_path: Path) -> None:
     model = load(SUPPORT / "odd_names.pomdp").model
-    program, _ = ros2_node.build(model, SUPPORT / "ros2_odd_names_main.cpp", tmp_path)
+    program, _ = node.build(model, SUPPORT / "odd_names_main.cpp", tmp_path)
     done = subprocess.run([program], capture_output=True, text=True, timeout=300)
     checks = done.stdout.splitlines()
     assert [line for line in checks if not line.endswith(": ok")] == [], done.stderr

@@ -12,7 +12,7 @@ from unittest.mock import MagicMock
 from xml.etree import ElementTree
 
 import pytest
-from support import rosidl
+from support.ros2 import rosidl
 
 from hypgen.codegen.generate import generate_ros2
 from hypgen.codegen.ros2.packages import STATUSES
@@ -23,7 +23,7 @@ from hypgen.dsl.types import BOOL, Enum, Int, Record, Variant
 
 ROOT = Path(__file__).parent.parent.parent.parent
 EXAMPLES = sorted((ROOT / "examples").rglob("*.pomdp"))
-ODD = ROOT / "tests" / "support" / "odd_names.pomdp"
+ODD = ROOT / "tests" / "support" / "ros2" / "odd_names.pomdp"
 # Modules of ROS that the launch file imports.
 LAUNCH = """
     launch launch.actions launch.conditions launch.event_handlers launch.events launch.substitutions

@@ -3,15 +3,13 @@
 #include "parameters.hpp"
 
 #include <cstdint>
-#include <cstdio>
-#include <limits>
-#include <locale>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include <rcl_interfaces/msg/parameter_descriptor.hpp>
 #include <rclcpp/rclcpp.hpp>
+
+#include "parameter_text.hpp"
 
 namespace rock_sample_planner {
 
@@ -66,74 +64,6 @@ void declare(rclcpp_lifecycle::LifecycleNode& node, const Named& named, const rc
   node.declare_parameter(named.parameter, value, descriptor);
 }
 
-std::string text_of(bool value) { return value ? "true" : "false"; }
-std::string text_of(std::int64_t value) { return std::to_string(value); }
-std::string text_of(double value) {
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  text.precision(std::numeric_limits<double>::digits10);  // as the user has written it
-  text << value;
-  return text.str();
-}
-
-std::string json_of(bool value) { return text_of(value); }
-std::string json_of(std::int64_t value) { return text_of(value); }
-std::string json_of(double value) { return text_of(value); }
-std::string json_of(const std::string& value) {
-  std::string text = "\"";
-  for (const char c : value) {
-    char escaped[8];
-    const bool plain = static_cast<unsigned char>(c) >= 0x20 && c != '"' && c != '\\';
-    std::snprintf(escaped, sizeof escaped, "\\u%04x", static_cast<unsigned>(static_cast<unsigned char>(c)));
-    text += plain ? std::string(1, c) : escaped;
-  }
-  return text + '"';
-}
-
-template <class T>
-std::string json_of(const std::vector<T>& values) {
-  std::string text;
-  for (const auto& value : values) text += (text.empty() ? "[" : ",") + json_of(static_cast<const T&>(value));
-  return text.empty() ? "[]" : text + "]";
-}
-
-std::string json_of(const rclcpp::Parameter& parameter) {
-  switch (parameter.get_type()) {
-    case rclcpp::PARAMETER_BOOL:
-      return json_of(parameter.as_bool());
-    case rclcpp::PARAMETER_INTEGER:
-      return json_of(parameter.as_int());
-    case rclcpp::PARAMETER_DOUBLE:
-      return json_of(parameter.as_double());
-    case rclcpp::PARAMETER_STRING:
-      return json_of(parameter.as_string());
-    case rclcpp::PARAMETER_BOOL_ARRAY:
-      return json_of(parameter.as_bool_array());
-    case rclcpp::PARAMETER_INTEGER_ARRAY:
-      return json_of(parameter.as_integer_array());
-    case rclcpp::PARAMETER_DOUBLE_ARRAY:
-      return json_of(parameter.as_double_array());
-    case rclcpp::PARAMETER_STRING_ARRAY:
-      return json_of(parameter.as_string_array());
-    default:
-      return "null";
-  }
-}
-
-// A setting's value; empty: it is not set, or a flag that is off.
-std::string setting_of(const rclcpp::Parameter& parameter) {
-  switch (parameter.get_type()) {
-    case rclcpp::PARAMETER_INTEGER:
-      return text_of(parameter.as_int());
-    case rclcpp::PARAMETER_DOUBLE:
-      return text_of(parameter.as_double());
-    case rclcpp::PARAMETER_STRING:
-      return parameter.as_string();
-    default:
-      return "";
-  }
-}
-
 }  // namespace
 
 void declare_parameters(rclcpp_lifecycle::LifecycleNode& node) {
@@ -151,11 +81,8 @@ void declare_parameters(rclcpp_lifecycle::LifecycleNode& node) {
 std::string settings_text(const rclcpp_lifecycle::LifecycleNode& node) {
   std::string text;
   for (const Named& setting : kSettings) {
-    const rclcpp::Parameter parameter = node.get_parameter(setting.parameter);
-    const bool is_flag = parameter.get_type() == rclcpp::PARAMETER_BOOL;
-    const std::string value = setting_of(parameter);
-    if (is_flag ? !parameter.as_bool() : value.empty()) continue;
-    text += (text.empty() ? "" : " ") + std::string(setting.key) + (is_flag ? "" : "=" + value);
+    const std::string word = setting_of(setting.key, node.get_parameter(setting.parameter));
+    if (!word.empty()) text += (text.empty() ? "" : " ") + word;
   }
   return text;
 }

@@ -3,39 +3,17 @@
 #include "planner_node.hpp"
 
 #include <chrono>
-#include <cstddef>
 #include <exception>
-#include <string>
-#include <utility>
 
-#include <rock_sample.h>
-
-#include "message_values.hpp"
 #include "parameters.hpp"
 
 namespace rock_sample_planner {
 
 namespace {
 
-using std::chrono::milliseconds;
 using CallbackReturn = rclcpp_lifecycle::node_interfaces::LifecycleNodeInterface::CallbackReturn;
 
-constexpr milliseconds kCancelPeriod{2};
-constexpr bool kStartIsDrawn = false;
-
-msg::Status status_of(std::int32_t code, const std::string& text = "") {
-  msg::Status status;
-  status.code = code;
-  status.text = text;
-  return status;
-}
-
-// The same with an error of hypgen.h, which is freed.
-msg::Status status_of(hypgen_status code, char* error) {
-  msg::Status status = status_of(code, error == nullptr ? "" : error);
-  hypgen_free(error);
-  return status;
-}
+constexpr std::chrono::milliseconds kCancelPeriod{2};
 
 }  // namespace
 
@@ -47,7 +25,12 @@ PlannerNode::PlannerNode(const rclcpp::NodeOptions& options)
 PlannerNode::~PlannerNode() { release(); }
 
 CallbackReturn PlannerNode::on_configure(const rclcpp_lifecycle::State&) {
-  if (!create_planner()) return CallbackReturn::FAILURE;
+  msg::Status status;
+  planner_ = Planner::create(settings_text(*this), params_json(*this), status);
+  if (!planner_) {
+    RCLCPP_ERROR(get_logger(), "no planner: %s", status.text.c_str());
+    return CallbackReturn::FAILURE;
+  }
   calls_ = std::make_unique<CallQueue>([logger = get_logger()](const std::exception& problem) {
     RCLCPP_ERROR(logger, "%s", problem.what());
   });
@@ -56,7 +39,11 @@ CallbackReturn PlannerNode::on_configure(const rclcpp_lifecycle::State&) {
 }
 
 CallbackReturn PlannerNode::on_activate(const rclcpp_lifecycle::State& state) {
-  if (!warm_up()) return CallbackReturn::FAILURE;
+  const msg::Status status = planner_->warm_up(warm_up_seconds(*this));
+  if (status.code >= msg::Status::FAILED) {
+    RCLCPP_ERROR(get_logger(), "not activated: %s", status.text.c_str());
+    return CallbackReturn::FAILURE;
+  }
   LifecycleNode::on_activate(state);
   is_active_ = true;
   return CallbackReturn::SUCCESS;
@@ -83,45 +70,16 @@ CallbackReturn PlannerNode::on_error(const rclcpp_lifecycle::State&) {
   return CallbackReturn::SUCCESS;  // it may be configured again
 }
 
-// Reserves all memory that planning takes.
-bool PlannerNode::create_planner() {
-  const std::string settings = settings_text(*this);
-  const std::string params = params_json(*this);
-  const hypgen_options options = {sizeof(hypgen_options), settings.c_str(), params.c_str()};
-  char* error = nullptr;
-  const hypgen_status code = hypgen_create(hypgen_model_rock_sample(), &options, &planner_, &error);
-  const msg::Status status = status_of(code, error);
-  if (status.code >= HYPGEN_FAILED) RCLCPP_ERROR(get_logger(), "no planner: %s", status.text.c_str());
-  return status.code < HYPGEN_FAILED;
-}
-
 void PlannerNode::create_interfaces() {
   const rclcpp::QoS in_order = rclcpp::QoS(rclcpp::KeepLast(100)).reliable();
-  belief_status_ = create_publisher<Status>("~/belief_status", in_order);
+  belief_status_ = create_publisher<msg::Status>("~/belief_status", in_order);
   observations_ = create_subscription<Observation>(
-      "~/observation", in_order, [this](const std::shared_ptr<const Observation> observation) {
-        if (!is_active_) {
-          RCLCPP_WARN(get_logger(), "an observation was dropped: the node is not active");
-          return;
-        }
-        calls_->add([this, observation] { belief_status_->publish(update(*observation)); });
-      });
+      "~/observation", in_order,
+      [this](const std::shared_ptr<const Observation> observation) { take(observation); });
   reset_service_ = create_service<Reset>(
       "~/reset", [this](const std::shared_ptr<rclcpp::Service<Reset>> service,
                         const std::shared_ptr<rmw_request_id_t> header,
-                        const std::shared_ptr<Reset::Request> request) {
-        if (!is_active_) {
-          Reset::Response response;
-          response.status = status_of(Status::WRONG_ARGUMENT, "the node is not active");
-          service->send_response(*header, response);
-          return;
-        }
-        calls_->add([this, service, header, request] {
-          Reset::Response response;
-          response.status = reset(*request);
-          service->send_response(*header, response);
-        });
-      });
+                        const std::shared_ptr<Reset::Request> request) { reset(service, header, request); });
   plan_server_ = rclcpp_action::create_server<Plan>(
       this, "~/plan",
       [this](const rclcpp_action::GoalUUID&, std::shared_ptr<const Plan::Goal>) { return accept_goal(); },
@@ -131,23 +89,11 @@ void PlannerNode::create_interfaces() {
   cancel_timer_->cancel();
 }
 
-// Plans once for nothing, and begins the first episode if its start needs no one to say it.
-bool PlannerNode::warm_up() {
-  char* error = nullptr;
-  msg::Status status = status_of(hypgen_warm_up(planner_, warm_up_seconds(*this), &error), error);
-  last_action_ = -1;
-  if (status.code < HYPGEN_FAILED && !kStartIsDrawn)
-    status = status_of(hypgen_reset(planner_, nullptr, 0, 0, &error), error);
-  if (status.code < HYPGEN_FAILED) return true;
-  RCLCPP_ERROR(get_logger(), "not activated: %s", status.text.c_str());
-  return false;
-}
-
 // Ends the plan under way as its deadline would, and waits for all calls.
 void PlannerNode::stop_calls() {
   is_active_ = false;
   if (cancel_timer_) cancel_timer_->cancel();
-  while (calls_ && !calls_->wait(kCancelPeriod)) hypgen_cancel(planner_);
+  while (calls_ && !calls_->wait(kCancelPeriod)) planner_->cancel();
 }
 
 void PlannerNode::release() {
@@ -158,8 +104,32 @@ void PlannerNode::release() {
   belief_status_.reset();
   cancel_timer_.reset();
   calls_.reset();
-  hypgen_destroy(planner_);
-  planner_ = nullptr;
+  planner_.reset();
+}
+
+void PlannerNode::take(const std::shared_ptr<const Observation>& observation) {
+  if (is_active_) {
+    calls_->add([this, observation] { belief_status_->publish(planner_->update(*observation)); });
+  } else {
+    RCLCPP_WARN(get_logger(), "an observation was dropped: the node is not active");
+  }
+}
+
+void PlannerNode::reset(const std::shared_ptr<rclcpp::Service<Reset>>& service,
+                        const std::shared_ptr<rmw_request_id_t>& header,
+                        const std::shared_ptr<Reset::Request>& request) {
+  if (is_active_) {
+    calls_->add([this, service, header, request] {
+      Reset::Response response;
+      response.status = planner_->reset(*request);
+      service->send_response(*header, response);
+    });
+  } else {
+    Reset::Response response;
+    response.status.code = msg::Status::WRONG_ARGUMENT;
+    response.status.text = "the node is not active";
+    service->send_response(*header, response);
+  }
 }
 
 rclcpp_action::GoalResponse PlannerNode::accept_goal() const {
@@ -180,7 +150,7 @@ void PlannerNode::begin_plan(const std::shared_ptr<Goal>& goal) {
 rclcpp_action::CancelResponse PlannerNode::cancel(const Goal& goal) {
   if (goal.get_goal_id() == goal_) {
     is_cancelled_ = true;
-    hypgen_cancel(planner_);
+    planner_->cancel();
     cancel_timer_->reset();
   }
   return rclcpp_action::CancelResponse::ACCEPT;
@@ -188,60 +158,23 @@ rclcpp_action::CancelResponse PlannerNode::cancel(const Goal& goal) {
 
 void PlannerNode::cancel_again() {
   if (is_planning_ && is_cancelled_) {
-    hypgen_cancel(planner_);
+    planner_->cancel();
   } else {
     cancel_timer_->cancel();
   }
 }
 
 void PlannerNode::plan(Goal& goal) {
-  hypgen_decision found = {};
-  found.size = sizeof found;
-  char* error = nullptr;
-  const hypgen_status code = hypgen_plan(planner_, goal.get_goal()->seconds, &found, &error);
-  auto result = std::make_shared<Plan::Result>();
-  msg::Decision& decision = result->decision;
-  decision.status = status_of(code, error);
-  decision.action = -1;
-  const bool is_refused = decision.status.code >= HYPGEN_FAILED;
-  if (!is_refused) {
-    last_action_ = found.action;
-    decision.action = found.action;
-    decision.name = found.action_name == nullptr ? "" : found.action_name;
-    decision.lower = found.lower;
-    decision.upper = found.upper;
-    decision.seconds = found.seconds;
-  }
+  const auto result = std::make_shared<Plan::Result>();
+  result->decision = planner_->plan(goal.get_goal()->seconds);
   is_planning_ = false;  // whoever has the result may send the next goal at once
-  if (is_refused) {
+  if (result->decision.status.code >= msg::Status::FAILED) {
     goal.abort(result);
   } else if (goal.is_canceling()) {
     goal.canceled(result);
   } else {
     goal.succeed(result);
   }
-}
-
-PlannerNode::Status PlannerNode::update(const Observation& observation) {
-  const std::int32_t action =
-      observation.action == Observation::LAST_DECISION ? last_action_ : observation.action;
-  const Values seen = values_of(observation);
-  if (action < 0 && observation.action == Observation::LAST_DECISION)
-    return status_of(Status::WRONG_ARGUMENT, "action: the episode has no decision yet");
-  if (!seen.error.empty()) return status_of(Status::WRONG_ARGUMENT, seen.error);
-  char* error = nullptr;
-  return status_of(hypgen_update_values(planner_, action, seen.all.data(), seen.all.size(), &error), error);
-}
-
-PlannerNode::Status PlannerNode::reset(const Reset::Request& request) {
-  const Values visible = request.visible_given ? values_of(request) : Values{};
-  if (!visible.error.empty()) return status_of(Status::WRONG_ARGUMENT, visible.error);
-  char* error = nullptr;
-  const hypgen_status code =
-      hypgen_reset(planner_, visible.all.data(), visible.all.size(), request.episode, &error);
-  const Status status = status_of(code, error);
-  if (status.code < HYPGEN_FAILED) last_action_ = -1;
-  return status;
 }
 
 }  // namespace rock_sample_planner

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <atomic>
-#include <cstdint>
 #include <memory>
 
 #include <rclcpp/rclcpp.hpp>
@@ -11,13 +10,9 @@
 #include <rclcpp_lifecycle/lifecycle_node.hpp>
 
 #include <rock_sample_msgs/action/plan.hpp>
-#include <rock_sample_msgs/msg/observation.hpp>
-#include <rock_sample_msgs/msg/status.hpp>
-#include <rock_sample_msgs/srv/reset.hpp>
-
-#include <hypgen.h>
 
 #include "call_queue.hpp"
+#include "planner.hpp"
 
 namespace rock_sample_planner {
 
@@ -25,8 +20,7 @@ namespace rock_sample_planner {
 // its service `~/reset` begins an episode. `~/belief_status` says how each update ended.
 //
 // All callbacks are in the node's default group, so the executor calls them one at a time. They add calls to the
-// queue, whose thread makes them. Where the queue has none, transitions call the planner themselves. Any thread may
-// call hypgen_cancel.
+// queue, whose thread makes them. Where the queue has none, transitions call the planner themselves.
 class PlannerNode : public rclcpp_lifecycle::LifecycleNode {
  public:
   explicit PlannerNode(const rclcpp::NodeOptions& options = rclcpp::NodeOptions());
@@ -42,17 +36,17 @@ class PlannerNode : public rclcpp_lifecycle::LifecycleNode {
  private:
   using Plan = rock_sample_msgs::action::Plan;
   using Goal = rclcpp_action::ServerGoalHandle<Plan>;
-  using Observation = rock_sample_msgs::msg::Observation;
+  using Observation = msg::Observation;
   using Reset = rock_sample_msgs::srv::Reset;
-  using Status = rock_sample_msgs::msg::Status;
 
-  bool create_planner();
   void create_interfaces();
-  bool warm_up();
   void stop_calls();
   void release();
 
   // Of the executor's thread.
+  void take(const std::shared_ptr<const Observation>& observation);
+  void reset(const std::shared_ptr<rclcpp::Service<Reset>>& service,
+             const std::shared_ptr<rmw_request_id_t>& header, const std::shared_ptr<Reset::Request>& request);
   rclcpp_action::GoalResponse accept_goal() const;
   void begin_plan(const std::shared_ptr<Goal>& goal);
   rclcpp_action::CancelResponse cancel(const Goal& goal);
@@ -60,21 +54,18 @@ class PlannerNode : public rclcpp_lifecycle::LifecycleNode {
 
   // Of the queue's thread.
   void plan(Goal& goal);
-  Status update(const Observation& observation);
-  Status reset(const Reset::Request& request);
 
-  hypgen_planner* planner_ = nullptr;  // changed while the queue has no calls
-  std::int32_t last_action_ = -1;      // of the episode's last decision; the queue's thread alone uses it
-  std::atomic<bool> is_planning_{false};  // a goal was accepted and has no result yet
   bool is_active_ = false;
-  rclcpp_action::GoalUUID goal_{};  // the goal that was accepted last
-  bool is_cancelled_ = false;       // it is to end now
+  std::atomic<bool> is_planning_{false};  // a goal was accepted and has no result yet
+  rclcpp_action::GoalUUID goal_{};        // the goal that was accepted last
+  bool is_cancelled_ = false;             // it is to end now
 
+  std::unique_ptr<Planner> planner_;
   std::unique_ptr<CallQueue> calls_;
   rclcpp_action::Server<Plan>::SharedPtr plan_server_;
   rclcpp::Subscription<Observation>::SharedPtr observations_;
   rclcpp::Service<Reset>::SharedPtr reset_service_;
-  rclcpp_lifecycle::LifecyclePublisher<Status>::SharedPtr belief_status_;
+  rclcpp_lifecycle::LifecyclePublisher<msg::Status>::SharedPtr belief_status_;
   rclcpp::TimerBase::SharedPtr cancel_timer_;
 };
 

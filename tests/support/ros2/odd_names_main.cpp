@@ -89,7 +89,7 @@ void a_drawn_start_has_to_be_said() {
   expect(state == "aborted" && result->decision.status.code == Status::WRONG_ARGUMENT, state);
   Reset::Request request = start();
   request.visible_given = false;
-  expect_text(reset(*node, request), "visible");
+  expect_text(reset(*node, request), "say what it is");
   request = start();
   request.robot_class.class_value = 3;
   expect_text(reset(*node, request), "pos.class: expected -1 to 2, found 3");

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,10 +12,10 @@ from hypgen.codegen.generate import generate_library, generate_ros2
 from hypgen.dsl import ir
 from hypgen.runtime.builder import tools
 from hypgen.runtime.builder.solver import build_solver
-from support import rosidl
+from support.ros2 import rosidl
 
 HERE = Path(__file__).parent
-HYPGEN_H = HERE.parent.parent / "runtime" / "include"
+HYPGEN_H = HERE.parent.parent.parent / "runtime" / "include"
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 FLAGS = ("-std=c++17", "-O1", "-pthread", *WARNINGS)
 
@@ -33,23 +34,23 @@ def write(model: ir.Model, folder: Path) -> Path:
 def check(model: ir.Model, folder: Path) -> None:
     """Compile the node's sources to nothing; the model's header is made up."""
     source = write(model, folder)
-    text = (source / "planner_node.cpp").read_text()
-    [name] = [line for line in text.splitlines() if "hypgen_model_" in line]
-    function = "hypgen_model_" + name.partition("hypgen_model_")[2].partition("(")[0]
-    header = next(line for line in text.splitlines() if line.endswith(".h>") and "hypgen.h" not in line)
-    (folder / header.split("<")[1].rstrip(">")).write_text(
-        f'#include <hypgen.h>\nextern "C" const hypgen_model* {function}(void);\n'
-    )
+    text = (source / "planner.cpp").read_text()
+    function, header = (re.findall(pattern, text)[0] for pattern in (r"hypgen_model_\w+", r"<(\w+\.h)>"))
+    declaration = f'extern "C" const hypgen_model* {function}(void);'
+    (folder / header).write_text(f"#include <hypgen.h>\n{declaration}\n")
     for path in sorted(source.glob("*.cpp")):
         _run([*_compiler(folder, source, HYPGEN_H), "-fsyntax-only", str(path)])
 
 
-def build(model: ir.Model, main: Path, folder: Path, flags: Sequence[str] = ()) -> tuple[Path, Path]:
-    """Return a program of the node, the model's library and ``main``; and that library."""
+def build(model: ir.Model, main: Path, folder: Path) -> tuple[Path, Path]:
+    """Return a program of the node, the model's library and ``main``; and that library.
+
+    AddressSanitizer looks for what the node leaves behind.
+    """
     source = write(model, folder)
     library = build_solver(generate_library(model), str(folder), lambda step: None)
-    command = [*_compiler(folder, source, library.parent.parent / "include"), *flags]
-    node = [str(source / name) for name in ("planner_node.cpp", "parameters.cpp")]
+    command = [*_compiler(folder, source, library.parent.parent / "include"), "-fsanitize=address,undefined"]
+    node = [str(path) for path in sorted(source.glob("*.cpp")) if path.name != "main.cpp"]
     link = [f"-L{library.parent}", f"-l{library.stem.removeprefix('lib')}", f"-Wl,-rpath,{library.parent}"]
     program = folder / "drive"
     _run([*command, *node, str(main), *link, "-o", str(program)])
@@ -58,7 +59,7 @@ def build(model: ir.Model, main: Path, folder: Path, flags: Sequence[str] = ()) 
 
 def _compiler(*include: Path) -> list[str]:
     compiler = str(tools.find_tools().compiler.path)
-    return [compiler, *FLAGS, *(f"-I{path}" for path in (*include, HERE / "ros2_stubs"))]
+    return [compiler, *FLAGS, *(f"-I{path}" for path in (*include, HERE / "stubs"))]
 
 
 def _run(command: Sequence[str]) -> None:
