@@ -9,6 +9,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from hypgen.codegen.cpp import template_data
+from hypgen.codegen.ros2.package_data import Packages
 
 _TEMPLATES = Path(__file__).parent / "templates"
 
@@ -69,6 +70,50 @@ def render_library(
     return _render(templates, header, main, project, library)
 
 
+def render_ros2(project: template_data.Project, ros: Packages) -> dict[str, str]:
+    """Return the files of a model's ROS 2 packages but the planner's solver, keyed by their paths."""
+    messages, planner = f"{ros.stem}_msgs", f"{ros.stem}_planner"
+    templates = {
+        f"{messages}/{name}": f"ros2/msgs/{name}.j2"
+        for name in (
+            "CMakeLists.txt",
+            "package.xml",
+            "msg/Decision.msg",
+            "msg/Observation.msg",
+            "msg/Status.msg",
+            "action/Plan.action",
+            "srv/Reset.srv",
+        )
+    }
+    templates |= {
+        f"{planner}/{name}": f"ros2/planner/{name}.j2"
+        for name in (
+            "CMakeLists.txt",
+            "README.md",
+            "config/planner.yaml",
+            "package.xml",
+            "src/call_queue.hpp",
+            "src/main.cpp",
+            "src/message_values.hpp",
+            "src/parameter_text.hpp",
+            "src/parameters.cpp",
+            "src/parameters.hpp",
+            "src/planner.cpp",
+            "src/planner.hpp",
+            "src/planner_node.cpp",
+            "src/planner_node.hpp",
+        )
+    }
+    templates[f"{planner}/launch/{planner}.launch.py"] = "ros2/planner/launch/planner.launch.py.j2"
+    files = _fill(templates, {"project": project, "ros": ros})
+    for kind, found in (("enum", ros.enums), ("record", ros.records)):
+        for message in found:
+            path = f"{messages}/msg/{message.name}.msg"
+            values = {"project": project, "message": message}
+            files |= _fill({path: f"ros2/msgs/msg/{kind}.msg.j2"}, values)
+    return files
+
+
 def _render(
     templates: Mapping[str, str],
     header: template_data.Header,
@@ -76,6 +121,11 @@ def _render(
     project: template_data.Project,
     library: template_data.Library | None = None,
 ) -> dict[str, str]:
+    values = {"model": header, "main": main, "project": project, "library": library}
+    return _fill(templates, values)
+
+
+def _fill(templates: Mapping[str, str], values: Mapping[str, object]) -> dict[str, str]:
     environment = Environment(
         loader=FileSystemLoader(_TEMPLATES),
         undefined=StrictUndefined,
@@ -85,7 +135,6 @@ def _render(
         autoescape=False,
     )
     environment.filters["function_text"] = _function_text
-    values = {"model": header, "main": main, "project": project, "library": library}
     return {path: environment.get_template(name).render(values) for path, name in templates.items()}
 
 

@@ -3,8 +3,15 @@
 
 from __future__ import annotations
 
-from hypgen.codegen.fill_templates import render, render_exact, render_library, render_verify
-from hypgen.codegen.project import lower, lower_embedded
+from hypgen.codegen.fill_templates import (
+    render,
+    render_exact,
+    render_library,
+    render_ros2,
+    render_verify,
+)
+from hypgen.codegen.project import lower, lower_embedded, project_view
+from hypgen.codegen.ros2.packages import packages
 from hypgen.dsl import ir
 from hypgen.dsl.ir.precise import with_precise_draws
 from hypgen.dsl.messages.watch import Watch, nobody
@@ -34,3 +41,11 @@ def generate_verify(model: ir.Model) -> dict[str, str]:
 def generate_library(model: ir.Model) -> dict[str, str]:
     """Return the files of a library that programs embed."""
     return render_library(*lower_embedded(model))
+
+
+def generate_ros2(model: ir.Model) -> tuple[str, dict[str, str]]:
+    """Return the files of a model's two ROS 2 packages; before them, the folder of the solver's project."""
+    ros = packages(model)
+    folder = f"{ros.stem}_planner/solver"
+    project = {f"{folder}/{path}": text for path, text in generate(model).items()}
+    return folder, render_ros2(project_view(model), ros) | project

@@ -28,7 +28,12 @@ from hypgen.cli.output import say_warnings
     is_flag=True,
     help="Compile a shared library with a C interface for programs of your own; -o takes it with headers.",
 )
-@click.option("--emit-only", is_flag=True, help="Write the project, compile nothing; needs -o.")
+@click.option(
+    "--emit",
+    type=click.Choice(("project", "ros2")),
+    help="Write sources, compile nothing; needs -o. project: what -o writes else. ros2: packages for ROS 2.",
+)
+@click.option("--emit-only", "emit", flag_value="project", default=None, help="The same as --emit project.")
 @click.option("--force", is_flag=True, help="Compile the model again even if nothing has changed.")
 def command(
     model: Path,
@@ -39,7 +44,7 @@ def command(
     nvcc: str,
     output: Path | None,
     library: bool,
-    emit_only: bool,
+    emit: str | None,
     force: bool,
 ) -> int:
     """Compile MODEL into a solver, or a library, and print the path of what was made.
@@ -55,7 +60,8 @@ def command(
     Examples:
       hypgen compile examples/tiger.pomdp
       hypgen compile examples/rock_sample.pomdp --set n=11 --set k=11 -o rock-solver
-      hypgen compile examples/tag.pomdp -o tag --emit-only && cmake -S tag -B tag/build
+      hypgen compile examples/tag.pomdp --emit project -o tag && cmake -S tag -B tag/build
+      hypgen compile examples/tag.pomdp --emit ros2 -o workspace/src/tag
       hypgen compile examples/rock_sample.pomdp --library -o rock-library
       hypgen compile examples/tag.pomdp --target cuda
       hypgen compile examples/tag.pomdp --arch sm_80,sm_90 --nvcc /opt/cuda/bin/nvcc -o tag-solver
@@ -63,10 +69,10 @@ def command(
     from hypgen.codegen import generate
     from hypgen.runtime.builder.exported_project import check_target, export, export_library
 
-    if emit_only and output is None:
-        raise click.UsageError("--emit-only needs a folder to write to: add -o DIR.")
-    if emit_only and library:
-        raise click.UsageError("--emit-only writes a program's project: leave out --library.")
+    if emit and output is None:
+        raise click.UsageError("--emit needs a folder to write to: add -o DIR.")
+    if emit and library:
+        raise click.UsageError("--emit compiles nothing: leave out --library.")
     if output is not None:
         check_target(output)
     cuda = choose_cuda(target, arch, nvcc)
@@ -77,8 +83,13 @@ def command(
         built = build(loaded, generate.generate_library(loaded.model), model, instance, cuda, force)
         click.echo(built if output is None else export_library(built, output))
         return Exit.OK
+    if emit == "ros2" and output is not None:
+        project, files = generate.generate_ros2(loaded.model)
+        export(files, output, architectures=architectures, project=project)
+        click.echo(output)
+        return Exit.OK
     files = generate.generate(loaded.model)
-    if emit_only and output is not None:
+    if emit and output is not None:
         export(files, output, architectures=architectures)
         click.echo(output)
         return Exit.OK

@@ -15,7 +15,7 @@ def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
-_KEYWORDS = _words(
+KEYWORDS = _words(
     """
     alignas alignof and and_eq asm auto bitand bitor bool break case catch char char8_t char16_t
     char32_t class compl concept const const_cast consteval constexpr constinit continue co_await
@@ -93,7 +93,7 @@ class Scope:
         What follows a ``%`` tells locals of the IR apart and is left out.
         """
         name = name.partition("%")[0].replace(".", "_").replace(":", "_")
-        if name in _KEYWORDS or name in _TAKEN or name in _CONCEPT:
+        if name in KEYWORDS or name in _TAKEN or name in _CONCEPT:
             name += "_"
         found, number = name, 2
         while found in self.taken:

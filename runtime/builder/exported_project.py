@@ -10,7 +10,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from hypgen import __version__
 from hypgen.runtime.builder.errors import ToolchainError
@@ -28,12 +28,15 @@ def export(
     directory: Path,
     executable: Path | None = None,
     architectures: tuple[int, ...] = (),
+    project: str = "",
 ) -> None:
     """Write the project, the runtime's sources and the third-party header to ``directory``.
 
-    With ``architectures``, its own build compiles for those GPUs unless told otherwise.
+    With ``architectures``, its own build compiles for those GPUs unless told otherwise. ``project`` is the
+    folder of the project, where the files are more than that.
     """
-    _replace(directory, lambda stage: _stage({**files, **_target(architectures)}, executable, stage))
+    target = {str(PurePosixPath(project, name)): text for name, text in _target(architectures).items()}
+    _replace(directory, lambda stage: _stage({**files, **target}, executable, stage, project))
 
 
 def export_library(library: Path, directory: Path) -> Path:
@@ -95,13 +98,13 @@ def check_target(directory: Path) -> list[str]:
     return []
 
 
-def _stage(files: Mapping[str, str], executable: Path | None, stage: Path) -> list[str]:
-    """Write the whole project to ``stage``; return its files' names, the marker last."""
+def _stage(files: Mapping[str, str], executable: Path | None, stage: Path, project: str) -> list[str]:
+    """Write all files to ``stage``; return their names, the marker last. ``project`` is a folder in it."""
     for name, text in files.items():
         _parent(stage / name).write_text(text, encoding="utf-8")
     for name, path in runtime_files().items():
-        shutil.copyfile(path, _parent(stage / "hypgen" / name))
-    third_party = stage / "third_party" / "nlohmann"
+        shutil.copyfile(path, _parent(stage / project / "hypgen" / name))
+    third_party = stage / project / "third_party" / "nlohmann"
     shutil.copytree(find_json() / "nlohmann", third_party)
     licence = _json_licence()
     if licence is not None:

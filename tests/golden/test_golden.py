@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from support import ir_samples
 
-from hypgen.codegen.generate import generate, generate_library, generate_verify
+from hypgen.codegen.generate import generate, generate_library, generate_ros2, generate_verify
 from hypgen.dsl import ir
 from hypgen.dsl.load import load
 
@@ -28,6 +28,7 @@ MODELS = [
 ]
 
 CHECKED = ["first_look.pomdp"]
+ROS2 = ["rock_sample.pomdp"]
 LIBRARIES = ["first_look.pomdp", "rock_sample.pomdp", "two_robot_rock_sample.pomdp"]
 
 
@@ -79,6 +80,28 @@ def test_what_else_is_generated(
     golden = {
         path.relative_to(place).as_posix(): path.read_text(encoding="utf-8")
         for path in place.rglob("*")
+        if path.is_file()
+    }
+    assert own == golden, "`pytest tests/golden --accept`, then review the diff"
+
+
+@pytest.mark.parametrize("name", ROS2)
+def test_generated_ros2_packages(name: str, request: pytest.FixtureRequest) -> None:
+    """The solver in the planner's package is the model's project."""
+    folder = HERE / "ros2" / name.removesuffix(".pomdp")
+    solver, files = generate_ros2(model(name))
+    own = {path: text for path, text in files.items() if not path.startswith(f"{solver}/")}
+    assert generate(model(name)) == {
+        path.removeprefix(f"{solver}/"): text for path, text in files.items() if path not in own
+    }
+    if request.config.getoption("--accept", default=False):
+        shutil.rmtree(folder, ignore_errors=True)
+        for path, text in own.items():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_text(text, encoding="utf-8")
+    golden = {
+        path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8")
+        for path in folder.rglob("*")
         if path.is_file()
     }
     assert own == golden, "`pytest tests/golden --accept`, then review the diff"

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``hypgen compile --emit ros2``: the node compiles against stubs of ours, and does what ROS asks of it."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+from support.ros2 import node
+
+from hypgen.api import Solver
+from hypgen.dsl.load import load
+
+pytestmark = pytest.mark.cxx
+ROOT = Path(__file__).parent.parent.parent
+SUPPORT = ROOT / "tests" / "support" / "ros2"
+
+EXAMPLES = ("crowd_driving", "light_dark", "tiger", "two_robot_rock_sample")
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_the_node_compiles(name: str, tmp_path: Path) -> None:
+    node.check(load(ROOT / "examples" / f"{name}.pomdp").model, tmp_path)
+
+
+def test_the_node_of_rock_sample_does_what_ros_asks(tmp_path: Path) -> None:
+    model = load(ROOT / "examples" / "rock_sample.pomdp").model
+    program, library = node.build(model, SUPPORT / "rocks_main.cpp", tmp_path)
+    done = subprocess.run([program], capture_output=True, text=True, timeout=300)
+    lines = done.stdout.splitlines()
+    checks = [line for line in lines if not line.startswith("decision ")]
+    assert [line for line in checks if not line.endswith(": ok")] == [], done.stderr
+    assert done.returncode == 0 and len(checks) == 12
+
+    # The node decides as any caller of the library does.
+    settings = {"mode": "despot", "trials": 60, "scenarios": 100, "particles": 500, "memory": 64, "seed": 3}
+    with Solver(library).planner(params={"start_row": 1}, **settings) as planner:
+        planner.reset(episode=2)
+        for line in (line for line in lines if line.startswith("decision ")):
+            found = planner.plan()
+            assert line == f"decision {found.action} {found.lower:.17g} {found.upper:.17g}"
+            reading = "looks_bad" if found.name.startswith("check") else "nothing"
+            planner.update(found.action, {"reading": reading})
+
+
+def test_a_node_takes_values_of_every_kind(tmp_path: Path) -> None:
+    model = load(SUPPORT / "odd_names.pomdp").model
+    program, _ = node.build(model, SUPPORT / "odd_names_main.cpp", tmp_path)
+    done = subprocess.run([program], capture_output=True, text=True, timeout=300)
+    checks = done.stdout.splitlines()
+    assert [line for line in checks if not line.endswith(": ok")] == [], done.stderr
+    assert done.returncode == 0 and len(checks) == 3

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compiles a generated node, with our own stubs in place of ROS 2, and programs that drive it."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+from hypgen.codegen.generate import generate_library, generate_ros2
+from hypgen.dsl import ir
+from hypgen.runtime.builder import tools
+from hypgen.runtime.builder.solver import build_solver
+from support.ros2 import rosidl
+
+HERE = Path(__file__).parent
+HYPGEN_H = HERE.parent.parent.parent / "runtime" / "include"
+WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
+FLAGS = ("-std=c++17", "-O1", "-pthread", *WARNINGS)
+
+
+def write(model: ir.Model, folder: Path) -> Path:
+    """Write the node's sources and headers of its messages to a folder; return where the sources are."""
+    _, files = generate_ros2(model)
+    package = min(files).partition("_msgs/")[0] + "_planner"
+    sources = {path: text for path, text in files.items() if path.startswith(f"{package}/src/")}
+    for path, text in {**sources, **rosidl.headers(files, package.replace("_planner", "_msgs"))}.items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_text(text)
+    return folder / package / "src"
+
+
+def check(model: ir.Model, folder: Path) -> None:
+    """Compile the node's sources to nothing; the model's header is made up."""
+    source = write(model, folder)
+    text = (source / "planner.cpp").read_text()
+    function, header = (re.findall(pattern, text)[0] for pattern in (r"hypgen_model_\w+", r"<(\w+\.h)>"))
+    declaration = f'extern "C" const hypgen_model* {function}(void);'
+    (folder / header).write_text(f"#include <hypgen.h>\n{declaration}\n")
+    for path in sorted(source.glob("*.cpp")):
+        _run([*_compiler(folder, source, HYPGEN_H), "-fsyntax-only", str(path)])
+
+
+def build(model: ir.Model, main: Path, folder: Path) -> tuple[Path, Path]:
+    """Return a program of the node, the model's library and ``main``; and that library.
+
+    AddressSanitizer looks for what the node leaves behind.
+    """
+    source = write(model, folder)
+    library = build_solver(generate_library(model), str(folder), lambda step: None)
+    command = [*_compiler(folder, source, library.parent.parent / "include"), "-fsanitize=address,undefined"]
+    node = [str(path) for path in sorted(source.glob("*.cpp")) if path.name != "main.cpp"]
+    link = [f"-L{library.parent}", f"-l{library.stem.removeprefix('lib')}", f"-Wl,-rpath,{library.parent}"]
+    program = folder / "drive"
+    _run([*command, *node, str(main), *link, "-o", str(program)])
+    return program, library
+
+
+def _compiler(*include: Path) -> list[str]:
+    compiler = str(tools.find_tools().compiler.path)
+    return [compiler, *FLAGS, *(f"-I{path}" for path in (*include, HERE / "stubs"))]
+
+
+def _run(command: Sequence[str]) -> None:
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
