@@ -82,6 +82,13 @@ def test_without_any_compiler_the_remedy_says_what_to_install(
     assert "apt-get install g++" in error.value.remedy
 
 
+def test_without_ar_the_remedy_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(ToolchainError, match="no ar found") as error:
+        toolchain.find_archiver()
+    assert "apt-get install binutils" in error.value.remedy
+
+
 def test_an_old_cmake_is_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     old = tmp_path / "cmake"
     old.write_text("#!/bin/sh\necho cmake version 3.5.1\n")

@@ -6,7 +6,7 @@
 
 namespace hypgen {
 
-const DeviceSupport& device_support_FirstLook();  // main.cpp declares it too
+const DeviceSupport& device_support_FirstLook();  // library.cpp declares it too
 
 const DeviceSupport& device_support_FirstLook() {
   static const cuda::ModelDeviceSupport<models::FirstLook> support;

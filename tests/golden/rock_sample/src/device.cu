@@ -6,7 +6,7 @@
 
 namespace hypgen {
 
-const DeviceSupport& device_support_RockSample();  // main.cpp declares it too
+const DeviceSupport& device_support_RockSample();  // library.cpp declares it too
 
 const DeviceSupport& device_support_RockSample() {
   static const cuda::ModelDeviceSupport<models::RockSample> support;

@@ -6,7 +6,7 @@
 
 namespace hypgen {
 
-const DeviceSupport& device_support_SmallRocks();  // main.cpp declares it too
+const DeviceSupport& device_support_SmallRocks();  // library.cpp declares it too
 
 const DeviceSupport& device_support_SmallRocks() {
   static const cuda::ModelDeviceSupport<models::SmallRocks> support;

@@ -6,7 +6,7 @@
 
 namespace hypgen {
 
-const DeviceSupport& device_support_Tag();  // main.cpp declares it too
+const DeviceSupport& device_support_Tag();  // library.cpp declares it too
 
 const DeviceSupport& device_support_Tag() {
   static const cuda::ModelDeviceSupport<models::Tag> support;

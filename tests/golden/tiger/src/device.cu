@@ -6,7 +6,7 @@
 
 namespace hypgen {
 
-const DeviceSupport& device_support_Tiger();  // main.cpp declares it too
+const DeviceSupport& device_support_Tiger();  // library.cpp declares it too
 
 const DeviceSupport& device_support_Tiger() {
   static const cuda::ModelDeviceSupport<models::Tiger> support;

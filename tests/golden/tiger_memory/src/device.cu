@@ -6,7 +6,7 @@
 
 namespace hypgen {
 
-const DeviceSupport& device_support_TigerMemory();  // main.cpp declares it too
+const DeviceSupport& device_support_TigerMemory();  // library.cpp declares it too
 
 const DeviceSupport& device_support_TigerMemory() {
   static const cuda::ModelDeviceSupport<models::TigerMemory> support;

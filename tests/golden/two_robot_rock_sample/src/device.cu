@@ -6,7 +6,7 @@
 
 namespace hypgen {
 
-const DeviceSupport& device_support_TwoRobotRockSample();  // main.cpp declares it too
+const DeviceSupport& device_support_TwoRobotRockSample();  // library.cpp declares it too
 
 const DeviceSupport& device_support_TwoRobotRockSample() {
   static const cuda::ModelDeviceSupport<models::TwoRobotRockSample> support;

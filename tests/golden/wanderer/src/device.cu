@@ -6,7 +6,7 @@
 
 namespace hypgen {
 
-const DeviceSupport& device_support_Wanderer();  // main.cpp declares it too
+const DeviceSupport& device_support_Wanderer();  // library.cpp declares it too
 
 const DeviceSupport& device_support_Wanderer() {
   static const cuda::ModelDeviceSupport<models::Wanderer> support;
