@@ -38,7 +38,7 @@ def main() -> None:
     paths = sorted(path for part in MODELS for path in (ROOT / part).rglob("*.pomdp"))
     for path in paths:
         for name, text in generate(load(path).model).items():
-            if name.startswith("src/"):
+            if name.startswith(("src/", "include/")):
                 put(folder / "models" / path.stem / Path(name).name, text)
     shutil.copy(Path(__file__).with_name("examples.py"), folder)
     print(f"{len(paths)} models in {folder}")
