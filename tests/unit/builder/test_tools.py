@@ -31,6 +31,22 @@ TINY = {
 }
 
 
+LIBRARY = {
+    "src/toy.hpp": FILES["src/toy.hpp"],
+    "src/library.cpp": '#include "toy.h"\n#include "toy.hpp"\nint hypgen_toy() { return toy(); }\n',
+    "src/shared.cpp": '#include "toy.h"\nint hypgen_library() { return hypgen_toy(); }\n',
+    "include/toy.h": "int hypgen_toy();\nint hypgen_library();\n",
+    "cmake/toy-config.cmake.in": 'set(id "@HYPGEN_RUNTIME_ID@")\nset(cuda "@HYPGEN_CUDA@")\n',
+    "README.md": "A toy.\n",
+}
+FOR_LIBRARIES = {
+    "include/hypgen.h": "\n",
+    "cmake/exported_symbols.map": "{ global: *hypgen_*; local: *; };\n",
+    "LICENSE": "\n",
+    "NOTICE": "\n",
+}
+
+
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("HYPGEN_CACHE_DIR", str(tmp_path / "cache"))
@@ -262,3 +278,20 @@ def test_the_solver_is_exported_with_its_project(target: Path) -> None:
     path, _ = make()
     exported_project.export(FILES, target, path)
     assert subprocess.run([target / "bin" / "toy"]).returncode == 7
+
+
+@pytest.mark.cxx
+def test_a_library_comes_with_what_its_users_need(tiny: Path) -> None:
+    for name, text in FOR_LIBRARIES.items():
+        (tiny / name).parent.mkdir(exist_ok=True)
+        (tiny / name).write_text(text)
+    path, _ = make(LIBRARY)
+    package = path.parent.parent
+    runtime = f"lib/libhypgen_runtime-{solver.runtime_id()}.a"
+    config = "lib/cmake/toy/toy-config.cmake"
+    headers = {"include/toy.h", "include/hypgen.h"}
+    pages = {"README.md", "LICENSE.hypgen", "NOTICE.hypgen"}
+    assert listing(package) == {"lib/libtoy.so", "lib/libtoy.a", runtime, config, *headers, *pages}
+    assert (package / config).read_text() == f'set(id "{solver.runtime_id()}")\nset(cuda "OFF")\n'
+    archived = subprocess.run(["ar", "t", path.with_suffix(".a")], capture_output=True, text=True)
+    assert archived.stdout == "library.cpp.o\n", "several models in a program have no hypgen_library_model"
