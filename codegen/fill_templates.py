@@ -20,11 +20,10 @@ def render(
     project: template_data.Project,
     library: template_data.Library,
 ) -> dict[str, str]:
-    """Return the files of a solver's project, keyed by their paths."""
+    """Return the files of a project, which builds a solver and libraries, keyed by their paths."""
     templates = {
-        f"src/{project.stem}.hpp": "model.hpp.j2",
+        **_library_templates(project.stem),
         "src/main.cpp": "main.cpp.j2",
-        "src/device.cu": "device.cu.j2",
         "CMakeLists.txt": "CMakeLists.txt.j2",
         "README.md": "README.md.j2",
     }
@@ -58,16 +57,20 @@ def render_library(
     project: template_data.Project,
     library: template_data.Library,
 ) -> dict[str, str]:
-    """Return the files of a library, and its header and pages for users in ``package``."""
-    templates = {
-        f"src/{project.stem}.hpp": "model.hpp.j2",
-        "src/library.cpp": "library.cpp.j2",
-        "src/device.cu": "device.cu.j2",
-        f"package/include/{project.stem}.h": "library.h.j2",
-        f"package/lib/cmake/{project.stem}/{project.stem}-config.cmake": "library_config.cmake.j2",
-        "package/README.md": "library_README.md.j2",
-    }
+    """Return the files of a project that are of its libraries, with a page for their users."""
+    templates = {**_library_templates(project.stem), "README.md": "library_README.md.j2"}
     return _render(templates, header, main, project, library)
+
+
+def _library_templates(stem: str) -> dict[str, str]:
+    return {
+        f"src/{stem}.hpp": "model.hpp.j2",
+        "src/library.cpp": "library.cpp.j2",
+        "src/shared.cpp": "shared.cpp.j2",
+        "src/device.cu": "device.cu.j2",
+        f"include/{stem}.h": "library.h.j2",
+        f"cmake/{stem}-config.cmake.in": "config.cmake.j2",
+    }
 
 
 def render_ros2(project: template_data.Project, ros: Packages) -> dict[str, str]:

@@ -39,7 +39,7 @@ def generate_verify(model: ir.Model) -> dict[str, str]:
 
 
 def generate_library(model: ir.Model) -> dict[str, str]:
-    """Return the files of a library that programs embed."""
+    """Return the files of the libraries that programs embed, without a program."""
     return render_library(*lower_embedded(model))
 
 

@@ -19,7 +19,7 @@ from hypgen.runtime.builder.solver import build_solver
 
 HERE = Path(__file__).parent
 MODELS = HERE.parent / "models"
-MAIN = "src/main.cpp"
+MAIN, LIBRARY = "src/main.cpp", "src/library.cpp"
 HEADERS = ("cmath", "cstdio", "cstdlib", "ctime")
 
 
@@ -55,9 +55,8 @@ def run(program: Path, particles: int, options: argparse.Namespace) -> str:
 def build(model: str, program: str, *settings: str) -> Path:
     """Return the program for a model."""
     files = generate(load.load(MODELS / f"{model}.pomdp", settings=settings).model)
-    beginning, _, _ = files[MAIN].partition("int main(")
     includes = "".join(f"#include <{name}>\n" for name in HEADERS)
-    files[MAIN] = includes + beginning + (HERE / program).read_text(encoding="utf-8")
+    files[MAIN] = includes + files.pop(LIBRARY) + (HERE / program).read_text(encoding="utf-8")
     return build_solver(files, " ".join((model, *settings)), lambda step: None)
 
 

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The leaf evaluator of one model alone, without a tree, against a bare rollout kernel of the same model.
 //
-// benchmarks/device/README.md says how it is built. MAIN is the generated main.cpp, included for the model's
-// descriptor.
-#define main solver_entry
-#include MAIN
-#undef main
+// benchmarks/device/README.md says how it is built. LIBRARY is the generated library.cpp, included for the
+// model's descriptor.
+#include LIBRARY
 
 #include <algorithm>
 #include <cstdio>

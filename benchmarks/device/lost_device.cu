@@ -2,10 +2,8 @@
 // A GPU that fails in mid-search, or with the argument `silent` one that does not answer for some seconds in
 // a plan without a deadline: the plan has to end soon with a legal action, and the next ones have to use the
 // CPU. For a model that searches for longer than 0.1 s before its memory is full, as rock_sample does. Built
-// as leaf_evaluator.cu is, with MAIN the generated main.cpp of a model.
-#define main solver_entry
-#include MAIN
-#undef main
+// as leaf_evaluator.cu is, with LIBRARY the generated library.cpp of a model.
+#include LIBRARY
 
 #include <chrono>
 #include <cstdio>

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -26,7 +28,12 @@ from hypgen.cli.output import say_warnings
 @click.option(
     "--library",
     is_flag=True,
-    help="Compile a shared library with a C interface for programs of your own; -o takes it with headers.",
+    help="Compile libraries with a C interface for programs of your own; -o takes them with headers.",
+)
+@click.option(
+    "--name",
+    metavar="NAME",
+    help="Call the model so, and its files and functions: for a program with two settings of one model.",
 )
 @click.option(
     "--emit",
@@ -44,10 +51,11 @@ def command(
     nvcc: str,
     output: Path | None,
     library: bool,
+    name: str | None,
     emit: str | None,
     force: bool,
 ) -> int:
-    """Compile MODEL into a solver, or a library, and print the path of what was made.
+    """Compile MODEL into a solver, or libraries, and print the path of what was made.
 
     Solvers are cached by content in HYPGEN_CACHE_DIR (or the user's cache folder); a model that has not
     changed is not compiled again.
@@ -63,6 +71,7 @@ def command(
       hypgen compile examples/tag.pomdp --emit project -o tag && cmake -S tag -B tag/build
       hypgen compile examples/tag.pomdp --emit ros2 -o workspace/src/tag
       hypgen compile examples/rock_sample.pomdp --library -o rock-library
+      hypgen compile examples/rs_11_11.pomdp --library --name LargeRocks -o large-rock-library
       hypgen compile examples/tag.pomdp --target cuda
       hypgen compile examples/tag.pomdp --arch sm_80,sm_90 --nvcc /opt/cuda/bin/nvcc -o tag-solver
     """
@@ -73,11 +82,15 @@ def command(
         raise click.UsageError("--emit needs a folder to write to: add -o DIR.")
     if emit and library:
         raise click.UsageError("--emit compiles nothing: leave out --library.")
+    if name is not None and not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
+        raise click.UsageError(f"--name: expected a name such as LargeRocks, found '{name}'.")
     if output is not None:
         check_target(output)
     cuda = choose_cuda(target, arch, nvcc)
     architectures = cuda.architectures if cuda else ()
     loaded = load(model, instance, settings)
+    if name is not None:
+        loaded = replace(loaded, model=replace(loaded.model, name=name))
     say_warnings(loaded)
     if library:
         built = build(loaded, generate.generate_library(loaded.model), model, instance, cuda, force)

@@ -84,6 +84,14 @@ class Group:
 
 
 @dataclass(frozen=True)
+class CGroup:
+    """What C programs have of a type: its struct, if it is a record, and functions of its codes."""
+
+    struct: tuple[str, ...]
+    functions: tuple[Function, ...]
+
+
+@dataclass(frozen=True)
 class Library:
     """What a library says of the values that its callers give and get."""
 
@@ -91,6 +99,7 @@ class Library:
     seen: tuple[str, ...]
     hidden: tuple[str, ...]
     enumerators: tuple[Group, ...]
+    functions: tuple[CGroup, ...]
 
 
 @dataclass(frozen=True)

@@ -1,60 +1,208 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The header of a library for C: the model's enums, and places of values in arrays."""
+"""The header of a library for C: the model's enums and records, and places of values in arrays."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TypeAlias
 
 from hypgen.codegen.cpp import template_data
+from hypgen.codegen.cpp.text import Code
 from hypgen.codegen.layout.naming import Scope, snake_case
 from hypgen.dsl import ir
 from hypgen.dsl.ir import key_digits
-from hypgen.dsl.types import Enum, Type, length_of, low_of, size_of
+from hypgen.dsl.types import Bool, Enum, Int, Record, Type, Variant, length_of, low_of, size_of
 
 Fields: TypeAlias = list[tuple[str, tuple[Type, ...]]]
-Namer: TypeAlias = Callable[..., str]
 
 
-def c_groups(model: ir.Model, stem: str) -> tuple[template_data.Group, ...]:
-    """Return the enumerators of the header."""
-    scope, prefix = Scope(), stem.upper()
+class CHeader:
+    """Makes what the header declares. Functions give -1 where an argument is no value of its type."""
 
-    def name(*parts: str) -> str:
-        words = [re.sub(r"\W", "_", snake_case(part)).upper() for part in parts]
-        return scope.unique("_".join([prefix, *words]))
+    def __init__(self, model: ir.Model, stem: str) -> None:
+        self._model = model
+        self._stem = stem
+        self._constants = Scope()
+        # Names that hypgen.h and its includes define begin in other ways than with the model's name.
+        self._names = Scope()
 
-    visible: Fields = [(v.name, v.indices) for v in model.variables if v.visible]
-    seen: Fields = [(k.name, k.indices) for k in model.key]
-    groups: list[tuple[str, Iterator[str]]] = [
-        ("Sizes.", _sizes(name, model, visible, seen)),
-        ("Places of the visible variables in the values of hypgen_reset.", _places(name, "at", visible)),
-        ("Places of what is seen in the values of hypgen_update_values.", _places(name, "sees", seen)),
-        *((f"The codes of {enum.name}.", _codes(name, enum)) for enum in model.enums),
-    ]
-    return tuple(template_data.Group(title, lines) for title, found in groups if (lines := tuple(found)))
+    def enumerators(self) -> tuple[template_data.Group, ...]:
+        """Return sizes, places and codes."""
+        model = self._model
+        visible: Fields = [(v.name, v.indices) for v in model.variables if v.visible]
+        seen: Fields = [(k.name, k.indices) for k in model.key]
+        groups: list[tuple[str, Iterator[str]]] = [
+            ("Sizes.", self._sizes(visible, seen)),
+            ("Places of the visible variables in the values of hypgen_reset.", self._places("at", visible)),
+            ("Places of what is seen in the values of hypgen_update_values.", self._places("sees", seen)),
+            *((f"The codes of {enum.name}.", self._codes(enum)) for enum in model.enums),
+        ]
+        return tuple(template_data.Group(title, lines) for title, found in groups if (lines := tuple(found)))
+
+    def functions(self) -> tuple[template_data.CGroup, ...]:
+        """Return records with their codes, variants with arguments, and the action's number."""
+        enums = [template_data.CGroup((), tuple(self._variants(enum))) for enum in self._model.enums]
+        records = [self._record(record) for record in self._model.records]
+        action = template_data.CGroup((), tuple(self._action(self._model.action)))
+        return tuple(group for group in (*enums, *records, action) if group.functions)
+
+    def _constant(self, *parts: str) -> str:
+        return self._constants.unique("_".join([self._stem, *map(_word, parts)]).upper())
+
+    def _name(self, *parts: str) -> str:
+        return self._names.unique("_".join([self._stem, *map(_word, parts)]))
+
+    def _sizes(self, visible: Fields, seen: Fields) -> Iterator[str]:
+        yield f"{self._constant('actions')} = {self._model.action.count},"
+        yield f"{self._constant('visible')} = {sum(length_of(i) for _, i in visible)},"
+        yield f"{self._constant('seen')} = {sum(length_of(i) for _, i in seen)},"
+        yield f"{self._constant('key_words')} = {key_digits.word_count(self._model.key)},"
+
+    def _places(self, kind: str, fields: Fields) -> Iterator[str]:
+        place = 0
+        for field, indices in fields:
+            count = length_of(indices)
+            note = f" /* the first of {count} */" if indices else ""
+            yield f"{self._constant(kind, field)} = {place},{note}"
+            place += count
+
+    def _codes(self, enum: Enum) -> Iterator[str]:
+        for variant in enum.variants:
+            line = f"{self._constant(enum.name, variant.name)} = {enum.offsets[variant.name]},"
+            if variant.argument is not None:
+                low, size = low_of(variant.argument), size_of(variant.argument)
+                line += f" /* the first of {size}, of argument {low} */"
+            yield line
+
+    def _variants(self, enum: Enum) -> Iterator[template_data.Function]:
+        for variant in enum.variants:
+            if variant.argument is not None:
+                yield from self._variant(enum, variant, variant.argument)
+
+    def _variant(self, enum: Enum, variant: Variant, argument: Type) -> Iterator[template_data.Function]:
+        first, low, size = enum.offsets[variant.name], low_of(argument), size_of(argument)
+        yield _function(
+            f"The code of {enum.name}'s {variant.name}(argument).",
+            f"int32_t {self._name(enum.name, variant.name)}(int32_t argument)",
+            [f"return {_inside('argument', argument)} ? {_plus('argument', first - low)} : -1;"],
+        )
+        yield _function(
+            f"Whether a code of {enum.name} is one of {variant.name}.",
+            f"int {self._name(enum.name, 'is', variant.name)}(int32_t code)",
+            [f"return code >= {first} && code < {first + size};"],
+        )
+        yield _function(
+            f"The argument of {variant.name}, of a code that is one of it.",
+            f"int32_t {self._name(enum.name, variant.name, 'argument')}(int32_t code)",
+            [f"return {_plus('code', low - first)};"],
+        )
+
+    def _record(self, record: Record) -> template_data.CGroup:
+        """Return a struct and the way to its code and back."""
+        name = self._name(record.name)
+        members = Scope({"restrict"})  # C's only word that C++ lacks and a model may use
+        fields = [(members.unique(_word(field)), field, type_) for field, type_ in record.fields]
+        struct = [f"int32_t {member}; /* {_values(type_)} */" for member, _, type_ in fields]
+        packing, unpacking = Code(), Code()
+        tests = " && ".join(_inside(f"value.{member}", type_) for member, _, type_ in fields)
+        terms = [_digit(f"value.{member}", type_, record.stride(field)) for member, field, type_ in fields]
+        with packing.block(f"if (!({tests}))"):
+            packing.add("return -1;")
+        packing.add(f"return {' + '.join(terms)};")
+        unpacking.add(f"{name} value;")
+        for member, field, type_ in fields:
+            unpacking.add(f"value.{member} = {_value(record, field, type_)};")
+        unpacking.add("return value;")
+        return template_data.CGroup(
+            (f"typedef struct {name} {{", *(f"  {line}" for line in struct), f"}} {name};"),
+            (
+                _function(
+                    f"The code of a {record.name}.",
+                    f"int32_t {self._name(record.name, 'code')}({name} value)",
+                    packing.lines,
+                ),
+                _function(
+                    f"The {record.name} of a code.",
+                    f"{name} {self._name(record.name, 'of')}(int32_t code)",
+                    unpacking.lines,
+                ),
+            ),
+        )
+
+    def _action(self, action: ir.Action) -> Iterator[template_data.Function]:
+        """Yield the way to an action's number and back, where that is not its code."""
+        name, size, low = self._name("action"), size_of(action.type), low_of(action.type)
+        if action.indices:
+            count = length_of(action.indices)
+            code = Code()
+            code.add("int32_t action = 0;")
+            with code.block(f"for (int i = 0; i < {count}; ++i)"):
+                code.add(f"if (!({_inside('parts[i]', action.type)})) return -1;")
+                code.add(f"action = action * {size} + {_plus('parts[i]', -low)};")
+            code.add("return action;")
+            yield _function(
+                f"The action with these {count} parts: the number that hypgen_decision has.",
+                f"int32_t {name}(const int32_t* parts)",
+                code.lines,
+            )
+            code = Code()
+            with code.block(f"for (int i = {count - 1}; i >= 0; --i)"):
+                code.add(f"parts[i] = {_plus(f'action % {size}', low)};")
+                code.add(f"action /= {size};")
+            head = f"void {self._name('action', 'parts')}(int32_t action, int32_t* parts)"
+            yield _function(f"The {count} parts of an action.", head, code.lines)
+        elif low:
+            test = _inside("value", action.type)
+            yield _function(
+                "The action of a value: the number that hypgen_decision has.",
+                f"int32_t {name}(int32_t value)",
+                [f"return {test} ? {_plus('value', -low)} : -1;"],
+            )
+            head = f"int32_t {self._name('action', 'value')}(int32_t action)"
+            yield _function("The value of an action.", head, [f"return {_plus('action', low)};"])
 
 
-def _sizes(name: Namer, model: ir.Model, visible: Fields, seen: Fields) -> Iterator[str]:
-    yield f"{name('actions')} = {model.action.count},"
-    yield f"{name('visible')} = {sum(length_of(i) for _, i in visible)},"
-    yield f"{name('seen')} = {sum(length_of(i) for _, i in seen)},"
-    yield f"{name('key_words')} = {key_digits.word_count(model.key)},"
+def _word(part: str) -> str:
+    return re.sub(r"\W", "_", snake_case(part))
 
 
-def _places(name: Namer, kind: str, fields: Fields) -> Iterator[str]:
-    place = 0
-    for field, indices in fields:
-        count = length_of(indices)
-        yield f"{name(kind, field)} = {place}," + (f" /* the first of {count} */" if indices else "")
-        place += count
+def _function(comment: str, head: str, body: list[str]) -> template_data.Function:
+    return template_data.Function((f"/* {comment} */",), (f"static inline {head} {{",), tuple(body))
 
 
-def _codes(name: Namer, enum: Enum) -> Iterator[str]:
-    for variant in enum.variants:
-        line = f"{name(enum.name, variant.name)} = {enum.offsets[variant.name]},"
-        if variant.argument is not None:
-            low, size = low_of(variant.argument), size_of(variant.argument)
-            line += f" /* the first of {size}, of argument {low} */"
-        yield line
+def _inside(value: str, type_: Type) -> str:
+    """Return a test whether a value is one of a type."""
+    low = low_of(type_)
+    return f"{value} >= {low} && {value} <= {low + size_of(type_) - 1}"
+
+
+def _plus(value: str, number: int) -> str:
+    return f"{value} {'+' if number > 0 else '-'} {abs(number)}" if number else value
+
+
+def _digit(value: str, type_: Type, stride: int) -> str:
+    """Return what a field adds to its record's code."""
+    low = low_of(type_)
+    digit = _plus(value, -low)
+    if stride == 1:
+        return digit
+    return f"({digit}) * {stride}" if low else f"{digit} * {stride}"
+
+
+def _value(record: Record, field: str, type_: Type) -> str:
+    """Return a field of a code."""
+    stride = record.stride(field)
+    digit = "code" if stride == 1 else f"code / {stride}"
+    if stride * size_of(type_) < size_of(record):
+        digit = f"{digit} % {size_of(type_)}"
+    return _plus(digit, low_of(type_))
+
+
+def _values(type_: Type) -> str:
+    match type_:
+        case Bool():
+            return "0 or 1"
+        case Int(low=low, high=high):
+            return f"{low} .. {high}"
+    return f"a code of {type_}"

@@ -14,7 +14,7 @@ from hypgen.codegen.cpp.expressions import Context
 from hypgen.codegen.cpp.key_codes import KeyLayout
 from hypgen.codegen.cpp.text import Code, from_int32, value_of, wrapped
 from hypgen.codegen.layout.naming import Scope
-from hypgen.codegen.model.c_header import c_groups
+from hypgen.codegen.model.c_header import CHeader
 from hypgen.codegen.model.value_fields import hidden_fields, number, seen_fields, visible_fields
 from hypgen.dsl import ir
 from hypgen.dsl.ir.rounding import Rounding
@@ -38,18 +38,20 @@ _MAX_VARIABLE_NAMES = 4096
 
 
 def main_view(context: Context, project: template_data.Project) -> template_data.Main:
-    """Return the view of ``main.cpp``."""
+    """Return the view of ``library.cpp``."""
     return _Descriptor(context).view(project, exact=False)
 
 
 def library_view(context: Context, project: template_data.Project) -> template_data.Library:
     """Return what solvers and libraries say of all values that their callers give and get."""
     model, names = context.model, _Descriptor(context).name_functions
+    header = CHeader(model, project.stem)
     return template_data.Library(
         tuple(visible_fields(model, names)),
         tuple(seen_fields(model, names)),
         tuple(hidden_fields(model, names)),
-        c_groups(model, project.stem),
+        header.enumerators(),
+        header.functions(),
     )
 
 

@@ -20,14 +20,16 @@ from hypgen.runtime.builder import cache
 from hypgen.runtime.builder.commands import call
 from hypgen.runtime.builder.compile_flags import nvcc_flags
 from hypgen.runtime.builder.cuda_tools import CudaBuild, nvcc_command
-from hypgen.runtime.builder.tools import Tools, cpu_features, find_eigen, find_tools
+from hypgen.runtime.builder.tools import Tools, cpu_features, find_archiver, find_eigen, find_json, find_tools
 
 RUNTIME_FOLDER = Path(__file__).parent.parent
 RUNTIME_PARTS = ("CMakeLists.txt", "LICENSE", "NOTICE", "cmake", "include", "src")
 EXACT_MAIN = "src/exact.cpp"  # a project with it is the exact solver's program
 VERIFY_MAIN = "src/verify.cpp"  # a project with it is the program that checks the model's code
-LIBRARY = "src/library.cpp"  # a project with it is a shared library, with what its users need in PACKAGE
-PACKAGE = "package"
+MAIN = (
+    "src/main.cpp"  # a project with it is a solver; one with none of these is a shared and a static library
+)
+SHARED = "src/shared.cpp"  # what only the shared library has
 CHANGES = {
     "model": "the model or its settings changed",
     "code": "hypgen generates other code for it",
@@ -100,11 +102,18 @@ def build_solver(
 def solver_name(files: Mapping[str, str]) -> str:
     """Return what is built of a project: a program, called after its model's header, or lib/lib*.so."""
     model = next(Path(path).stem for path in sorted(files) if path.endswith(".hpp"))
-    if LIBRARY in files:
+    if _is_library(files):
         return f"lib/lib{model}.so"
     if VERIFY_MAIN in files:
         return f"{model}_verify"
     return f"{model}_exact" if EXACT_MAIN in files else model
+
+
+def runtime_id() -> str:
+    """Return what tells the runtime and the headers that it takes from those of other versions."""
+    header = (find_json() / "nlohmann" / "json.hpp").read_bytes()
+    sources = [part for name, path in runtime_files().items() for part in (name.encode(), path.read_bytes())]
+    return cache.digest(header, *sources)[:12]
 
 
 def runtime_files() -> dict[str, Path]:
@@ -120,10 +129,8 @@ def runtime_files() -> dict[str, Path]:
 
 def _components(tools: Tools) -> dict[str, str]:
     """Return what a build depends on besides the model, each as a short text."""
-    header = (tools.json_include / "nlohmann" / "json.hpp").read_bytes()
-    sources = [part for name, path in runtime_files().items() for part in (name.encode(), path.read_bytes())]
     return {
-        "runtime": cache.digest(header, *sources),
+        "runtime": runtime_id(),
         "compiler": f"{tools.compiler.version} ({tools.compiler.path})",
         "flags": " ".join(os.environ.get(name, "") for name in ("CXXFLAGS", "LDFLAGS")).strip(),
         "cpu": cpu_features(),
@@ -184,6 +191,7 @@ def _build_library(library: Library, tools: Tools, to: Path) -> None:
         "CMAKE_CXX_COMPILER": tools.compiler.path,
         "CMAKE_EXPORT_COMPILE_COMMANDS": "ON",
         "HYPGEN_JSON_INCLUDE_DIR": tools.json_include,
+        "HYPGEN_RUNTIME_ID": runtime_id(),
         "HYPGEN_WERROR": "OFF",  # another compiler may warn about more
     }
     if library.eigen is not None:
@@ -233,7 +241,8 @@ def _compile(
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
     flags = json.loads((folders[-1] / "flags.json").read_text(encoding="utf-8"))
-    include = [f"-I{project / 'src'}", f"-I{RUNTIME_FOLDER / 'include'}", "-isystem", str(tools.json_include)]
+    folders_of_headers = (project / "src", project / "include", RUNTIME_FOLDER / "include")
+    include = [*(f"-I{folder}" for folder in folders_of_headers), "-isystem", str(tools.json_include)]
     include += [word for library in libraries if library.eigen for word in ("-isystem", str(library.eigen))]
     compiler = [str(tools.compiler.path), *flags, *include]
     units = {name: compiler for name in sorted(files) if name.endswith(".cpp")}
@@ -253,18 +262,33 @@ def _compile(
     with ThreadPoolExecutor() as pool:
         objects = list(pool.map(compile_unit, units))
     link += shlex.split(os.environ.get("LDFLAGS", ""))
-    if LIBRARY in files:
+    if _is_library(files):
         symbols = RUNTIME_FOLDER / "cmake" / "exported_symbols.map"
         link += ["-shared", f"-Wl,--version-script={symbols}", f"-Wl,-soname,{executable.name}"]
     call([str(tools.compiler.path), *flags, *objects, *link, "-o", str(executable)], "the model", tools)
-    if LIBRARY in files:
-        _pack(project / PACKAGE, executable.parent.parent)
+    if _is_library(files):
+        static = [unit for unit in objects if unit != str(project / f"{SHARED}.o")]
+        archive = executable.with_suffix(".a")
+        call([str(find_archiver()), "rcs", str(archive), *static], "the model", tools)
+        shutil.copy(archives[-1], executable.parent / f"libhypgen_runtime-{runtime_id()}.a")
+        _pack(project, files, cuda, executable.parent.parent)
     shutil.rmtree(project)
 
 
-def _pack(package: Path, to: Path) -> None:
-    """Put beside a library what its users need: headers, a page, and the licences of what is in it."""
-    shutil.copytree(package, to, dirs_exist_ok=True)
+def _is_library(files: Mapping[str, str]) -> bool:
+    return not {MAIN, EXACT_MAIN, VERIFY_MAIN} & files.keys()
+
+
+def _pack(project: Path, files: Mapping[str, str], cuda: CudaBuild | None, to: Path) -> None:
+    """Put beside libraries what their users need: headers, a page, and the licences of what is in them."""
+    shutil.copytree(project / "include", to / "include")
     shutil.copy(RUNTIME_FOLDER / "include" / "hypgen.h", to / "include" / "hypgen.h")
+    shutil.copy(project / "README.md", to / "README.md")
+    for name in (Path(name) for name in files if name.endswith(".cmake.in")):
+        folder = to / "lib" / "cmake" / name.name.removesuffix("-config.cmake.in")
+        folder.mkdir(parents=True)
+        text = files[str(name)].replace("@HYPGEN_RUNTIME_ID@", runtime_id())
+        text = text.replace("@HYPGEN_CUDA@", "ON" if cuda else "OFF")
+        (folder / name.stem).write_text(text, encoding="utf-8")
     for licence in ("LICENSE", "NOTICE"):
         shutil.copy(RUNTIME_FOLDER / licence, to / f"{licence}.hypgen")

@@ -82,6 +82,14 @@ def find_ninja() -> Program | None:
     return next((p for c in _candidates("ninja") if (p := _program(c)) is not None), None)
 
 
+def find_archiver() -> Path:
+    """Return the program that makes static libraries."""
+    found = shutil.which("ar")
+    if found is None:
+        raise ToolchainError("no ar found", "install it, for example with `sudo apt-get install binutils`")
+    return Path(found)
+
+
 def find_json() -> Path:
     """Return the folder that holds ``nlohmann/json.hpp``."""
     spec = importlib.util.find_spec("nlohmann_json")

@@ -61,7 +61,8 @@ def test_same_tree_at_O0_and_O3(
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
     slow = tmp_path / "solver"
-    sources = [str(tmp_path / "src" / "main.cpp"), *map(str, objects)]
+    units = [str(tmp_path / "src" / name) for name in ("main.cpp", "library.cpp")]
+    sources = [f"-I{tmp_path / 'include'}", *units, *map(str, objects)]
     subprocess.run([*command, *sources, "-o", str(slow)], check=True)
     fast = build_solver(files, f"signature/{example.stem}", lambda step: None)
     signatures = [

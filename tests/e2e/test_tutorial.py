@@ -45,7 +45,7 @@ def test_the_robots_program_fits_the_librarys_headers(tmp_path: Path) -> None:
     model, runtime = tmp_path / "pipes.pomdp", Path(builder.__file__).parent.parent
     last = max(n for n, block in enumerate(blocks) if block[1] == "pomdp")
     model.write_text("\n".join(block[3] for block in blocks[last:]))
-    header = generate_library(load(model).model)["package/include/pipes.h"]
+    header = generate_library(load(model).model)["include/pipes.h"]
     (tmp_path / "pipes.h").write_text(header)
     [text] = re.findall(r"```c\n(.*?)```", page, re.DOTALL)
     includes = "".join(f"#include <{name}>\n" for name in ("pipes.h", "stdio.h", "string.h"))

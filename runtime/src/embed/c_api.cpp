@@ -27,7 +27,9 @@ struct hypgen_planner {
 
 namespace hypgen {
 
+inline namespace HYPGEN_RUNTIME_ID {
 void this_runtime() {}
+}  // namespace HYPGEN_RUNTIME_ID
 
 hypgen_status code_of(Status status) {
   switch (status) {

@@ -31,6 +31,22 @@ TINY = {
 }
 
 
+LIBRARY = {
+    "src/toy.hpp": FILES["src/toy.hpp"],
+    "src/library.cpp": '#include "toy.h"\n#include "toy.hpp"\nint hypgen_toy() { return toy(); }\n',
+    "src/shared.cpp": '#include "toy.h"\nint hypgen_library() { return hypgen_toy(); }\n',
+    "include/toy.h": "int hypgen_toy();\nint hypgen_library();\n",
+    "cmake/toy-config.cmake.in": 'set(id "@HYPGEN_RUNTIME_ID@")\nset(cuda "@HYPGEN_CUDA@")\n',
+    "README.md": "A toy.\n",
+}
+FOR_LIBRARIES = {
+    "include/hypgen.h": "\n",
+    "cmake/exported_symbols.map": "{ global: *hypgen_*; local: *; };\n",
+    "LICENSE": "\n",
+    "NOTICE": "\n",
+}
+
+
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("HYPGEN_CACHE_DIR", str(tmp_path / "cache"))
@@ -80,6 +96,13 @@ def test_without_any_compiler_the_remedy_says_what_to_install(
     with pytest.raises(ToolchainError, match=r"no C\+\+ compiler found") as error:
         toolchain.find_compiler()
     assert "apt-get install g++" in error.value.remedy
+
+
+def test_without_ar_the_remedy_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(ToolchainError, match="no ar found") as error:
+        toolchain.find_archiver()
+    assert "apt-get install binutils" in error.value.remedy
 
 
 def test_an_old_cmake_is_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -255,3 +278,20 @@ def test_the_solver_is_exported_with_its_project(target: Path) -> None:
     path, _ = make()
     exported_project.export(FILES, target, path)
     assert subprocess.run([target / "bin" / "toy"]).returncode == 7
+
+
+@pytest.mark.cxx
+def test_a_library_comes_with_what_its_users_need(tiny: Path) -> None:
+    for name, text in FOR_LIBRARIES.items():
+        (tiny / name).parent.mkdir(exist_ok=True)
+        (tiny / name).write_text(text)
+    path, _ = make(LIBRARY)
+    package = path.parent.parent
+    runtime = f"lib/libhypgen_runtime-{solver.runtime_id()}.a"
+    config = "lib/cmake/toy/toy-config.cmake"
+    headers = {"include/toy.h", "include/hypgen.h"}
+    pages = {"README.md", "LICENSE.hypgen", "NOTICE.hypgen"}
+    assert listing(package) == {"lib/libtoy.so", "lib/libtoy.a", runtime, config, *headers, *pages}
+    assert (package / config).read_text() == f'set(id "{solver.runtime_id()}")\nset(cuda "OFF")\n'
+    archived = subprocess.run(["ar", "t", path.with_suffix(".a")], capture_output=True, text=True)
+    assert archived.stdout == "library.cpp.o\n", "several models in a program have no hypgen_library_model"

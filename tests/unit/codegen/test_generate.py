@@ -329,7 +329,7 @@ def test_functions_carry_the_line_that_they_come_from() -> None:
 
 def test_the_descriptor_lists_hidden_variables() -> None:
     def listed(example: str) -> str:
-        text = generate(load(EXAMPLES / example).model)["src/main.cpp"]
+        text = generate(load(EXAMPLES / example).model)["src/library.cpp"]
         return "".join(re.findall(r"hidden_variables = (.*);", text))
 
     assert listed("light_dark.pomdp") == '{{"robot.at.x", 0, 1, true}, {"robot.at.y", 1, 1, true}}'
@@ -349,6 +349,6 @@ reward root = if act then sqrt(room.x - 1) else 0
 bound upper = 40 / p
 bound tail = 0
 """)
-    text = generate(load(path).model)["src/main.cpp"]
+    text = generate(load(path).model)["src/library.cpp"]
     assert """doubtful = {"bound upper (m.pomdp:9)", "reward 'root' (m.pomdp:8)"};""" in text
-    assert "doubtful" not in generate(load(EXAMPLES / "tiger.pomdp").model)["src/main.cpp"]
+    assert "doubtful" not in generate(load(EXAMPLES / "tiger.pomdp").model)["src/library.cpp"]
