@@ -26,9 +26,7 @@ RUNTIME_FOLDER = Path(__file__).parent.parent
 RUNTIME_PARTS = ("CMakeLists.txt", "LICENSE", "NOTICE", "cmake", "include", "src")
 EXACT_MAIN = "src/exact.cpp"  # a project with it is the exact solver's program
 VERIFY_MAIN = "src/verify.cpp"  # a project with it is the program that checks the model's code
-MAIN = (
-    "src/main.cpp"  # a project with it is a solver; one with none of these is a shared and a static library
-)
+MAIN = "src/main.cpp"  # a project with it is a solver; one with none of the three is libraries
 SHARED = "src/shared.cpp"  # what only the shared library has
 CHANGES = {
     "model": "the model or its settings changed",

@@ -173,4 +173,4 @@ def test_another_name_changes_names_alone() -> None:
 
 def test_the_models_own_sources_are_those_of_the_solver(files: dict[str, str]) -> None:
     sources = {path for path in files if path.startswith("src/")}
-    assert sources == {"src/start.hpp", "src/library.cpp", "src/device.cu"}
+    assert sources == {"src/start.hpp", "src/library.cpp", "src/shared.cpp", "src/device.cu"}
