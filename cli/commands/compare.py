@@ -6,11 +6,10 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from hypgen.cli.building import build_exact, build_online
+from hypgen.cli.building import as_model, report
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
 from hypgen.cli.model_arguments import (
     choose_cuda,
@@ -22,25 +21,17 @@ from hypgen.cli.model_arguments import (
 )
 from hypgen.cli.output import say, say_warnings
 from hypgen.play.played_programs import (
+    EXACT,
+    GPU_PLANNERS,
     LEFT_OUT,
     MOST_STEPS,
+    PLANNERS,
     Comparison,
     Policy,
-    left_out,
     numbers,
     outwards,
-    play_exact,
-    play_mode,
-    steps_needed,
     table,
 )
-
-if TYPE_CHECKING:
-    from hypgen.dsl.load import Loaded
-
-PLANNERS = ("default", "rollout", "despot", "parallel", "pomcp")
-GPU_PLANNERS = ("gpu", "hyp")
-EXACT = ("alpha", "qmdp", "blind")
 
 
 @click.command(epilog=EXIT_CODES)
@@ -110,31 +101,35 @@ def command(
       hypgen compare examples/tag.pomdp --runs 100 --time 0.05 --modes default,despot,alpha
       hypgen compare examples/rock_sample.pomdp --trials 1000 --json
     """
+    from hypgen.api import comparing
+
     cuda = choose_cuda(target, arch, nvcc)
     asked = _asked(modes, PLANNERS + (GPU_PLANNERS if cuda else ()) + EXACT)
     loaded = load(model, instance, settings)
     say_warnings(loaded)
     if param is None:
         require_params(loaded, " or --param FILE")
-    law = (loaded.model.discount, loaded.model.horizon)
-    steps = steps_needed(*law) if steps is None else steps
-    params = [] if param is None else [f"--param={param}"]
-    episodes = [f"--runs={runs}", f"--steps={steps}", f"--seed={seed}"]
-    limits = [f"--trials={trials}"] if trials else []
-    limits += [f"--time={0.1 if time is None else time}"] if time is not None or not trials else []
-    comparison, show = Comparison(), _show(runs)
+    comparison = Comparison()
     interrupted = False
     try:
-        if planners := [mode for mode in asked if mode not in EXACT]:
-            solver = build_online(loaded, model, instance, cuda)
-            for mode in planners:
-                play_mode(solver, comparison.add(mode), [*params, *episodes, *limits], show)
-        kinds = [mode for mode in asked if mode in EXACT]
-        if kinds and (program := _exact(loaded, model, instance, kinds, comparison)):
-            play_exact(program, kinds, [*params, *episodes, f"--time={solve_time}"], show, comparison)
+        comparing.compare(
+            as_model(loaded, model, instance),
+            asked,
+            runs=runs,
+            time=time,
+            trials=trials,
+            steps=steps,
+            seed=seed,
+            param=param,
+            solve_time=solve_time,
+            cuda=cuda,
+            progress=report,
+            show=_show(runs),
+            into=comparison,
+        )
     except KeyboardInterrupt:
         interrupted = True
-    _print(comparison, left_out(*law, steps), steps, as_json)
+    _print(comparison, as_json)
     if interrupted:
         return Exit.INTERRUPTED
     is_fine = any(p.returns for p in comparison.policies) and not any(
@@ -154,20 +149,6 @@ def _asked(modes: str | None, known: tuple[str, ...]) -> list[str]:
     return asked
 
 
-def _exact(
-    loaded: Loaded, model: Path, instance: Path | None, kinds: list[str], comparison: Comparison
-) -> Path | None:
-    """Return the program that plays policies on the exact belief, None where there cannot be one."""
-    from hypgen.dsl.messages.diagnostic import ModelError
-
-    try:
-        return build_exact(loaded, model, instance)
-    except ModelError as error:
-        for kind in kinds:
-            comparison.add(kind, problem=f"cannot be enumerated: {error.diagnostics[0].message}")
-        return None
-
-
 def _show(runs: int) -> Callable[[Policy], None]:
     """Return what tells a person how far a policy is."""
 
@@ -179,15 +160,19 @@ def _show(runs: int) -> Callable[[Policy], None]:
     return show
 
 
-def _print(comparison: Comparison, rest: float, steps: int, as_json: bool) -> None:
-    policies, value = comparison.policies, comparison.solved
+def _print(comparison: Comparison, as_json: bool) -> None:
+    policies, value, rest = comparison.policies, comparison.solved, comparison.left_out
     if as_json:
-        click.echo(json.dumps(numbers(comparison) | {"steps": steps, "left_out": rest}, indent=2))
+        click.echo(json.dumps(numbers(comparison), indent=2))
     else:
         if any(policy.returns for policy in policies):
             click.echo(table(policies))
         if value is not None:
-            cut = f" ({steps} steps leave out {rest:.2g} of the sum of discounts)" if rest > LEFT_OUT else ""
+            cut = (
+                f" ({comparison.steps} steps leave out {rest:.2g} of the sum of discounts)"
+                if rest > LEFT_OUT
+                else ""
+            )
             click.echo(f"value of the best policy: {outwards(value['lower'], value['upper'])}{cut}")
     for policy in policies:
         if policy.unsearched and not policy.is_broken:

@@ -93,7 +93,7 @@ def command(
         loaded = replace(loaded, model=replace(loaded.model, name=name))
     say_warnings(loaded)
     if library:
-        built = build(loaded, generate.generate_library(loaded.model), model, instance, cuda, force)
+        built = build("library", loaded, model, instance, cuda, force)
         click.echo(built if output is None else export_library(built, output))
         return Exit.OK
     if emit == "ros2" and output is not None:
@@ -106,7 +106,7 @@ def command(
         export(files, output, architectures=architectures)
         click.echo(output)
         return Exit.OK
-    solver = build(loaded, files, model, instance, cuda, force)
+    solver = build("solver", loaded, model, instance, cuda, force, files)
     if output is not None:
         export(files, output, solver, architectures)
         solver = output / "bin" / solver.name

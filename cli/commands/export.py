@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.building import build_exact
+from hypgen.cli.building import build
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
 from hypgen.cli.model_arguments import load, model_options, require_params
 from hypgen.cli.output import say, say_warnings, write_whole
@@ -53,7 +53,7 @@ def command(
     require_params(loaded)
     if output is not None and output.exists() and not force:
         raise click.ClickException(f"{output} is there already: choose another name, or add --force.")
-    program = build_exact(loaded, model, instance)
+    program = build("exact", loaded, model, instance)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "model.jsonl"
         limit = [] if max_states is None else [f"--max-states={max_states}"]

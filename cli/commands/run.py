@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.building import build_online
+from hypgen.cli.building import build
 from hypgen.cli.exit_codes import exit_codes
 from hypgen.cli.model_arguments import choose_cuda, load, model_options, require_params, target_options
 from hypgen.cli.output import say_warnings
@@ -55,7 +55,7 @@ def command(
     say_warnings(loaded)
     if not any(option.split("=")[0] in ANSWERED_WITHOUT_PARAMS for option in solver_options):
         require_params(loaded, " or --param FILE")
-    solver = build_online(loaded, model, instance, cuda, force)
+    solver = build("solver", loaded, model, instance, cuda, force)
     sys.stdout.flush()
     sys.stderr.flush()
     # The solver takes this process's place: signals and the exit code need no forwarding.

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.building import build_exact
+from hypgen.cli.building import build
 from hypgen.cli.exit_codes import exit_codes
 from hypgen.cli.model_arguments import load, model_options, param_option, require_params
 from hypgen.cli.output import say_warnings
@@ -115,7 +115,7 @@ def command(
     say_warnings(loaded)
     if param is None:
         require_params(loaded, " or --param FILE")
-    solver = build_exact(loaded, model, instance, force, precise=True)
+    solver = build("precise", loaded, model, instance, force=force)
     options = [f"--time={time!r}", f"--gap={gap!r}", f"--memory={memory}"]
     options += ["--json=-", "--quiet"] if as_json else []
     given: dict[str, object] = {

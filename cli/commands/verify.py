@@ -11,7 +11,7 @@ from pathlib import Path
 
 import click
 
-from hypgen.cli.building import build_verify
+from hypgen.cli.building import build
 from hypgen.cli.exit_codes import Exit, exit_codes
 from hypgen.cli.model_arguments import (
     choose_cuda,
@@ -93,7 +93,7 @@ def command(
     say_warnings(loaded)
     if param is None:
         require_params(loaded, " or --param FILE")
-    program = build_verify(loaded, model, instance, cuda)
+    program = build("verify", loaded, model, instance, cuda)
     test = [str(program), "--steps", str(steps), "--seed", str(seed)]
     test += ["--param", str(param)] if param is not None else []
     if lanes is None:

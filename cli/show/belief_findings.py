@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hypgen.cli.building import build_verify
+from hypgen.cli.building import build
 from hypgen.cli.exit_codes import Exit
 from hypgen.cli.model_arguments import require_params
 from hypgen.cli.output import progress_bar, say
@@ -88,7 +88,7 @@ def run(
         raise click.UsageError("The model has no hidden variables, so that there is no belief to check.")
     played, interrupted = Played(), False
     try:
-        _play(build_verify(loaded, model, instance), asked, played)
+        _play(build("verify", loaded, model, instance), asked, played)
     except KeyboardInterrupt:
         interrupted = True
     except RuntimeError as error:

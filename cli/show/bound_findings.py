@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hypgen.cli.building import build_verify
+from hypgen.cli.building import build
 from hypgen.cli.exit_codes import Exit
 from hypgen.cli.model_arguments import require_params
 from hypgen.dsl.messages import c_sampling
@@ -39,7 +39,7 @@ def run(
 ) -> int:
     """Check the bounds of a model; print findings, or with ``facts`` everything, warnings too, as JSON."""
     require_params(loaded)
-    compared = _compare(build_verify(loaded, model, instance), beliefs, seed)
+    compared = _compare(build("verify", loaded, model, instance), beliefs, seed)
     found = findings(loaded.model, compared)
     if facts is None:
         for finding in found:

@@ -4,10 +4,36 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hypgen.api import Decision, Model, ModelError, Moments, Planner, PlannerError, Solver, load
+    from hypgen.api import (
+        Comparison,
+        Decision,
+        Model,
+        ModelError,
+        Moments,
+        Planner,
+        PlannerError,
+        Solution,
+        Solver,
+        compare,
+        load,
+        solve,
+    )
 
 __version__ = "0.2.0"
-__all__ = ["Decision", "Model", "ModelError", "Moments", "Planner", "PlannerError", "Solver", "load"]
+__all__ = [
+    "Comparison",
+    "Decision",
+    "Model",
+    "ModelError",
+    "Moments",
+    "Planner",
+    "PlannerError",
+    "Solution",
+    "Solver",
+    "compare",
+    "load",
+    "solve",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -234,3 +234,28 @@ def test_another_file_is_no_library(tmp_path: Path) -> None:
     path.write_bytes(b"nothing")
     with pytest.raises(hypgen.PlannerError, match="is no library of hypgen"):
         CLibrary(path)
+
+
+def test_planners_are_compared_and_a_small_model_is_solved() -> None:
+    model = hypgen.load(ROOT / "examples" / "tiger.pomdp")
+    seen: list[str] = []
+    found = hypgen.compare(
+        model,
+        ["default", "despot", "alpha"],
+        runs=4,
+        trials=50,
+        steps=20,
+        cuda="cpu",
+        show=lambda policy: seen.append(policy.name),
+    )
+    assert [policy.name for policy in found.policies] == ["default", "despot", "alpha"]
+    assert seen == 4 * ["default"] + 4 * ["despot"] + 4 * ["alpha"]
+    assert all(sorted(policy.returns) == [0, 1, 2, 3] for policy in found.policies)
+    solution = hypgen.solve(model, gap=0.01)
+    assert found.solved is not None and solution.lower <= found.solved["upper"]
+    assert (solution.status, solution.best_action) == ("converged", "listen")
+    assert 19 < solution.lower <= solution.upper < 19.6
+    with pytest.raises(ValueError, match="there is no mode 'magic'"):
+        hypgen.compare(model, ["magic"])
+    with pytest.raises(hypgen.ModelError, match="continuous law"):
+        hypgen.solve(hypgen.load(ROOT / "examples" / "light_dark.pomdp"))

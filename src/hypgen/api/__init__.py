@@ -2,9 +2,25 @@
 """Models, solvers and planners for programs in Python; the package ``hypgen`` offers these names itself."""
 
 from hypgen.api.c_interface import PlannerError
+from hypgen.api.comparing import compare
 from hypgen.api.model import Model, load
 from hypgen.api.planner import Decision, Moments, Planner
 from hypgen.api.solver import Solver
+from hypgen.api.solving import Solution, solve
 from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.play.played_programs import Comparison
 
-__all__ = ["Decision", "Model", "ModelError", "Moments", "Planner", "PlannerError", "Solver", "load"]
+__all__ = [
+    "Comparison",
+    "Decision",
+    "Model",
+    "ModelError",
+    "Moments",
+    "Planner",
+    "PlannerError",
+    "Solution",
+    "Solver",
+    "compare",
+    "load",
+    "solve",
+]

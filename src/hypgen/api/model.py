@@ -4,17 +4,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from hypgen.api import programs
+from hypgen.api.programs import Progress
 from hypgen.api.solver import Solver
-from hypgen.codegen.generate import generate_library
 from hypgen.dsl import load as driver
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.runtime.builder import cuda_tools
-from hypgen.runtime.builder.solver import Step, build_solver
 
 FilePath = str | os.PathLike[str]
 TARGETS = ("auto", "cpu", "cuda", "both")
@@ -37,21 +36,36 @@ class Model:
         """What is allowed in the model and yet doubtful."""
         return self.loaded.warnings
 
-    def compile(self, *, target: str = "auto", progress: Callable[[Step], None] | None = None) -> Solver:
+    def compile(self, *, target: str = "auto", progress: Progress | None = None) -> Solver:
         """Return the model's solver, compiled unless the cache has it.
 
         ``target`` is that of ``hypgen compile``. ``progress`` is told of what is built, and why.
         """
         if target not in TARGETS:
             raise ValueError(f"target: expected {', '.join(TARGETS)}, found {target!r}")
-        path = build_solver(
-            generate_library(self.loaded.model),
-            self.origin,
-            progress or (lambda step: None),
-            model=self.loaded.model.source_hash,
-            cuda=cuda_tools.choose(target, "", "").build,
+        return Solver(
+            self.program("library", cuda=cuda_tools.choose(target, "", "").build, progress=progress)
         )
-        return Solver(path)
+
+    def program(
+        self,
+        kind: str,
+        *,
+        cuda: cuda_tools.CudaBuild | None = None,
+        again: bool = False,
+        progress: Progress | None = None,
+        generated: dict[str, str] | None = None,
+    ) -> Path:
+        """Return a program of one of ``programs.KINDS``, as ``programs.program`` does."""
+        return programs.program(
+            self.loaded,
+            kind,
+            self.origin,
+            cuda=cuda,
+            again=again,
+            progress=progress,
+            generated=generated,
+        )
 
 
 def load(path: FilePath, instance: FilePath | None = None, **values: Any) -> Model:
@@ -62,8 +76,12 @@ def load(path: FilePath, instance: FilePath | None = None, **values: Any) -> Mod
     """
     settings = [f"{name}={_text(value)}" for name, value in values.items()]
     loaded = driver.load(path, instance=instance, settings=settings)
-    files = (str(Path(file).absolute()) for file in (path, instance) if file is not None)
-    return Model(loaded, " ".join(files))
+    return Model(loaded, origin_of(path, instance))
+
+
+def origin_of(path: FilePath, instance: FilePath | None) -> str:
+    """Return how a model's files are named together."""
+    return " ".join(str(Path(file).absolute()) for file in (path, instance) if file is not None)
 
 
 def _text(value: Any) -> str:

@@ -16,6 +16,10 @@ from typing import Any
 
 from hypgen.play.paired_statistics import differences, interval, with_interval
 
+PLANNERS = ("default", "rollout", "despot", "parallel", "pomcp")
+GPU_PLANNERS = ("gpu", "hyp")
+EXACT = ("alpha", "qmdp", "blind")  # policies on the exact belief
+
 COLUMNS = ("policy", "episodes", "return", "minus the best", "steps", "planning")
 LEFT_OUT = 1e-3  # of the sum of discounts, where nothing is said about it
 MOST_STEPS = 300  # of an episode, unless more are asked for
@@ -64,6 +68,8 @@ class Comparison:
 
     policies: list[Policy] = field(default_factory=list)
     solved: dict[str, Any] | None = None
+    steps: int = 0  # most of an episode
+    left_out: float = 0.0  # by episodes of so many steps, of the sum of discounts
 
     def add(self, name: str, problem: str = "") -> Policy:
         """Return a new policy, which has not played yet."""
@@ -103,6 +109,9 @@ def _passing_interrupts_to(process: subprocess.Popen[str]) -> Iterator[list[int]
         interrupts.append(number)
         process.send_signal(number)
 
+    if threading.current_thread() is not threading.main_thread():  # where no handler can be set
+        yield interrupts
+        return
     before = signal.signal(signal.SIGINT, pass_on)
     try:
         yield interrupts
@@ -222,6 +231,8 @@ def numbers(comparison: Comparison) -> dict[str, Any]:
             for policy in policies
         ],
         "value": comparison.solved,
+        "steps": comparison.steps,
+        "left_out": comparison.left_out,
     }
 
 

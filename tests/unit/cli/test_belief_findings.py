@@ -37,7 +37,7 @@ def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "program"
     path.write_text(PROGRAM.format(python=sys.executable))
     path.chmod(0o755)
-    monkeypatch.setattr(belief_findings, "build_verify", lambda *_: path)
+    monkeypatch.setattr(belief_findings, "build", lambda *_: path)
 
 
 def test_a_belief_that_is_right_has_a_row(capsys: pytest.CaptureFixture[str]) -> None:

@@ -33,7 +33,7 @@ def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "program"
     path.write_text(PROGRAM.format(python=sys.executable))
     path.chmod(0o755)
-    monkeypatch.setattr(bound_findings, "build_verify", lambda *_: path)
+    monkeypatch.setattr(bound_findings, "build", lambda *_: path)
 
 
 def test_bounds_that_hold_have_a_row(capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 from support.paths import EXAMPLES
 
+from hypgen.api import comparing
+from hypgen.api.model import Model
 from hypgen.cli import main
-from hypgen.cli.commands import compare
 from hypgen.cli.exit_codes import Exit
 from hypgen.play.played_programs import Comparison, Policy
 
@@ -51,15 +52,20 @@ def played(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
         for kind in kinds:
             take(comparison.add(kind), show)
 
-    monkeypatch.setattr(compare, "build_online", lambda *_: Path("online"))
-    monkeypatch.setattr(compare, "play_mode", play_mode)
-    monkeypatch.setattr(compare, "play_exact", play_exact)
+    built = Model.program
+    monkeypatch.setattr(
+        Model,
+        "program",
+        lambda self, kind, **options: Path(kind) if kind == "solver" else built(self, kind, **options),
+    )
+    monkeypatch.setattr(comparing, "play_mode", play_mode)
+    monkeypatch.setattr(comparing, "play_exact", play_exact)
     return kept
 
 
 @pytest.fixture
 def exact(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compare, "build_exact", lambda *_: Path("exact"))
+    monkeypatch.setattr(Model, "program", lambda self, kind, **_: Path(kind))
 
 
 @pytest.mark.usefixtures("exact")
