@@ -3,11 +3,15 @@
 // malloc and free for a mismatch with new and delete.
 
 #include <gtest/gtest.h>
+#include <hypgen.h>
 
 #include <atomic>
 #include <cstdlib>
 #include <new>
+#include <vector>
 
+#include "embedded_rocks.hpp"
+#include "hypgen/embed/c_api.hpp"
 #include "test_solvers.hpp"
 
 namespace {
@@ -46,6 +50,25 @@ TEST(Allocation, NoneInABeliefUpdate) {
   const long before = allocations;
   for (int i = 0; i < 5; ++i) solver.see(0, 0);
   EXPECT_EQ(allocations, before);
+}
+
+TEST(Allocation, NoneInAStepOfWorlds) {
+  const hypgen_model model = {&this_runtime, rocks};
+  const hypgen_worlds_options options = {sizeof options, 5, 0, nullptr};
+  hypgen_worlds* worlds = nullptr;
+  ASSERT_EQ(hypgen_worlds_create(&model, &options, &worlds, nullptr), HYPGEN_OK);
+  const std::vector<int32_t> actions(5, 5);
+  std::vector<double> rewards(5);
+  std::vector<int32_t> seen(5), visible(10);
+  hypgen_worlds_results results = {sizeof results, rewards.data(), seen.data(), nullptr,
+                                   visible.data(), nullptr,        nullptr,     nullptr};
+  const long before = allocations;
+  EXPECT_EQ(hypgen_worlds_seed(worlds, 3, nullptr), HYPGEN_OK);
+  EXPECT_EQ(hypgen_worlds_reset(worlds, nullptr, nullptr, 5, nullptr), HYPGEN_OK);
+  for (int i = 0; i < 10; ++i)
+    EXPECT_EQ(hypgen_worlds_step(worlds, actions.data(), 5, &results, nullptr), HYPGEN_OK);
+  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(hypgen_worlds_destroy(worlds), HYPGEN_OK);
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ class Belief;
 class DeviceSupport;
 class LeafEvaluator;
 class World;
+class Worlds;
 struct BoundsWalk;
 struct DigestRange;
 struct EvaluatorOptions;
@@ -104,6 +105,7 @@ class ModelInstance {
   virtual std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles,
                                               BeliefKind kind) const = 0;
   virtual std::unique_ptr<World> make_world(std::uint64_t seed) const = 0;
+  virtual std::unique_ptr<Worlds> make_worlds(std::uint64_t seed, std::size_t count) const = 0;
   // Writes the trace that differential tests compare; false and `error` if the file cannot be written.
   virtual bool write_trace(const TraceOptions& options, std::string& error) const = 0;
   // Writes a digest for each lane of the range, of plain steps or, with several warps, of steps in parts;

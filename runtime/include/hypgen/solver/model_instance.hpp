@@ -10,6 +10,7 @@
 #include "hypgen/belief/particle_belief.hpp"
 #include "hypgen/belief/visible_belief.hpp"
 #include "hypgen/episode/world.hpp"
+#include "hypgen/episode/worlds.hpp"
 #include "hypgen/leaves/cpu_evaluator.hpp"
 #include "hypgen/leaves/hybrid_evaluator.hpp"
 #include "hypgen/model/descriptor.hpp"
@@ -48,6 +49,10 @@ class TypedInstance final : public ModelInstance {
 
   std::unique_ptr<World> make_world(std::uint64_t seed) const override {
     return std::make_unique<ModelWorld<M>>(*params_, seed);
+  }
+
+  std::unique_ptr<Worlds> make_worlds(std::uint64_t seed, std::size_t count) const override {
+    return std::make_unique<ModelWorlds<M>>(*params_, seed, count);
   }
 
   bool write_trace(const TraceOptions& options, std::string& error) const override {
