@@ -4,10 +4,36 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from hypgen.api import Decision, Model, ModelError, Moments, Planner, PlannerError, Solver, load
+    from hypgen.api import (
+        Decision,
+        EpisodeRecord,
+        Model,
+        ModelError,
+        Moments,
+        Observation,
+        Planner,
+        PlannerError,
+        Solver,
+        StepRecord,
+        Worlds,
+        load,
+    )
 
 __version__ = "0.2.0"
-__all__ = ["Decision", "Model", "ModelError", "Moments", "Planner", "PlannerError", "Solver", "load"]
+__all__ = [
+    "Decision",
+    "EpisodeRecord",
+    "Model",
+    "ModelError",
+    "Moments",
+    "Observation",
+    "Planner",
+    "PlannerError",
+    "Solver",
+    "StepRecord",
+    "Worlds",
+    "load",
+]
 
 
 def __getattr__(name: str) -> Any:

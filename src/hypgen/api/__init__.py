@@ -4,7 +4,22 @@
 from hypgen.api.c_interface import PlannerError
 from hypgen.api.model import Model, load
 from hypgen.api.planner import Decision, Moments, Planner
+from hypgen.api.simulation import EpisodeRecord, Observation, StepRecord
 from hypgen.api.solver import Solver
+from hypgen.api.worlds import Worlds
 from hypgen.dsl.messages.diagnostic import ModelError
 
-__all__ = ["Decision", "Model", "ModelError", "Moments", "Planner", "PlannerError", "Solver", "load"]
+__all__ = [
+    "Decision",
+    "EpisodeRecord",
+    "Model",
+    "ModelError",
+    "Moments",
+    "Observation",
+    "Planner",
+    "PlannerError",
+    "Solver",
+    "StepRecord",
+    "Worlds",
+    "load",
+]

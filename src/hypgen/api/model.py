@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hypgen.api.solver import Solver
 from hypgen.codegen.generate import generate_library
@@ -15,6 +15,9 @@ from hypgen.dsl import load as driver
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.runtime.builder import cuda_tools
 from hypgen.runtime.builder.solver import Step, build_solver
+
+if TYPE_CHECKING:
+    from hypgen.api.environments import WorldEnv
 
 FilePath = str | os.PathLike[str]
 TARGETS = ("auto", "cpu", "cuda", "both")
@@ -52,6 +55,10 @@ class Model:
             cuda=cuda_tools.choose(target, "", "").build,
         )
         return Solver(path)
+
+    def env(self, **settings: Any) -> WorldEnv:
+        """Compile the model and return ``Solver.env`` with these settings."""
+        return self.compile().env(**settings)
 
 
 def load(path: FilePath, instance: FilePath | None = None, **values: Any) -> Model:
