@@ -21,8 +21,7 @@ struct hypgen_worlds {
   std::size_t count = 0;
   std::unique_ptr<hypgen::ModelInstance> instance;  // has what the worlds refer to
   std::unique_ptr<hypgen::Worlds> worlds;
-  std::vector<std::uint64_t> keys;        // of the step, where the caller has no place for them
-  std::vector<std::int32_t> seen_by_one;  // of one world
+  std::vector<std::uint64_t> keys;  // of the step, where the caller has no place for them
   std::atomic<bool> is_busy{false};
 };
 
@@ -74,7 +73,6 @@ Status make(hypgen_worlds& made, const hypgen_worlds_options& options, std::stri
   made.count = options.count;
   made.worlds = made.instance->make_worlds(options.seed, made.count);
   made.keys.resize(made.count * made.codec.words());
-  made.seen_by_one.resize(made.codec.values());
   return Status::kOk;
 }
 
@@ -97,10 +95,9 @@ std::string refusal_of(const hypgen_worlds& worlds, std::size_t world, std::int3
 // Writes the values of what each world has shown.
 Status write_seen(hypgen_worlds& worlds, const std::uint64_t* keys, std::int32_t* out, std::string& error) {
   const std::size_t words = worlds.codec.words();
-  for (std::size_t i = 0; i < worlds.count; ++i) {
-    if (!worlds.codec.decode({keys + i * words, words}, worlds.seen_by_one))
+  for (std::size_t i = 0; i < worlds.count; ++i, out += worlds.codec.values()) {
+    if (!worlds.codec.decode({keys + i * words, words}, out))
       return refuse("world " + std::to_string(i) + ": its model made a key that has no values", error);
-    out = std::copy(worlds.seen_by_one.begin(), worlds.seen_by_one.end(), out);
   }
   return Status::kOk;
 }
