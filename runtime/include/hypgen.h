@@ -172,6 +172,63 @@ HYPGEN_API hypgen_status hypgen_sample_belief(hypgen_planner* planner, uint64_t 
 HYPGEN_API hypgen_status hypgen_probability(hypgen_planner* planner, const char* variable, const char* value,
                                             double* probability, char** error);
 
+/* Simulated worlds: many of one model beside each other, moved by one call. Episode e of a seed draws what the
+ * model's solver draws in run e of that seed. World i of n plays the episodes i, i + n, i + 2 n and so on.
+ *
+ * - Worlds take one call at a time: a second thread's call is refused with HYPGEN_BUSY. They have no threads of
+ *   their own, so that several of them may be stepped by as many threads.
+ * - The caller has the arrays that calls read and write. Only hypgen_worlds_create allocates.
+ * - `count` is the number of worlds, as a check of the arrays' length. */
+
+typedef struct hypgen_worlds hypgen_worlds;
+
+typedef struct hypgen_worlds_options {
+  size_t size;        /* sizeof(hypgen_worlds_options) */
+  size_t count;       /* of worlds: 1 to 2^24 */
+  uint64_t seed;      /* of all random numbers */
+  const char* params; /* as in hypgen_options; NULL: the model's own values */
+} hypgen_worlds_options;
+
+#define HYPGEN_NEXT_EPISODE (-1) /* in place of an action */
+
+/* Where a step writes: an entry or a row for each world. NULL: not wanted. */
+typedef struct hypgen_worlds_results {
+  size_t size;       /* sizeof(hypgen_worlds_results) */
+  double* rewards;   /* NaN where the model's reward is no number */
+  int32_t* seen;     /* rows of what was seen; where nothing was, the least value of each */
+  uint64_t* keys;    /* rows of the words of its key; zeroes where nothing was seen */
+  int32_t* visible;  /* rows of the visible variables after the step */
+  uint8_t* legal;    /* rows of all actions: 1 where it is allowed next; zeroes once the episode has ended */
+  uint8_t* terminal; /* 1 where the step has ended the episode */
+  uint8_t* success;  /* 1 where the model's `success when` held */
+} hypgen_worlds_results;
+
+/* Makes worlds without episodes. */
+HYPGEN_API hypgen_status hypgen_worlds_create(const hypgen_model* model, const hypgen_worlds_options* options,
+                                              hypgen_worlds** worlds, char** error);
+/* Does nothing where `worlds` is NULL or busy. */
+HYPGEN_API hypgen_status hypgen_worlds_destroy(hypgen_worlds* worlds);
+
+/* Ends all episodes. Later ones draw by this seed, and are numbered afresh. */
+HYPGEN_API hypgen_status hypgen_worlds_seed(hypgen_worlds* worlds, uint64_t seed, char** error);
+
+/* Starts an episode in each world whose entry of `mask` is not 0; NULL: in all. `episodes` has the number for each
+ * world, below 2^32, from which its next ones count on; NULL: its next one. */
+HYPGEN_API hypgen_status hypgen_worlds_reset(hypgen_worlds* worlds, const uint8_t* mask,
+                                             const uint64_t* episodes, size_t count, char** error);
+
+/* Rows of the visible variables, and of all actions: 1 where it is allowed. */
+HYPGEN_API hypgen_status hypgen_worlds_visible(hypgen_worlds* worlds, int32_t* visible, size_t count,
+                                               char** error);
+HYPGEN_API hypgen_status hypgen_worlds_legal(hypgen_worlds* worlds, uint8_t* legal, size_t count,
+                                             char** error);
+
+/* Does an action in each world. HYPGEN_NEXT_EPISODE starts its next episode instead, with a reward of 0. If a world
+ * cannot do its action, or has no episode under way, none of them moves. HYPGEN_MODEL_NAN: all have moved, and
+ * a reward is NaN. */
+HYPGEN_API hypgen_status hypgen_worlds_step(hypgen_worlds* worlds, const int32_t* actions, size_t count,
+                                            const hypgen_worlds_results* out, char** error);
+
 #ifdef __cplusplus
 }
 #endif

@@ -8,7 +8,9 @@
 #include <atomic>
 #include <cstdlib>
 #include <new>
+#include <vector>
 
+#include "embedded_rocks.hpp"
 #include "hypgen/embed/c_api.hpp"
 #include "test_solvers.hpp"
 
@@ -50,13 +52,6 @@ TEST(Allocation, NoneInABeliefUpdate) {
   EXPECT_EQ(allocations, before);
 }
 
-EmbeddedModel rocks() {
-  EmbeddedModel model{rock_sample_descriptor<4, 3>()};
-  model.visible = {{"x", {}, ValueKind::kInt, 0, 3}, {"y", {}, ValueKind::kInt, 0, 3}};
-  model.seen = {{"reading", {}, ValueKind::kInt, 0, 2}};
-  return model;
-}
-
 TEST(Allocation, NoneInPlansAndUpdatesOfAnAgent) {
   const hypgen_model model = {&this_runtime, rocks};
   const hypgen_options options = {sizeof options, "mode=despot trials=5 scenarios=20 particles=100 memory=64",
@@ -80,6 +75,25 @@ TEST(Allocation, NoneInPlansAndUpdatesOfAnAgent) {
   }
   EXPECT_EQ(allocated, 0);
   EXPECT_EQ(hypgen_destroy(planner), HYPGEN_OK);
+}
+
+TEST(Allocation, NoneInAStepOfWorlds) {
+  const hypgen_model model = {&this_runtime, rocks};
+  const hypgen_worlds_options options = {sizeof options, 5, 0, nullptr};
+  hypgen_worlds* worlds = nullptr;
+  ASSERT_EQ(hypgen_worlds_create(&model, &options, &worlds, nullptr), HYPGEN_OK);
+  const std::vector<int32_t> actions(5, 5);
+  std::vector<double> rewards(5);
+  std::vector<int32_t> seen(5), visible(10);
+  hypgen_worlds_results results = {sizeof results, rewards.data(), seen.data(), nullptr,
+                                   visible.data(), nullptr,        nullptr,     nullptr};
+  const long before = allocations;
+  EXPECT_EQ(hypgen_worlds_seed(worlds, 3, nullptr), HYPGEN_OK);
+  EXPECT_EQ(hypgen_worlds_reset(worlds, nullptr, nullptr, 5, nullptr), HYPGEN_OK);
+  for (int i = 0; i < 10; ++i)
+    EXPECT_EQ(hypgen_worlds_step(worlds, actions.data(), 5, &results, nullptr), HYPGEN_OK);
+  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(hypgen_worlds_destroy(worlds), HYPGEN_OK);
 }
 
 }  // namespace

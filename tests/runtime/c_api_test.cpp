@@ -15,24 +15,14 @@
 #include <thread>
 #include <vector>
 
+#include "embedded_rocks.hpp"
 #include "fake_support.hpp"
-#include "test_solvers.hpp"
 
 namespace {
 
 using hypgen::EmbeddedModel;
 using hypgen::ValueKind;
-
-EmbeddedModel rocks() {
-  EmbeddedModel model{hypgen::testing::rock_sample_descriptor<4, 3>(), {}, {}};
-  model.descriptor.hidden_variables = {{"good", 2, 3, false}};
-  model.visible = {{"x", {}, ValueKind::kInt, 0, 3}, {"y", {}, ValueKind::kInt, 0, 3}};
-  model.hidden = {{"good", {3}, ValueKind::kBool, 0, 1}};
-  model.seen = {{"reading", {}, ValueKind::kNamed, 0, 2, [](std::int32_t value) {
-                   return std::string(value == 0 ? "nothing" : value == 1 ? "looks_good" : "looks_bad");
-                 }}};
-  return model;
-}
+using hypgen::testing::rocks;
 
 template <int kUpper>
 EmbeddedModel mishaps() {

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "c_calls.hpp"
 #include "hypgen/embed/agent.hpp"
 
 struct hypgen_planner {
@@ -26,10 +27,6 @@ struct hypgen_planner {
 };
 
 namespace hypgen {
-
-inline namespace HYPGEN_RUNTIME_ID {
-void this_runtime() {}
-}  // namespace HYPGEN_RUNTIME_ID
 
 hypgen_status code_of(Status status) {
   switch (status) {
@@ -84,33 +81,7 @@ char* copied(const std::string& text) {
   return copy;
 }
 
-// Makes no string: there may be no memory for one.
-hypgen_status fail(hypgen_status status, const char* text, char** error) noexcept {
-  if (error != nullptr) *error = strdup(text);
-  return status;
-}
-
-hypgen_status wrong(const char* text, char** error) { return fail(HYPGEN_WRONG_ARGUMENT, text, error); }
-
-// Calls `run`, which gives a Status and writes an error's text, and lets no exception out.
-template <class Run>
-hypgen_status guarded(char** error, const Run& run) {
-  try {
-    std::string text;
-    const Status status = run(text);
-    const hypgen_status code = code_of(status);
-    if (code < HYPGEN_FAILED) return code;
-    return fail(code, text.empty() ? status_name(status) : text.c_str(), error);
-  } catch (const std::bad_alloc&) {
-    return fail(HYPGEN_NO_MEMORY, "not enough memory", error);
-  } catch (const std::exception& problem) {
-    return fail(HYPGEN_INTERNAL_ERROR, problem.what(), error);
-  } catch (...) {
-    return fail(HYPGEN_INTERNAL_ERROR, "unknown exception", error);
-  }
-}
-
-// The same with the planner's agent, unless another thread has it.
+// `guarded` with the planner's agent, unless another thread has it.
 template <class Run>
 hypgen_status with_agent(hypgen_planner* planner, char** error, const Run& run) {
   if (error != nullptr) *error = nullptr;
@@ -122,16 +93,6 @@ hypgen_status with_agent(hypgen_planner* planner, char** error, const Run& run) 
   const hypgen_status status = guarded(error, [&](std::string& text) { return run(*planner->agent, text); });
   planner->is_busy.store(false, std::memory_order_release);
   return status;
-}
-
-// Refuses a null pointer that stands for something.
-#define HYPGEN_NEED(argument) \
-  if ((argument) == nullptr) return hypgen::wrong(#argument ": is NULL", error)
-
-hypgen_status check_model(const hypgen_model* model, char** error) {
-  HYPGEN_NEED(model);
-  if (model->runtime == &this_runtime) return HYPGEN_OK;
-  return wrong("model: belongs to another library; load each by dlopen with RTLD_LOCAL", error);
 }
 
 hypgen_status check_words(const Agent& agent, std::size_t words, std::string& text) {

@@ -33,8 +33,12 @@ void KeyCodec::encode(Span<const std::int32_t> values, std::vector<std::uint64_t
 }
 
 bool KeyCodec::decode(KeyWords key, std::vector<std::int32_t>& values) const {
+  values.resize(digits_.size());
+  return decode(key, values.data());
+}
+
+bool KeyCodec::decode(KeyWords key, std::int32_t* values) const {
   if (key.size() != words_) return false;
-  values.assign(digits_.size(), 0);
   KeyCursor cursor;
   std::uint64_t rest = key[0];
   for (std::size_t n = 0; n < digits_.size(); ++n) {
@@ -44,9 +48,9 @@ bool KeyCodec::decode(KeyWords key, std::vector<std::int32_t>& values) const {
       if (rest != 0) return false;  // more than the digits of the word before can say
       rest = key[cursor.word()];
     }
-    const auto number = static_cast<std::int64_t>(rest % digit.size);
-    rest /= digit.size;
-    values[i] = static_cast<std::int32_t>(number + digit.low);
+    const std::uint64_t higher = rest < digit.size ? 0 : rest / digit.size;  // a division is slow
+    values[i] = static_cast<std::int32_t>(static_cast<std::int64_t>(rest - higher * digit.size) + digit.low);
+    rest = higher;
   }
   return rest == 0;
 }

@@ -45,6 +45,32 @@ class CDecision(ctypes.Structure):
     )
 
 
+class CWorldsOptions(ctypes.Structure):
+    """``hypgen_worlds_options``."""
+
+    _fields_ = (
+        ("size", ctypes.c_size_t),
+        ("count", ctypes.c_size_t),
+        ("seed", ctypes.c_uint64),
+        ("params", ctypes.c_char_p),
+    )
+
+
+class CWorldsResults(ctypes.Structure):
+    """``hypgen_worlds_results``."""
+
+    _fields_ = (
+        ("size", ctypes.c_size_t),
+        ("rewards", ctypes.c_void_p),
+        ("seen", ctypes.c_void_p),
+        ("keys", ctypes.c_void_p),
+        ("visible", ctypes.c_void_p),
+        ("legal", ctypes.c_void_p),
+        ("terminal", ctypes.c_void_p),
+        ("success", ctypes.c_void_p),
+    )
+
+
 class CLibrary:
     """A library of a model, loaded into this process."""
 
@@ -66,7 +92,12 @@ class CLibrary:
     def call(self, name: str, *arguments: Any) -> int:
         """Call ``hypgen_<name>``, which takes an error text last; return its status."""
         error = ctypes.c_void_p()
-        status = int(getattr(self._library, f"hypgen_{name}")(*arguments, ctypes.byref(error)))
+        try:
+            function = getattr(self._library, f"hypgen_{name}")
+        except AttributeError:
+            text = f"{self._library._name} has no function hypgen_{name}; compile the model again"
+            raise PlannerError("wrong_argument", text) from None
+        status = int(function(*arguments, ctypes.byref(error)))
         if status >= FAILED:
             raise PlannerError(self.status_name(status), self._taken(error))
         return status
@@ -81,9 +112,9 @@ class CLibrary:
         """End the plan that another thread has under way."""
         self._library.hypgen_cancel(planner)
 
-    def destroy(self, planner: ctypes.c_void_p) -> None:
-        """Free a planner; one that another thread uses stays."""
-        status = int(self._library.hypgen_destroy(planner))
+    def destroy(self, handle: ctypes.c_void_p, name: str = "destroy") -> None:
+        """Free what a handle stands for; what another thread uses stays."""
+        status = int(getattr(self._library, f"hypgen_{name}")(handle))
         if status >= FAILED:
             raise PlannerError(self.status_name(status), "another thread's call is under way")
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hypgen.api import programs
 from hypgen.api.programs import Progress
@@ -14,6 +14,9 @@ from hypgen.api.solver import Solver
 from hypgen.dsl import load as driver
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.runtime.builder import cuda_tools
+
+if TYPE_CHECKING:
+    from hypgen.api.environments import WorldEnv
 
 FilePath = str | os.PathLike[str]
 TARGETS = ("auto", "cpu", "cuda", "both")
@@ -66,6 +69,10 @@ class Model:
             progress=progress,
             generated=generated,
         )
+
+    def env(self, **settings: Any) -> WorldEnv:
+        """Compile the model and return ``Solver.env`` with these settings."""
+        return self.compile().env(**settings)
 
 
 def load(path: FilePath, instance: FilePath | None = None, **values: Any) -> Model:

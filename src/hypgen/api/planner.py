@@ -68,13 +68,19 @@ class Planner:
         library.call("create", library.model, ctypes.byref(options), ctypes.byref(handle))
         self._handle = handle
 
-    def reset(self, visible: Mapping[str, Any] | None = None, *, episode: int = 0) -> str:
+    def reset(self, visible: Mapping[str, Any] | Sequence[int] | None = None, *, episode: int = 0) -> str:
         """Start an episode; ``visible`` has first values that the model draws, or all. Return the status.
 
-        ``episode`` names the random numbers of belief and search.
+        They come by name, or all of them as the numbers of the C interface. ``episode`` names the random
+        numbers of belief and search.
         """
-        text = json.dumps(dict(visible or {})).encode()
         number = ctypes.c_uint64(_in_range("episode", episode, 0, 2**64 - 1))
+        if isinstance(visible, Sequence):
+            codes = [_in_range("visible", value, -(2**31), 2**31 - 1) for value in visible]
+            return self._status(
+                "reset", (ctypes.c_int32 * len(codes))(*codes), ctypes.c_size_t(len(codes)), number
+            )
+        text = json.dumps(dict(visible or {})).encode()
         return self._status("reset_named", ctypes.c_char_p(text), number)
 
     def plan(self, seconds: float = 0.0, *, deadline: float | None = None) -> Decision:

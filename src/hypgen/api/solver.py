@@ -3,13 +3,19 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hypgen.api.c_interface import CLibrary
 from hypgen.api.planner import Planner
+from hypgen.api.simulation import EpisodeRecord, Policy, StepRecord, simulate
+from hypgen.api.worlds import Worlds
+
+if TYPE_CHECKING:
+    from hypgen.api.environments import WorldEnv, WorldVectorEnv
 
 
 class Solver:
@@ -34,8 +40,63 @@ class Solver:
         model's params.
         """
         words = (_setting(name.replace("_", "-"), value) for name, value in settings.items())
-        text = None if params is None else json.dumps(dict(params))
-        return Planner(self._library, " ".join(word for word in words if word), text)
+        return Planner(self._library, " ".join(word for word in words if word), _text(params))
+
+    def worlds(self, count: int = 1, *, seed: int = 0, params: Mapping[str, Any] | None = None) -> Worlds:
+        """Return so many simulated worlds side by side, which one call moves."""
+        return Worlds(self._library, count, seed, _text(params))
+
+    def env(
+        self, *, seed: int = 0, steps: int | None = None, params: Mapping[str, Any] | None = None
+    ) -> WorldEnv:
+        """Return a simulated world as an environment of Gymnasium.
+
+        Episodes are truncated at the model's horizon, or after ``steps`` if that comes first.
+        """
+        _need_gymnasium()
+        from hypgen.api.environments import WorldEnv
+
+        return WorldEnv(self.worlds(1, seed=seed, params=params), steps)
+
+    def vector_env(
+        self, count: int, *, seed: int = 0, steps: int | None = None, params: Mapping[str, Any] | None = None
+    ) -> WorldVectorEnv:
+        """Return so many simulated worlds as a vectorised environment of Gymnasium, one call of C a step."""
+        _need_gymnasium()
+        from hypgen.api.environments import WorldVectorEnv
+
+        return WorldVectorEnv(self.worlds(count, seed=seed, params=params), steps)
+
+    def simulate(
+        self,
+        planner: Planner | Policy,
+        *,
+        runs: int,
+        seed: int | None = None,
+        first_run: int = 0,
+        steps: int | None = None,
+        params: Mapping[str, Any] | None = None,
+    ) -> Iterator[StepRecord | EpisodeRecord]:
+        """Play episodes in a simulated world; yield a record for each step, and one for each episode.
+
+        ``planner`` is a planner, or a function from an ``Observation`` to an action's number or name. The
+        arguments are those of the solver's command line, which plays the same episodes. Without ``seed``,
+        it is the planner's, or 0. ``params`` are the world's.
+        """
+        if seed is None:
+            seed = planner.info["seed"] if isinstance(planner, Planner) else 0
+        with self.worlds(1, seed=seed, params=params) as worlds:
+            yield from simulate(worlds, planner, range(first_run, first_run + runs), steps)
+
+
+def _need_gymnasium() -> None:
+    if importlib.util.find_spec("gymnasium") is None:
+        text = "environments need Gymnasium: pip install 'hypgen[gym]'; Solver.worlds does without"
+        raise ModuleNotFoundError(text, name="gymnasium")
+
+
+def _text(params: Mapping[str, Any] | None) -> str | None:
+    return None if params is None else json.dumps(dict(params))
 
 
 def _setting(name: str, value: str | bool | int | float) -> str:

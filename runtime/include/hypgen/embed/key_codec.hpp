@@ -26,6 +26,9 @@ class KeyCodec {
   // The values of a key; false if the model has no such key.
   bool decode(KeyWords key, std::vector<std::int32_t>& values) const;
 
+  // The same into a place for so many values.
+  bool decode(KeyWords key, std::int32_t* values) const;
+
  private:
   struct Digit {
     std::uint64_t size;

@@ -30,6 +30,34 @@ class World {
   virtual WorldStep step(int action) = 0;
 };
 
+// An episode that a model simulates. A world alone and many beside each other play by it, and so alike.
+template <class M>
+struct SimulatedEpisode {
+  std::uint32_t number = 0;
+  std::uint32_t time = 0;
+  typename M::Fixed fixed{};
+  typename M::State state{};
+
+  void begin(const typename M::Params& params, StreamKey key, std::uint64_t run) {
+    number = static_cast<std::uint32_t>(run);
+    time = 0;
+    PhiloxDraws draws(key, number, 0);
+    M::init_visible(params, draws, fixed, state);
+    M::init_hidden(params, draws, fixed, state);
+  }
+
+  // Not inlined: a model's step is large, and all that plays shares one copy.
+  __attribute__((noinline)) StepResult step(const typename M::Params& params, StreamKey key, int action,
+                                            typename M::Key& seen) {
+    PhiloxDraws draws(key, number, time++);
+    typename M::State next;
+    const StepResult result = M::step(params, fixed, state, action, draws, next);
+    seen = result.terminal ? typename M::Key{} : M::observe(params, fixed, state, action, draws, next);
+    state = next;
+    return result;
+  }
+};
+
 // A world that a model simulates.
 template <class M>
 class ModelWorld final : public World {
@@ -37,36 +65,23 @@ class ModelWorld final : public World {
   ModelWorld(const typename M::Params& params, std::uint64_t seed)
       : params_(params), key_(derive(seed, StreamKind::kWorld, 0)) {}
 
-  void reset(std::uint64_t run) override {
-    run_ = static_cast<std::uint32_t>(run);
-    time_ = 0;
-    PhiloxDraws draws(key_, run_, 0);
-    M::init_visible(params_, draws, fixed_, state_);
-    M::init_hidden(params_, draws, fixed_, state_);
-  }
+  void reset(std::uint64_t run) override { now_.begin(params_, key_, run); }
 
-  void export_visible(std::int32_t* out) const override { M::export_visible(fixed_, state_, out); }
+  void export_visible(std::int32_t* out) const override { M::export_visible(now_.fixed, now_.state, out); }
 
-  void export_state(std::int32_t* out) const override { M::export_state(fixed_, state_, out); }
+  void export_state(std::int32_t* out) const override { M::export_state(now_.fixed, now_.state, out); }
 
-  bool is_legal(int action) const override { return M::is_legal(params_, fixed_, state_, action); }
+  bool is_legal(int action) const override { return M::is_legal(params_, now_.fixed, now_.state, action); }
 
   WorldStep step(int action) override {
-    PhiloxDraws draws(key_, run_, time_++);
-    typename M::State next;
-    const StepResult result = M::step(params_, fixed_, state_, action, draws, next);
-    seen_ = result.terminal ? typename M::Key{} : M::observe(params_, fixed_, state_, action, draws, next);
-    state_ = next;
+    const StepResult result = now_.step(params_, key_, action, seen_);
     return {result, from_fixed_sum<kRewardBits<M>>(result.reward), words_of(seen_)};
   }
 
  private:
   const typename M::Params& params_;
   StreamKey key_;
-  std::uint32_t run_ = 0;
-  std::uint32_t time_ = 0;
-  typename M::Fixed fixed_{};
-  typename M::State state_{};
+  SimulatedEpisode<M> now_;
   typename M::Key seen_{};
 };
 

@@ -11,6 +11,7 @@
 #include "hypgen/belief/particle_belief.hpp"
 #include "hypgen/belief/visible_belief.hpp"
 #include "hypgen/episode/world.hpp"
+#include "hypgen/episode/worlds.hpp"
 #include "hypgen/leaves/cpu_evaluator.hpp"
 #include "hypgen/leaves/hybrid_evaluator.hpp"
 #include "hypgen/leaves/scenario_walk.hpp"
@@ -47,6 +48,10 @@ class TypedInstance : public Interface {
 
   std::unique_ptr<World> make_world(std::uint64_t seed) const override {
     return std::make_unique<ModelWorld<M>>(*params_, seed);
+  }
+
+  std::unique_ptr<Worlds> make_worlds(std::uint64_t seed, std::size_t count) const override {
+    return std::make_unique<ModelWorlds<M>>(*params_, seed, count);
   }
 
   std::unique_ptr<ScenarioWalk> walk(const ScenarioBuffer& root, StreamKey key) const override {

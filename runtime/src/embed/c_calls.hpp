@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the functions of hypgen.h share: refusals, and the wall that exceptions do not pass.
+#pragma once
+
+#include <hypgen.h>
+
+#include <cstring>
+#include <exception>
+#include <new>
+#include <string>
+
+#include "hypgen/core/status.hpp"
+#include "hypgen/embed/c_api.hpp"
+
+namespace hypgen {
+
+// Makes no string: there may be no memory for one.
+inline hypgen_status fail(hypgen_status status, const char* text, char** error) noexcept {
+  if (error != nullptr) *error = strdup(text);
+  return status;
+}
+
+inline hypgen_status wrong(const char* text, char** error) noexcept {
+  return fail(HYPGEN_WRONG_ARGUMENT, text, error);
+}
+
+// Calls `run`, which gives a Status and writes an error's text, and lets no exception out.
+template <class Run>
+hypgen_status guarded(char** error, const Run& run) {
+  try {
+    std::string text;
+    const Status status = run(text);
+    const hypgen_status code = code_of(status);
+    if (code < HYPGEN_FAILED) return code;
+    return fail(code, text.empty() ? status_name(status) : text.c_str(), error);
+  } catch (const std::bad_alloc&) {
+    return fail(HYPGEN_NO_MEMORY, "not enough memory", error);
+  } catch (const std::exception& problem) {
+    return fail(HYPGEN_INTERNAL_ERROR, problem.what(), error);
+  } catch (...) {
+    return fail(HYPGEN_INTERNAL_ERROR, "unknown exception", error);
+  }
+}
+
+// Refuses a null pointer that stands for something.
+#define HYPGEN_NEED(argument) \
+  if ((argument) == nullptr) return hypgen::wrong(#argument ": is NULL", error)
+
+inline hypgen_status check_model(const hypgen_model* model, char** error) {
+  HYPGEN_NEED(model);
+  if (model->runtime == &this_runtime) return HYPGEN_OK;
+  return wrong("model: belongs to another library; load each by dlopen with RTLD_LOCAL", error);
+}
+
+}  // namespace hypgen

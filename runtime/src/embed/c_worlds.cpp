@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+// The simulated worlds of hypgen.h.
+#include <algorithm>
+#include <atomic>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "c_calls.hpp"
+#include "hypgen/embed/key_codec.hpp"
+#include "hypgen/episode/worlds.hpp"
+#include "hypgen/model/params.hpp"
+
+struct hypgen_worlds {
+  explicit hypgen_worlds(hypgen::EmbeddedModel model_of_all)
+      : model(std::move(model_of_all)), codec(model.seen, model.key_words) {}
+
+  hypgen::EmbeddedModel model;
+  hypgen::KeyCodec codec;
+  std::size_t count = 0;
+  std::unique_ptr<hypgen::ModelInstance> instance;  // has what the worlds refer to
+  std::unique_ptr<hypgen::Worlds> worlds;
+  std::vector<std::uint64_t> keys;  // of the step, where the caller has no place for them
+  std::atomic<bool> is_busy{false};
+};
+
+namespace hypgen {
+
+// Each library's model refers to it. As it stands here, a linker takes this file out of the runtime's archive too,
+// and c_api.cpp, whose functions this file calls.
+inline namespace HYPGEN_RUNTIME_ID {
+void this_runtime() {}
+}  // namespace HYPGEN_RUNTIME_ID
+
+namespace {
+
+constexpr std::size_t kMostWorlds = std::size_t{1} << 24;
+constexpr std::uint64_t kMostEpisodes = std::uint64_t{1} << 32;  // the draws' names have 32 bits for it
+
+static_assert(Worlds::kNextEpisode == HYPGEN_NEXT_EPISODE);
+
+Status refuse(std::string text, std::string& error) {
+  error = std::move(text);
+  return Status::kWrongArgument;
+}
+
+// `guarded` with the worlds, unless another thread has them.
+template <class Run>
+hypgen_status with_worlds(hypgen_worlds* worlds, std::size_t count, char** error, const Run& run) {
+  if (error != nullptr) *error = nullptr;
+  HYPGEN_NEED(worlds);
+  if (worlds->is_busy.exchange(true, std::memory_order_acquire))
+    return fail(HYPGEN_BUSY, "worlds: another thread's call is under way", error);
+  const hypgen_status status = guarded(error, [&](std::string& text) {
+    if (count != worlds->count)
+      return refuse("count: expected " + std::to_string(worlds->count) + ", found " + std::to_string(count),
+                    text);
+    return run(*worlds, text);
+  });
+  worlds->is_busy.store(false, std::memory_order_release);
+  return status;
+}
+
+Status make(hypgen_worlds& made, const hypgen_worlds_options& options, std::string& error) {
+  if (options.count < 1 || options.count > kMostWorlds)
+    return refuse("count: expected 1 to 2^24 worlds, found " + std::to_string(options.count), error);
+  const ModelDescriptor& descriptor = made.model.descriptor;
+  ParamValues values(descriptor.params);
+  if (options.params != nullptr && !read_params(options.params, descriptor.params, values, error))
+    return Status::kWrongArgument;
+  if (!check_complete(descriptor.params, values, error)) return Status::kWrongArgument;
+  made.instance = descriptor.create(values, error);
+  if (!made.instance) return Status::kWrongArgument;
+  made.count = options.count;
+  made.worlds = made.instance->make_worlds(options.seed, made.count);
+  made.keys.resize(made.count * made.codec.words());
+  return Status::kOk;
+}
+
+// Why a world does not do its action.
+std::string refusal_of(const hypgen_worlds& worlds, std::size_t world, std::int32_t action) {
+  const std::string where = "world " + std::to_string(world) + ": ";
+  const std::vector<std::string>& names = worlds.model.descriptor.action_names;
+  if (action < 0 || static_cast<std::size_t>(action) >= names.size()) {
+    return where + "expected an action from 0 to " + std::to_string(names.size() - 1) + ", or " +
+           std::to_string(Worlds::kNextEpisode) + " for the next episode, found " + std::to_string(action);
+  }
+  std::vector<std::uint8_t> legal(worlds.count * names.size());
+  worlds.worlds->export_legal(legal.data());
+  const auto row = legal.begin() + static_cast<std::ptrdiff_t>(world * names.size());
+  if (std::any_of(row, row + static_cast<std::ptrdiff_t>(names.size()), [](auto is) { return is != 0; }))
+    return where + "action " + names[static_cast<std::size_t>(action)] + " is not legal now";
+  return where + "no action is legal: its episode has ended, or none has begun";
+}
+
+// Writes the values of what each world has shown.
+Status write_seen(hypgen_worlds& worlds, const std::uint64_t* keys, std::int32_t* out, std::string& error) {
+  const std::size_t words = worlds.codec.words();
+  for (std::size_t i = 0; i < worlds.count; ++i, out += worlds.codec.values()) {
+    if (!worlds.codec.decode({keys + i * words, words}, out))
+      return refuse("world " + std::to_string(i) + ": its model made a key that has no values", error);
+  }
+  return Status::kOk;
+}
+
+}  // namespace
+}  // namespace hypgen
+
+using hypgen::Status;
+
+extern "C" {
+
+hypgen_status hypgen_worlds_create(const hypgen_model* model, const hypgen_worlds_options* options,
+                                   hypgen_worlds** worlds, char** error) {
+  if (error != nullptr) *error = nullptr;
+  HYPGEN_NEED(worlds);
+  *worlds = nullptr;
+  HYPGEN_NEED(options);
+  const hypgen_status found = hypgen::check_model(model, error);
+  if (found != HYPGEN_OK) return found;
+  if (options->size != sizeof(hypgen_worlds_options))
+    return hypgen::wrong("options: its size is not sizeof(hypgen_worlds_options)", error);
+  return hypgen::guarded(error, [&](std::string& text) {
+    auto made = std::make_unique<hypgen_worlds>(model->make());
+    const Status status = hypgen::make(*made, *options, text);
+    if (status == Status::kOk) *worlds = made.release();
+    return status;
+  });
+}
+
+hypgen_status hypgen_worlds_destroy(hypgen_worlds* worlds) {
+  if (worlds == nullptr) return HYPGEN_OK;
+  if (worlds->is_busy.exchange(true, std::memory_order_acquire)) return HYPGEN_BUSY;
+  delete worlds;
+  return HYPGEN_OK;
+}
+
+hypgen_status hypgen_worlds_seed(hypgen_worlds* worlds, uint64_t seed, char** error) {
+  const std::size_t count = worlds == nullptr ? 0 : worlds->count;
+  return hypgen::with_worlds(worlds, count, error, [&](hypgen_worlds& all, std::string&) {
+    all.worlds->reseed(seed);
+    return Status::kOk;
+  });
+}
+
+hypgen_status hypgen_worlds_reset(hypgen_worlds* worlds, const uint8_t* mask, const uint64_t* episodes,
+                                  size_t count, char** error) {
+  return hypgen::with_worlds(worlds, count, error, [&](hypgen_worlds& all, std::string& text) {
+    for (std::size_t i = 0; episodes != nullptr && i < count; ++i) {
+      if ((mask != nullptr && mask[i] == 0) || episodes[i] < hypgen::kMostEpisodes) continue;
+      return hypgen::refuse("world " + std::to_string(i) + ": expected an episode below 2^32, found " +
+                                std::to_string(episodes[i]),
+                            text);
+    }
+    all.worlds->reset(mask, episodes);
+    return Status::kOk;
+  });
+}
+
+hypgen_status hypgen_worlds_visible(hypgen_worlds* worlds, int32_t* visible, size_t count, char** error) {
+  return hypgen::with_worlds(worlds, count, error, [&](hypgen_worlds& all, std::string& text) {
+    if (visible == nullptr) return hypgen::refuse("visible: is NULL", text);
+    all.worlds->export_visible(visible);
+    return Status::kOk;
+  });
+}
+
+hypgen_status hypgen_worlds_legal(hypgen_worlds* worlds, uint8_t* legal, size_t count, char** error) {
+  return hypgen::with_worlds(worlds, count, error, [&](hypgen_worlds& all, std::string& text) {
+    if (legal == nullptr) return hypgen::refuse("legal: is NULL", text);
+    all.worlds->export_legal(legal);
+    return Status::kOk;
+  });
+}
+
+hypgen_status hypgen_worlds_step(hypgen_worlds* worlds, const int32_t* actions, size_t count,
+                                 const hypgen_worlds_results* out, char** error) {
+  return hypgen::with_worlds(worlds, count, error, [&](hypgen_worlds& all, std::string& text) {
+    if (actions == nullptr || out == nullptr) return hypgen::refuse("actions or out: is NULL", text);
+    if (out->size != sizeof(hypgen_worlds_results))
+      return hypgen::refuse("out: its size is not sizeof(hypgen_worlds_results)", text);
+    const std::size_t refused = all.worlds->find_refusal(actions);
+    if (refused < count) return hypgen::refuse(hypgen::refusal_of(all, refused, actions[refused]), text);
+    std::uint64_t* const keys = out->keys == nullptr ? all.keys.data() : out->keys;
+    const bool has_rewards = all.worlds->step(
+        actions, {out->rewards, keys, out->visible, out->legal, out->terminal, out->success});
+    if (out->seen != nullptr) {
+      const Status status = hypgen::write_seen(all, keys, out->seen, text);
+      if (status != Status::kOk) return status;
+    }
+    return has_rewards ? Status::kOk : Status::kModelNan;
+  });
+}
+
+}  // extern "C"
