@@ -17,6 +17,22 @@ from support.ros2 import rosidl
 HERE = Path(__file__).parent
 HYPGEN_H = HERE.parent.parent.parent / "runtime" / "include"
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
+# Functions of packages of ROS that are not there.
+FUNCTIONS = {
+    "ament_cmake": """function(ament_package)
+endfunction()
+function(ament_export_dependencies)
+endfunction()
+""",
+    "rosidl_default_generators": """function(rosidl_generate_interfaces target)
+  foreach(file IN LISTS ARGN)
+    if(NOT EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/${file}")
+      message(FATAL_ERROR "no ${file}")
+    endif()
+  endforeach()
+endfunction()
+""",
+}
 FLAGS = ("-std=c++17", "-O1", "-pthread", *WARNINGS)
 
 
@@ -55,6 +71,29 @@ def build(model: ir.Model, main: Path, folder: Path) -> tuple[Path, Path]:
     program = folder / "drive"
     _run([*command, *node, str(main), *link, "-o", str(program)])
     return program, library
+
+
+def install_ros(model: ir.Model, prefix: Path) -> None:
+    """Put packages of CMake into ``prefix``, as ROS and the message package do: our stubs and headers."""
+    headers = write(model, prefix / "include").parent
+    messages = headers.name.replace("_planner", "_msgs")
+    targets = {name: f"{name}::{name}" for name in ("rclcpp", "rclcpp_action", "rclcpp_lifecycle", messages)}
+    include = f'"{HERE / "stubs"};{prefix / "include"}"'
+    for name, target in targets.items():
+        text = (
+            f"add_library({target} INTERFACE IMPORTED)\n"
+            f"set_target_properties({target} PROPERTIES INTERFACE_INCLUDE_DIRECTORIES {include})\n"
+            f"set({name}_TARGETS {target})\n"
+        )
+        _configure(prefix, name, text)
+    for name, text in FUNCTIONS.items():
+        _configure(prefix, name, text)
+
+
+def _configure(prefix: Path, name: str, text: str) -> None:
+    folder = prefix / "share" / name / "cmake"
+    folder.mkdir(parents=True)
+    (folder / f"{name}Config.cmake").write_text(text)
 
 
 def _compiler(*include: Path) -> list[str]:
