@@ -4,7 +4,8 @@
  * `hypgen compile --library` makes a library with one model. Its header <model>.h declares the function that
  * gives the model. All other functions are here, and know no model.
  *
- * - Every call gives a status. From HYPGEN_FAILED on, a call has done nothing of what it was asked for.
+ * - Every call gives a status. From HYPGEN_FAILED on, a call has done nothing of what it was asked for. But after
+ *   HYPGEN_NO_MEMORY and HYPGEN_INTERNAL_ERROR of a reset, warm-up or update there is no episode: reset.
  * - `error` may be NULL. Otherwise *error becomes NULL, or a text that says what is wrong where the status is
  *   HYPGEN_FAILED or above. The caller frees it by hypgen_free, and texts from `char**` arguments too.
  * - No exception leaves a call, and no call prints or ends the process.
@@ -12,9 +13,9 @@
  *   may be at work at the same time.
  * - A process that forks leaves its planners to the parent: the child's calls are refused.
  * - Arrays and texts that a call takes are read during the call alone.
- * - Only hypgen_create and the first steps reserve memory for planning. Later plans and updates allocate nothing,
- *   but where a belief moves its particles and an episode is longer than all before. Calls with JSON texts
- *   allocate while they run.
+ * - Only hypgen_create and the first step reserve memory for planning. Later plans and updates allocate nothing,
+ *   but where a belief moves its particles, and resamples at a step where no episode before has. Calls with JSON
+ *   texts allocate while they run.
  *
  * Values are 32-bit integers: whole numbers as they are, bools as 0 and 1, enums as codes, floats as the bits
  * of a float. Several values come in the order of the model's description, arrays row by row.
@@ -124,7 +125,8 @@ HYPGEN_API hypgen_status hypgen_plan_until(hypgen_planner* planner, int64_t dead
 HYPGEN_API int64_t hypgen_now(void);
 
 /* Ends the plan that another thread has under way, as its deadline would; does nothing if there is none. Any
- * thread may call this at any time before hypgen_destroy. */
+ * thread may call this at any time before hypgen_destroy. A call that comes before the plan has begun does nothing:
+ * repeat it until the plan returns. */
 HYPGEN_API hypgen_status hypgen_cancel(hypgen_planner* planner);
 
 /* Plays a step that counts nowhere, so that the first plan of an episode takes no longer than later ones: plans
@@ -157,7 +159,9 @@ HYPGEN_API hypgen_status hypgen_action_name(hypgen_planner* planner, int32_t act
                                             char** error);
 
 /* The tree that the last plan decided by, as a JSON object: `depth` levels of actions, and the `top` actions of each
- * node and groups of each action that trials took most. Bounds are those of what the node itself is worth. */
+ * node that trials took most, and the `top` groups of each action that most scenarios are in. Bounds are those of
+ * what the node itself is worth. Where "pruning" is above 0 they are less that for each node below, divided by the
+ * node's discount and its share of all scenarios. At most 100 levels. */
 HYPGEN_API hypgen_status hypgen_tree(hypgen_planner* planner, int32_t depth, int32_t top, char** json,
                                      char** error);
 
@@ -189,13 +193,13 @@ typedef struct hypgen_worlds_options {
   const char* params; /* as in hypgen_options; NULL: the model's own values */
 } hypgen_worlds_options;
 
-#define HYPGEN_NEXT_EPISODE (-1) /* in place of an action */
+#define HYPGEN_NEXT_EPISODE INT32_MIN /* in place of an action */
 
 /* Where a step writes: an entry or a row for each world. NULL: not wanted. */
 typedef struct hypgen_worlds_results {
   size_t size;       /* sizeof(hypgen_worlds_results) */
   double* rewards;   /* NaN where the model's reward is no number */
-  int32_t* seen;     /* rows of what was seen; where nothing was, the least value of each */
+  int32_t* seen;     /* rows of what was seen; where nothing was, the least value of each, and 0 of floats */
   uint64_t* keys;    /* rows of the words of its key; zeroes where nothing was seen */
   int32_t* visible;  /* rows of the visible variables after the step */
   uint8_t* legal;    /* rows of all actions: 1 where it is allowed next; zeroes once the episode has ended */

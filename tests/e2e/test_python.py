@@ -47,7 +47,7 @@ def test_a_planner_plans_and_learns(planner: hypgen.Planner) -> None:
 
 
 def test_the_tree_says_what_it_has_seen(planner: hypgen.Planner) -> None:
-    with pytest.raises(hypgen.PlannerError, match="has searched no tree"):
+    with pytest.raises(hypgen.PlannerError, match="has left no tree"):
         planner.tree()
     planner.reset()
     decision = planner.plan()

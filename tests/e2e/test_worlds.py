@@ -100,7 +100,7 @@ def test_worlds_move_together(worlds: hypgen.Worlds) -> None:
 def test_an_episode_is_that_of_its_number(solver: hypgen.Solver) -> None:
     with solver.worlds(3, seed=5) as many, solver.worlds(1, seed=5) as alone:
         many.reset()
-        many.step([-1, -1, -1])  # the next episodes: 3, 4 and 5
+        many.step([many.NEXT_EPISODE] * 3)  # the next episodes: 3, 4 and 5
         seen = []
         for rock in range(8):
             many.step([CHECK + rock] * 3)
@@ -119,7 +119,7 @@ def test_wrong_calls_move_no_world(worlds: hypgen.Worlds) -> None:
     refused("world 0: no action is legal: its episode has ended, or none has begun", [EAST] * 4)
     worlds.reset()
     refused("world 3: action sample is not legal now", [EAST, EAST, EAST, SAMPLE])
-    refused("world 1: expected an action from 0 to 12, or -1 for the next episode, found 13", [0, 13, 0, 0])
+    refused("world 1: expected an action from 0 to 12, or HYPGEN_NEXT_EPISODE, found 13", [0, 13, 0, 0])
     refused("actions: expected 4 integers, found shape \\(1,\\)", [EAST])
     refused("actions: expected 4 integers, found shape \\(4,\\) of float64", [0.5] * 4)
     assert worlds.visible.tolist() == [[0, 3]] * 4
@@ -320,3 +320,28 @@ def test_the_examples_run(solver: hypgen.Solver, script: str, package: str, last
     done = subprocess.run([sys.executable, str(path)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[-1].startswith(last)
+
+
+def test_worlds_keep_their_arrays_and_their_numbers(solver: hypgen.Solver) -> None:
+    worlds = solver.worlds(2)
+    worlds.reset()
+    worlds.rewards = worlds.rewards.copy()  # C goes on to write to its own
+    worlds.step([2, 2])
+    for wrong in ([2**32 + 2, 2], np.array([2**32 - 1, 2], np.uint32)):
+        with pytest.raises(hypgen.PlannerError, match="no number of an action"):
+            worlds.step(wrong)
+    worlds.reset([2**32 - 1, 0])
+    with pytest.raises(hypgen.PlannerError, match="below 2\\^32, found 4294967297"):
+        worlds.reset()
+    worlds.close()
+    worlds.close()
+    with pytest.raises(hypgen.PlannerError, match="closed"):
+        worlds.step([2, 2])
+
+
+def test_a_key_with_any_float_has_worlds() -> None:
+    wide = ROOT / "tests" / "differential" / "models" / "wide_key.pomdp"
+    with hypgen.load(wide).compile(target="cpu").worlds(3) as worlds:
+        worlds.reset()
+        worlds.step([0, 0, 0])
+        assert worlds.seen.any()

@@ -217,7 +217,7 @@ TEST_F(CApiTest, ReachesEachStatus) {
   EXPECT_EQ(hypgen_update(planner, 5, &good, 1, fresh()), HYPGEN_OK);
   EXPECT_EQ(hypgen_update(planner, 5, &bad, 1, fresh()), HYPGEN_BELIEF_DEPLETED);
   EXPECT_EQ(plan(), HYPGEN_TRIAL_LIMIT);
-  begin(rocks, "mode=despot time=0.01 memory=64");
+  begin(rocks, "mode=despot time=0.1 memory=64");
   EXPECT_EQ(plan(), HYPGEN_DEADLINE);
   begin(rocks, "mode=despot trials=1000000 memory=1");
   EXPECT_EQ(plan(), HYPGEN_MEMORY_FULL);
@@ -289,7 +289,6 @@ TEST_F(CApiTest, PlansUntilATime) {
   const int64_t end = hypgen_now() + 20'000'000;
   EXPECT_LT(hypgen_plan_until(planner, end, &decision, fresh()), HYPGEN_FAILED);
   EXPECT_LT(decision.seconds, 10.0);
-  EXPECT_EQ(hypgen_plan_until(planner, INT64_MAX, &decision, fresh()), HYPGEN_WRONG_ARGUMENT);
 }
 
 TEST_F(CApiTest, DrawsStatesFromTheBelief) {

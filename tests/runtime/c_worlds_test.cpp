@@ -156,7 +156,7 @@ TEST_F(CWorldsTest, DoesNothingWhereOneIsRefused) {
   EXPECT_EQ(step({kEast, kSample}), HYPGEN_WRONG_ARGUMENT);
   EXPECT_STREQ(error, "world 1: action sample is not legal now");
   for (const int32_t wrong : {-2, 8}) EXPECT_EQ(step({wrong, kEast}), HYPGEN_WRONG_ARGUMENT);
-  EXPECT_STREQ(error, "world 0: expected an action from 0 to 7, or -1 for the next episode, found 8");
+  EXPECT_STREQ(error, "world 0: expected an action from 0 to 7, or HYPGEN_NEXT_EPISODE, found 8");
   ASSERT_EQ(hypgen_worlds_visible(worlds, visible.data(), 2, fresh()), HYPGEN_OK);
   EXPECT_EQ(visible, (std::vector<int32_t>{0, 2, 0, 2}));
 }

@@ -196,7 +196,7 @@ Status Agent::plan(double seconds, Decision& decision, std::string& error) {
       planning.period > 0.0 ? rest_of_period(planning.period, update_seconds_) : planning.time_limit;
   planner_->set_time_limit(seconds > 0.0 ? seconds : own);
   decision = planner_->plan(*belief_, episode_, step_);
-  has_tree_ = decision.looked == Looked::kTree;
+  has_tree_ = decision.keeps_tree;
   if (decision.status == Status::kDeadline && decision.looked == Looked::kNowhere)
     decision.status = Status::kDeadlineDefault;
   return decision.status;
@@ -297,10 +297,10 @@ Status Agent::sample_belief(std::uint64_t seed, std::size_t count, std::int32_t*
 }
 
 Status Agent::describe_tree(const TreeExtent& extent, std::string& text, std::string& error) {
-  if (extent.depth < 0 || extent.most < 1)
-    return refuse("depth or top: expected 0 or more, and 1 or more", error);
+  if (extent.depth < 0 || extent.depth > TreeExtent::kMostDepth || extent.most < 1)
+    return refuse("depth or top: expected a depth from 0 to 100, and a top of 1 or more", error);
   const Tree& tree = planner_->tree_at_rest();
-  if (!has_tree_ || tree.is_empty()) return refuse("the last plan has searched no tree", error);
+  if (!has_tree_ || tree.is_empty()) return refuse("the last plan has left no tree", error);
   const auto walk = instance_->walk(planner_->scenarios(), planner_->search_key());
   text = tree_text(model_, codec_, tree, *walk, extent);
   return Status::kOk;

@@ -296,7 +296,8 @@ hypgen_status hypgen_plan(hypgen_planner* planner, double seconds, hypgen_decisi
 hypgen_status hypgen_plan_until(hypgen_planner* planner, int64_t deadline, hypgen_decision* decision,
                                 char** error) {
   const int64_t now = hypgen_now();
-  const int64_t left = deadline > now ? deadline - now : 1;  // 0 would be the settings' time
+  constexpr int64_t kMost = 1'000'000'000'000'000;  // nanoseconds: as long as a plan may take
+  const int64_t left = deadline > now ? std::min(kMost, deadline - now) : 1;  // 0: the settings' time
   return hypgen_plan(planner, static_cast<double>(left) * 1e-9, decision, error);
 }
 

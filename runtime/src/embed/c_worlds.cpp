@@ -36,7 +36,6 @@ void this_runtime() {}
 namespace {
 
 constexpr std::size_t kMostWorlds = std::size_t{1} << 24;
-constexpr std::uint64_t kMostEpisodes = std::uint64_t{1} << 32;  // the draws' names have 32 bits for it
 
 static_assert(Worlds::kNextEpisode == HYPGEN_NEXT_EPISODE);
 
@@ -82,9 +81,10 @@ Status make(hypgen_worlds& made, const hypgen_worlds_options& options, std::stri
 std::string refusal_of(const hypgen_worlds& worlds, std::size_t world, std::int32_t action) {
   const std::string where = "world " + std::to_string(world) + ": ";
   const std::vector<std::string>& names = worlds.model.descriptor.action_names;
+  if (action == Worlds::kNextEpisode) return where + "there is no next episode: their numbers end at 2^32";
   if (action < 0 || static_cast<std::size_t>(action) >= names.size()) {
-    return where + "expected an action from 0 to " + std::to_string(names.size() - 1) + ", or " +
-           std::to_string(Worlds::kNextEpisode) + " for the next episode, found " + std::to_string(action);
+    return where + "expected an action from 0 to " + std::to_string(names.size() - 1) +
+           ", or HYPGEN_NEXT_EPISODE, found " + std::to_string(action);
   }
   std::vector<std::uint8_t> legal(worlds.count * names.size());
   worlds.worlds->export_legal(legal.data());
@@ -147,11 +147,13 @@ hypgen_status hypgen_worlds_seed(hypgen_worlds* worlds, uint64_t seed, char** er
 hypgen_status hypgen_worlds_reset(hypgen_worlds* worlds, const uint8_t* mask, const uint64_t* episodes,
                                   size_t count, char** error) {
   return hypgen::with_worlds(worlds, count, error, [&](hypgen_worlds& all, std::string& text) {
-    for (std::size_t i = 0; episodes != nullptr && i < count; ++i) {
-      if ((mask != nullptr && mask[i] == 0) || episodes[i] < hypgen::kMostEpisodes) continue;
-      return hypgen::refuse("world " + std::to_string(i) + ": expected an episode below 2^32, found " +
-                                std::to_string(episodes[i]),
-                            text);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (mask != nullptr && mask[i] == 0) continue;
+      const std::uint64_t number = episodes != nullptr ? episodes[i] : all.worlds->next_episode(i);
+      if (number < hypgen::Worlds::kMostEpisodes) continue;
+      return hypgen::refuse(
+          "world " + std::to_string(i) + ": expected an episode below 2^32, found " + std::to_string(number),
+          text);
     }
     all.worlds->reset(mask, episodes);
     return Status::kOk;

@@ -21,7 +21,11 @@ class TreeWriter {
              const TreeExtent& extent)
       : model_(model), codec_(codec), tree_(tree), walk_(walk), extent_(extent) {}
 
-  Json root() { return node(tree_.root(), tree_.root().child->count); }
+  Json root() {
+    Json json = {{"pruning", tree_.pruning()}};
+    json.update(node(tree_.root(), tree_.root().child->count));
+    return json;
+  }
 
  private:
   double scale(const Child& child, int depth) const { return 1.0 / (tree_.weight(depth) * child.count); }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hypgen/embed/value_text.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -69,7 +71,10 @@ bool read_value(const ValueField& field, const Json& json, std::int32_t& out) {
       out = static_cast<std::int32_t>(math::to_bits(static_cast<float>(json.get<double>())));
       return is_in_range(field, out);
     case ValueKind::kNamed:
-      return json.is_string() && read_name(field, json.get<std::string>(), out);
+      if (json.is_string()) return read_name(field, json.get<std::string>(), out);
+      if (!json.is_number_integer()) return false;  // otherwise a code, as where there are too many names
+      out = static_cast<std::int32_t>(std::clamp<std::int64_t>(json.get<std::int64_t>(), -1, INT32_MAX));
+      return is_in_range(field, out);
   }
   return false;
 }

@@ -182,6 +182,7 @@ void Planner::plan_tree(Decision& decision, const RootResult& root) {
   decision.action = search_.best_action(root.default_action);
   if (decision.expansions == 0) return;
   decision.looked = Looked::kTree;
+  decision.keeps_tree = true;
   decision.scenarios = options_.scenarios;
   decision.pruning = pruning;
 }

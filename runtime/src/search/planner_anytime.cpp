@@ -41,6 +41,7 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
   while (count >= kLeastScenarios && !setup_.deadline.has_passed()) {
     belief.sample(key, 0, count, scenarios_);
     search_.clear();
+    decision.keeps_tree = false;
     const RootResult next = evaluator_->begin_search(scenarios_, setup_);
     if (next.status != Status::kOk) break;
     Decision stage;
@@ -49,6 +50,7 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
     if (has_looked_ahead) {
       stage.action = improved_action(root.default_action);
       stage.looked = Looked::kTree;
+      stage.keeps_tree = true;
       stage.scenarios = count;
       stage.pruning = pruning;
     } else {

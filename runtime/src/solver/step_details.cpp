@@ -84,7 +84,7 @@ StepDetails step_details(const ModelDescriptor& model, const Belief& belief, Pla
     details.marginals = marginals(model, belief, StepDetails::kMostMarginals, StepDetails::kMostValues,
                                   details.marginals_left_out);
   }
-  if (decision.looked != Looked::kTree) return details;
+  if (!decision.keeps_tree) return details;
   details.root = planner.root_actions();
   const auto key = [&](const RootAction& one) {
     return std::make_tuple(one.action == decision.action, one.visits, one.upper, -one.action);

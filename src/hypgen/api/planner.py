@@ -58,7 +58,7 @@ class Planner:
         self._library = library
         self._handle: ctypes.c_void_p | None = None
         self._lock = threading.Lock()  # held by each call that has the handle
-        self._life = threading.Lock()  # held while the handle is freed, or used beside a call
+        self._life = threading.RLock()  # held while the handle is freed, or used beside a call
         handle = ctypes.c_void_p()
         text = None if params is None else params.encode()
         options = COptions(ctypes.sizeof(COptions), _encoded("settings", settings), text)
@@ -86,6 +86,7 @@ class Planner:
     def plan(self, seconds: float = 0.0, *, deadline: float | None = None) -> Decision:
         """Decide within so many seconds; 0: the settings' time, or what an update left of their period.
 
+        Ctrl-C is heard when the plan has ended; a plan without a limit belongs in a thread of its own.
         ``deadline`` is a time of ``time.monotonic()``, and goes before ``seconds``.
         """
         found = CDecision(size=ctypes.sizeof(CDecision))
@@ -108,7 +109,10 @@ class Planner:
         )
 
     def cancel(self) -> None:
-        """End the plan that another thread has under way, if any, as its deadline would. From any thread."""
+        """End the plan that another thread has under way, as its deadline would. From any thread.
+
+        Before the plan has begun this does nothing, so repeat it until the plan returns.
+        """
         with self._life:
             if self._handle is not None:
                 self._library.cancel(self._handle)
@@ -169,7 +173,8 @@ class Planner:
 
         Each node has ``lower`` and ``upper``, the bounds of what it is worth itself, ``scenarios`` and
         ``visits``. It has ``actions``, the ``top`` that trials took most. An action has ``groups``: nodes by
-        what is ``seen``, with the ``share`` of the scenarios that see it.
+        what is ``seen``, those that most scenarios see, with their ``share``. Where ``pruning`` is above 0,
+        bounds are less that for each node below, divided by the node's discount and share of all scenarios.
         """
         levels = ctypes.c_int32(_in_range("depth", depth, 0, 2**31 - 1))
         most = ctypes.c_int32(_in_range("top", top, 1, 2**31 - 1))
@@ -210,8 +215,8 @@ class Planner:
         """Free the planner's memory; no call may follow but this one."""
         if self._handle is not None:
             with self._open() as handle, self._life:
+                self._handle = None  # first: an interrupt must not free it twice
                 self._library.destroy(handle)
-                self._handle = None
 
     def __enter__(self) -> Planner:
         return self

@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
 
@@ -14,7 +16,7 @@ import numpy.typing as npt
 from hypgen.api.c_interface import CLibrary, CWorldsOptions, CWorldsResults, PlannerError
 from hypgen.api.fields import Codes, named, read_fields
 
-NEXT_EPISODE = -1  # HYPGEN_NEXT_EPISODE: in place of an action, starts a world's next episode
+NEXT_EPISODE = -(2**31)  # HYPGEN_NEXT_EPISODE: in place of an action, starts a world's next episode
 
 
 class Worlds:
@@ -27,9 +29,12 @@ class Worlds:
     overwrites them.
     """
 
+    NEXT_EPISODE = NEXT_EPISODE
+
     def __init__(self, library: CLibrary, count: int, seed: int, params: str | None) -> None:
         self._library = library
         self._handle: ctypes.c_void_p | None = None
+        self._lock = threading.Lock()  # held by each call that has the handle
         description = library.json("describe", library.model)
         self.actions: tuple[str, ...] = tuple(description["actions"])
         self.discount: float = description["discount"]
@@ -50,9 +55,18 @@ class Worlds:
         self.success: npt.NDArray[np.bool_] = np.zeros(count, bool)
         self._actions: Codes = np.zeros(count, np.int32)
 
-        least = [int(f.low) for f in self.seen_fields for _ in range(f.length)]
+        least = [0 if f.type == "float" else int(f.low) for f in self.seen_fields for _ in range(f.length)]
         self._nothing = np.array(least, np.int32)  # what `seen` is where nothing was seen
-        arrays = self.rewards, self.seen, self.keys, self.visible, self.legal, self.terminal, self.success
+        # C writes there by address: the arrays stay, even where a caller puts others in their place.
+        self._arrays = arrays = (
+            self.rewards,
+            self.seen,
+            self.keys,
+            self.visible,
+            self.legal,
+            self.terminal,
+            self.success,
+        )
         self._results = CWorldsResults(ctypes.sizeof(CWorldsResults), *(a.ctypes.data for a in arrays))
         self._count = ctypes.c_size_t(count)
         self._step_arguments = _pointer(self._actions), self._count, ctypes.byref(self._results)
@@ -69,7 +83,10 @@ class Worlds:
 
     def seed(self, seed: int) -> None:
         """End all episodes. Later ones draw by this seed, and are numbered afresh."""
-        self._call("worlds_seed", ctypes.c_uint64(_checked("seed", seed, 0, 2**64 - 1)))
+        number = ctypes.c_uint64(_checked("seed", seed, 0, 2**64 - 1))
+        with self._open() as handle:
+            self._library.call("worlds_seed", handle, number)
+        self.legal[:] = 0
 
     def reset(self, episodes: Sequence[int] | None = None, mask: npt.NDArray[np.bool_] | None = None) -> None:
         """Start an episode in each world, or in those of ``mask``.
@@ -85,22 +102,31 @@ class Worlds:
                 text = f"episodes: expected {self.count} numbers, found {len(checked)}"
                 raise PlannerError("wrong_argument", text)
             numbers = np.array(checked, np.uint64)
-        self._call("worlds_reset", _pointer(chosen), _pointer(numbers), self._count)
-        self._call("worlds_visible", _pointer(self.visible), self._count)
-        self._call("worlds_legal", _pointer(self.legal), self._count)
+        with self._open() as handle:
+            call = self._library.call
+            call("worlds_reset", handle, _pointer(chosen), _pointer(numbers), self._count)
+            call("worlds_visible", handle, _pointer(self.visible), self._count)
+            call("worlds_legal", handle, _pointer(self.legal), self._count)
         begun = slice(None) if chosen is None else chosen
         self.seen[begun] = self._nothing
         for array in (self.rewards, self.keys, self.terminal, self.success):
             array[begun] = 0
 
     def step(self, actions: npt.ArrayLike) -> None:
-        """Do an action in each world; ``NEXT_EPISODE`` starts its next episode instead."""
+        """Do an action in each world; ``Worlds.NEXT_EPISODE`` starts its next episode instead."""
         given = np.asarray(actions)
         if given.shape != (self.count,) or given.dtype.kind not in "iu":
             text = f"actions: expected {self.count} integers, found shape {given.shape} of {given.dtype}"
             raise PlannerError("wrong_argument", text)
-        np.copyto(self._actions, given, casting="same_kind" if given.dtype.kind == "i" else "unsafe")
-        self._call("worlds_step", *self._step_arguments)
+        if (
+            given.dtype.itemsize > 4 or given.dtype == np.uint32
+        ):  # which could change their meaning in 32 bits
+            limits = np.iinfo(np.int32)
+            if given.min() < limits.min or given.max() > limits.max:
+                raise PlannerError("wrong_argument", "actions: one of them is no number of an action")
+        with self._open() as handle:
+            np.copyto(self._actions, given, casting="unsafe")
+            self._library.call("worlds_step", handle, *self._step_arguments)
 
     def action(self, action: int | str) -> int:
         """Return the number of an action that is given by number or name."""
@@ -121,8 +147,9 @@ class Worlds:
     def close(self) -> None:
         """Free the worlds' memory; no call may follow but this one."""
         if self._handle is not None:
-            self._library.destroy(self._handle, "worlds_destroy")
-            self._handle = None
+            with self._open() as handle:
+                self._handle = None  # first: an interrupt must not free it twice
+                self._library.destroy(handle, "worlds_destroy")
 
     def __enter__(self) -> Worlds:
         return self
@@ -136,10 +163,17 @@ class Worlds:
         if getattr(self, "_handle", None) is not None:
             self.close()
 
-    def _call(self, name: str, *arguments: Any) -> None:
-        if self._handle is None:
-            raise PlannerError("wrong_argument", "the worlds are closed")
-        self._library.call(name, self._handle, *arguments)
+    @contextmanager
+    def _open(self) -> Iterator[ctypes.c_void_p]:
+        """Give the handle, which no other thread can use or free meanwhile."""
+        if not self._lock.acquire(blocking=False):
+            raise PlannerError("busy", "worlds: another thread's call is under way")
+        try:
+            if self._handle is None:
+                raise PlannerError("wrong_argument", "the worlds are closed")
+            yield self._handle
+        finally:
+            self._lock.release()
 
 
 def _pointer(array: npt.NDArray[Any] | None) -> ctypes.c_void_p | None:

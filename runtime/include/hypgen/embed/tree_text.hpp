@@ -15,11 +15,13 @@ namespace hypgen {
 // How much of a tree to tell.
 struct TreeExtent {
   int depth = 2;          // levels of actions
-  std::size_t most = 10;  // actions of a node and groups of an action: those that trials took most
+  std::size_t most = 10;  // actions of a node, by trials, and groups of an action, by scenarios
+
+  static constexpr int kMostDepth = 100;  // the text is written by recursion
 };
 
 // `tree` is the last search's, at rest, and not empty; `walk` is at its root. Bounds and values are those of the
-// node itself, not discounted, less lambda for each node below where scenarios part.
+// node itself. Lambda counts as in the root's value: divided by the node's discount and share of all scenarios.
 std::string tree_text(const EmbeddedModel& model, const KeyCodec& codec, const Tree& tree, ScenarioWalk& walk,
                       const TreeExtent& extent);
 

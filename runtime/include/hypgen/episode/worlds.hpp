@@ -26,7 +26,9 @@ struct WorldsResults {
 class Worlds {
  public:
   // In place of an action: the world's next episode starts.
-  static constexpr std::int32_t kNextEpisode = -1;
+  static constexpr std::int32_t kNextEpisode = std::numeric_limits<std::int32_t>::min();
+  static constexpr std::uint64_t kMostEpisodes = std::uint64_t{1}
+                                                 << 32;  // the draws' names have 32 bits for it
 
   virtual ~Worlds() = default;
 
@@ -36,6 +38,9 @@ class Worlds {
   // Starts an episode in each world whose entry of `mask` is not 0; null: in all. `episodes` has the number for
   // each world, from which its next ones count on; null: the next ones.
   virtual void reset(const std::uint8_t* mask, const std::uint64_t* episodes) = 0;
+
+  // The number of the next episode of a world.
+  virtual std::uint64_t next_episode(std::size_t world) const = 0;
 
   virtual void export_visible(std::int32_t* out) const = 0;
 
@@ -73,6 +78,8 @@ class ModelWorlds final : public Worlds {
     }
   }
 
+  std::uint64_t next_episode(std::size_t world) const override { return worlds_[world].next; }
+
   void export_visible(std::int32_t* out) const override {
     for (std::size_t i = 0; i < worlds_.size(); ++i) export_visible(i, out);
   }
@@ -83,7 +90,9 @@ class ModelWorlds final : public Worlds {
 
   std::size_t find_refusal(const std::int32_t* actions) const override {
     std::size_t i = 0;
-    while (i < worlds_.size() && (actions[i] == kNextEpisode || can_do(worlds_[i], actions[i]))) ++i;
+    while (i < worlds_.size() &&
+           (actions[i] == kNextEpisode ? worlds_[i].next < kMostEpisodes : can_do(worlds_[i], actions[i])))
+      ++i;
     return i;
   }
 

@@ -67,6 +67,7 @@ struct Decision {
   double lower = std::numeric_limits<double>::quiet_NaN();
   double upper = std::numeric_limits<double>::quiet_NaN();
   Looked looked = Looked::kNowhere;
+  bool keeps_tree = false;           // the planner still has the tree that has looked ahead
   std::size_t scenarios = 0;         // of the tree; 0: there was none
   double pruning = 0.0;              // lambda of the tree
   std::size_t compared_actions = 0;  // by one-ply rollouts, before the tree or alone; 0: there was no time

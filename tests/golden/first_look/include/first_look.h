@@ -44,7 +44,7 @@ enum {
   FIRST_LOOK_ACT_OPEN = 1, /* the first of 2, of argument 0 */
 };
 
-/* Functions give -1, which no call takes, where an argument is out of range. */
+/* Functions that make codes give -1, which no call takes, where an argument is out of range. */
 
 /* The code of Act's open(argument). */
 static inline int32_t first_look_act_open(int32_t argument) {

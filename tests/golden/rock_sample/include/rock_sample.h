@@ -54,7 +54,7 @@ enum {
   ROCK_SAMPLE_ACT_CHECK = 5, /* the first of 8, of argument 0 */
 };
 
-/* Functions give -1, which no call takes, where an argument is out of range. */
+/* Functions that make codes give -1, which no call takes, where an argument is out of range. */
 
 /* The code of Act's check(argument). */
 static inline int32_t rock_sample_act_check(int32_t argument) {

@@ -51,7 +51,7 @@ enum {
   SMALL_ROCKS_ACT_CHECK = 3, /* the first of 2, of argument 0 */
 };
 
-/* Functions give -1, which no call takes, where an argument is out of range. */
+/* Functions that make codes give -1, which no call takes, where an argument is out of range. */
 
 /* The code of Act's check(argument). */
 static inline int32_t small_rocks_act_check(int32_t argument) {

@@ -52,7 +52,7 @@ enum {
   TAG_ACT_TAG = 4,
 };
 
-/* Functions give -1, which no call takes, where an argument is out of range. */
+/* Functions that make codes give -1, which no call takes, where an argument is out of range. */
 
 /* The code of Act's move(argument). */
 static inline int32_t tag_act_move(int32_t argument) {

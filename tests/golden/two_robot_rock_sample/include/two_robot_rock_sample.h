@@ -54,7 +54,7 @@ enum {
   TWO_ROBOT_ROCK_SAMPLE_MOVE_CHECK = 5, /* the first of 20, of argument 0 */
 };
 
-/* Functions give -1, which no call takes, where an argument is out of range. */
+/* Functions that make codes give -1, which no call takes, where an argument is out of range. */
 
 /* The code of Move's check(argument). */
 static inline int32_t two_robot_rock_sample_move_check(int32_t argument) {

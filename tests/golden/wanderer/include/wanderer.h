@@ -43,7 +43,7 @@ enum {
   WANDERER_MOVE_GO = 1,
 };
 
-/* Functions give -1, which no call takes, where an argument is out of range. */
+/* Functions that make codes give -1, which no call takes, where an argument is out of range. */
 
 /* The action with these 2 parts: the number that hypgen_decision has. */
 static inline int32_t wanderer_action(const int32_t* parts) {
