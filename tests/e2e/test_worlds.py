@@ -298,8 +298,10 @@ def test_wrong_calls_of_a_vector_are_refused(solver: hypgen.Solver) -> None:
     envs.reset(seed=1)
     with pytest.raises(hypgen.PlannerError, match="world 1: action sample is not legal now"):
         envs.step(np.array([EAST, SAMPLE]))
-    with pytest.raises(hypgen.PlannerError, match="actions: expected 0 to 12, found -1"):
+    with pytest.raises(hypgen.PlannerError, match="world 1: expected an action from 0 to 12, .* found -1"):
         envs.step(np.array([EAST, -1]))
+    with pytest.raises(hypgen.PlannerError, match="an environment starts episodes itself"):
+        envs.step(np.array([EAST, hypgen.Worlds.NEXT_EPISODE]))
     with pytest.raises(ValueError, match="seed: expected one integer for all worlds"):
         envs.reset(seed=[1, 2])
     envs.close()

@@ -178,7 +178,9 @@ class WorldVectorEnv(VectorEnv[Array, Array, Array]):
         worlds = self._worlds
         given = np.where(self._is_over, NEXT_EPISODE, actions)
         if np.count_nonzero(given == NEXT_EPISODE) != np.count_nonzero(self._is_over):
-            raise PlannerError("wrong_argument", f"actions: expected 0 to {len(self.actions) - 1}, found -1")
+            raise PlannerError(
+                "wrong_argument", "actions: NEXT_EPISODE is for Worlds: an environment starts episodes itself"
+            )
         worlds.step(given)
         self._elapsed = np.where(self._is_over, 0, self._elapsed + 1)
         terminated = worlds.terminal.copy()
