@@ -25,6 +25,7 @@ def hypgen(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([*HYPGEN, *arguments], capture_output=True, text=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_the_node_compiles(name: str, tmp_path: Path) -> None:
     node.check(load(ROOT / "examples" / f"{name}.pomdp").model, tmp_path)
@@ -50,6 +51,7 @@ def test_the_node_of_rock_sample_does_what_ros_asks(tmp_path: Path) -> None:
             planner.update(found.action, {"reading": reading})
 
 
+@pytest.mark.slow
 def test_a_node_takes_values_of_every_kind(tmp_path: Path) -> None:
     model = load(SUPPORT / "odd_names.pomdp").model
     program, _ = node.build(model, SUPPORT / "odd_names_main.cpp", tmp_path)
@@ -59,6 +61,7 @@ def test_a_node_takes_values_of_every_kind(tmp_path: Path) -> None:
     assert done.returncode == 0 and len(checks) == 3
 
 
+@pytest.mark.slow
 def test_both_packages_are_built_by_cmake(tmp_path: Path) -> None:
     """With packages of CMake of our own in place of those of ROS, and the runtime that is built already."""
     model, packages = ROOT / "examples" / "tiger.pomdp", tmp_path / "packages"
