@@ -35,6 +35,7 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
   }
   if (is_failure(decision.status) || decision.status == Status::kDeviceLost) return;
   decision.action = compared_action(root.default_action);
+  if (decision.status != Status::kOk) return;
   keep_survivors(root.default_action);
   const double pruning = chosen_pruning();
   search_.set_pruning(pruning);

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -12,6 +11,8 @@
 #include "hypgen/leaves/cpu_scene.hpp"
 #include "hypgen/leaves/grouping.hpp"
 #include "hypgen/leaves/rolled_actions.hpp"
+#include "hypgen/leaves/rollout.hpp"
+#include "hypgen/leaves/step_clock.hpp"
 #include "hypgen/memory/arena.hpp"
 #include "hypgen/model/model.hpp"
 
@@ -33,7 +34,7 @@ class CpuWorker {
         outcomes_(scene.scratch.outcomes),
         grouping_(scene.options.max_scenarios),
         cache_(scene.options.max_scenarios, scene.scratch.cached_steps),
-        rollout_(params_, cache_, scene.options.discount, scene.options.max_depth),
+        rollout_(params_, cache_, clock_, scene.options.discount, scene.options.max_depth),
         child_rows_(M::kActionCount * scene.options.max_scenarios) {
     legal_.reserve(M::kActionCount);
     promises_.reserve(M::kActionCount);
@@ -52,10 +53,9 @@ class CpuWorker {
 
   // Forgets the previous search. Scenario i draws with the number `first + i`.
   void begin_search(std::uint32_t first) {
-    past_steps_ += steps_ + rollout_.steps();
     cache_.begin_search(scene_.setup.key, first);
     rollout_.begin_search(scene_.setup);
-    steps_ = next_look_ = 0;
+    clock_.begin_search(scene_.setup.deadline);
     cursor_.reset();
   }
 
@@ -95,13 +95,9 @@ class CpuWorker {
   void release() { cursor_.reset(); }
 
   std::uint64_t leaves() const { return leaves_; }
-  std::uint64_t steps() const { return past_steps_ + steps_ + rollout_.steps(); }
+  std::uint64_t steps() const { return clock_.steps(); }
 
  private:
-  // A thread looks at the clock about that often, and at least once in so many steps.
-  static constexpr std::chrono::microseconds kBetweenLooks{50};
-  static constexpr std::uint64_t kMostStepsBetweenLooks = 2048;
-
   using Member = CpuMember<M>;
   using Node = CpuNode<M>;
   using Outcome = CpuOutcome<M>;
@@ -118,7 +114,7 @@ class CpuWorker {
       const ScenarioBounds bounds = rollout_.bounds(fixed_[i], members_[i].state, history_, i, 0);
       result.row.upper_sum += bounds.upper;
       result.row.lower_sum += bounds.lower;
-      if (out_of_time()) result.status = Status::kDeadline;
+      if (clock_.is_over()) result.status = Status::kDeadline;
       if (result.status != Status::kOk) break;
     }
     if (rollout_.met_nan()) result.status = Status::kModelNan;
@@ -130,6 +126,7 @@ class CpuWorker {
     const bool is_root = request.parent == kNoHandle;
     const bool rolls_all = request.rolled == kRollsAll || !rollout_.has_floor();
     const std::size_t count = is_root ? load(scene_.root) : find_members(request);
+    if (clock_.is_over()) return Status::kDeadline;
     if (count == 0 || count != request.count) return Status::kEvaluatorFailed;
     const Ref<Node> node = is_root ? scene_.root : keep(count);
     if (!node) return Status::kMemoryFull;
@@ -208,7 +205,7 @@ class CpuWorker {
   }
 
   // Simulates the request's action over the parent's members. Takes the members that see what member `first`
-  // sees, and the history after that observation; gives their number.
+  // sees, and the history after that observation; gives their number, or 0 if the deadline has passed.
   [[gnu::noinline]] std::size_t find_members(const LeafRequest& request) {
     Node& parent = scene_.pool[Ref<Node>{static_cast<std::uint32_t>(request.parent)}];
     const Member* const members = parent.members();
@@ -219,7 +216,7 @@ class CpuWorker {
       const typename M::Fixed& fixed = fixed_[from.scenario];
       SearchDraws words = draws(from.scenario, request.depth - 1);
       typename M::State next;
-      ++steps_;
+      if (clock_.add(1)) return 0;
       if (M::step(params_, fixed, from.state, request.action, words, next).terminal) {
         if (count == 0) return 0;
         continue;
@@ -286,8 +283,7 @@ class CpuWorker {
       SearchDraws words = draws(member.scenario, depth);
       memo_.clear();
       for (std::size_t a = 0; a < actions.size(); ++a) {
-        if (out_of_time()) return false;
-        ++steps_;
+        if (clock_.add(1)) return false;
         Outcome& outcome = outcomes_[a * count + i];
         typename M::State next;
         const StepResult step = M::step(params_, fixed, member.state, actions[a], words, next);
@@ -308,7 +304,7 @@ class CpuWorker {
         }
       }
     }
-    return true;
+    return !clock_.is_over();  // the last rollout may have been cut off
   }
 
   // Fills after_ with the history of each group of each action, and after_of_ with the group of each outcome;
@@ -323,6 +319,7 @@ class CpuWorker {
         const typename M::Fixed& fixed = fixed_[member.scenario];
         SearchDraws words = draws(member.scenario, depth);
         typename M::State next;
+        if (clock_.add(1)) return false;
         if (M::step(params_, fixed, member.state, actions[a], words, next).terminal) continue;
         const typename M::Key key = M::observe(params_, fixed, member.state, actions[a], words, next);
         const std::size_t group = first + grouping_.number(false, key);
@@ -332,8 +329,6 @@ class CpuWorker {
         }
         after_of_[a * count + i] = static_cast<std::uint32_t>(group);
       }
-      steps_ += count;
-      if (out_of_time()) return false;
     }
     return true;
   }
@@ -415,34 +410,11 @@ class CpuWorker {
     gains_.push_back(total);
   }
 
-  // Whether the deadline has passed, as far as the last look at the clock can tell.
-  bool out_of_time() { return steps_ + rollout_.steps() >= next_look_ && look_at_clock(); }
-
-  // A step takes ten nanoseconds in one model and tens of microseconds in another.
-  [[gnu::noinline]] bool look_at_clock() {
-    if (!scene_.setup.deadline.may_pass()) {
-      next_look_ = UINT64_MAX;
-      return false;
-    }
-    const Clock::time_point now = Clock::now();
-    const bool is_long_ago = now - last_look_ > kBetweenLooks;
-    look_steps_ = is_long_ago ? std::max<std::uint64_t>(1, look_steps_ / 2)
-                              : std::min(kMostStepsBetweenLooks, 2 * look_steps_);
-    last_look_ = now;
-    next_look_ = steps_ + rollout_.steps() + look_steps_;
-    return scene_.setup.deadline.has_passed(now);
-  }
-
   CpuScene<M>& scene_;
   const typename M::Params& params_;
   const std::vector<typename M::Fixed>& fixed_;
   PoolCursor cursor_;
-  std::uint64_t leaves_ = 0;      // of all searches
-  std::uint64_t past_steps_ = 0;  // of earlier searches
-  std::uint64_t steps_ = 0;       // of this search, without rollouts
-  std::uint64_t next_look_ = 0;   // at the clock, in steps of this search
-  std::uint64_t look_steps_ = 64;
-  Clock::time_point last_look_{};
+  std::uint64_t leaves_ = 0;  // of all searches
 
   // The leaf in work.
   std::vector<Member> members_;
@@ -459,6 +431,7 @@ class CpuWorker {
   std::vector<Gain> gains_;
   ActionGrouping<typename M::Key> grouping_;
   DrawCache cache_;
+  StepClock clock_;
   Rollout<M> rollout_;
   BoundsMemo<M> memo_;
   Arena<ChildRow> child_rows_;

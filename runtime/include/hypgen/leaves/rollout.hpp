@@ -11,6 +11,7 @@
 #include "hypgen/leaves/horizon_floors.hpp"
 #include "hypgen/leaves/leaf_evaluator.hpp"
 #include "hypgen/leaves/rollout_step.hpp"
+#include "hypgen/leaves/step_clock.hpp"
 #include "hypgen/math/scalar_functions.hpp"
 #include "hypgen/model/model.hpp"
 
@@ -22,12 +23,13 @@ struct ScenarioBounds {
   std::int64_t lower;
 };
 
-// Evaluates states of one search. Counts simulated steps, so that the caller knows when to look at the clock.
+// Evaluates states of one search. A rollout that `clock` ends has no value: its caller asks the clock.
 template <class M>
 class Rollout {
  public:
-  Rollout(const typename M::Params& params, DrawCache& cache, double discount, int max_depth)
-      : params_(params), cache_(cache), floors_(horizon_floors<M>(discount, max_depth)) {
+  Rollout(const typename M::Params& params, DrawCache& cache, StepClock& clock, double discount,
+          int max_depth)
+      : params_(params), cache_(cache), clock_(clock), floors_(horizon_floors<M>(discount, max_depth)) {
     double power = 1.0;
     for (int t = 0; t <= max_depth; ++t, power *= discount) discounts_.push_back(static_cast<float>(power));
   }
@@ -49,7 +51,6 @@ class Rollout {
   void begin_search(const SearchSetup& setup) {
     depth_limit_ = setup.depth_limit;
     at_horizon_ = setup.at_horizon;
-    steps_ = 0;
     nan_ = false;
   }
 
@@ -67,7 +68,6 @@ class Rollout {
     return {math::to_fixed<kRewardBits<M>>(upper), math::to_fixed<kRewardBits<M>>(lower)};
   }
 
-  std::uint64_t steps() const { return steps_; }
   bool met_nan() const { return nan_; }
   void note_error(bool error) { nan_ |= error; }
 
@@ -78,10 +78,15 @@ class Rollout {
                        std::uint32_t scenario, int depth) {
     float total = 0.0F;
     const float* discount = discounts_.data();
-    for (int t = depth; t < depth_limit_; ++t, ++discount) {
-      SearchDraws draws(cache_, scenario, static_cast<std::uint32_t>(t));
-      ++steps_;
-      if (!roll_step<M>(params_, fixed, draws, *discount, state, history, total, nan_)) return total;
+    for (int t = depth; t < depth_limit_;) {
+      const int first = t, end = std::min(depth_limit_, t + clock_.steps_to_look());
+      bool goes_on = true;
+      for (; goes_on && t < end; ++t, ++discount) {
+        SearchDraws draws(cache_, scenario, static_cast<std::uint32_t>(t));
+        goes_on = roll_step<M>(params_, fixed, draws, *discount, state, history, total, nan_);
+      }
+      const bool is_over = clock_.add(static_cast<std::uint64_t>(t - first));
+      if (!goes_on || is_over) return total;
     }
     if (at_horizon_) return total;
     return total + *discount * M::tail(params_, fixed, state);
@@ -89,11 +94,11 @@ class Rollout {
 
   const typename M::Params& params_;
   DrawCache& cache_;
+  StepClock& clock_;
   std::vector<float> discounts_;
   std::vector<float> floors_;  // by steps that are left
   int depth_limit_ = 0;
   bool at_horizon_ = false;
-  std::uint64_t steps_ = 0;
   bool nan_ = false;
 };
 
