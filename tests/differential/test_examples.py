@@ -24,7 +24,8 @@ from hypgen.runtime.builder.tools import find_tools
 
 pytestmark = pytest.mark.cxx
 FOLDER = Path(__file__).parent
-EXAMPLES = sorted((FOLDER.parent.parent / "examples").rglob("*.pomdp"))
+EXAMPLES = sorted((FOLDER.parent.parent / "examples").glob("*.pomdp"))
+CLASSICS = sorted((FOLDER.parent.parent / "examples" / "classics").glob("*.pomdp"))
 MODELS = sorted((FOLDER / "models").glob("*.pomdp"))
 SEED, SCENARIOS, STEPS = 20261122, 6000, 20
 FEW, MANY = 300_000, 8_000_000  # numbers of a trace, at most
@@ -38,12 +39,11 @@ def _compiler(request: pytest.FixtureRequest) -> None:
     except ToolchainError as error:
         pytest.skip(f"needs a C++ compiler: {error}")
     mine = [item for item in request.session.items if item.fspath == request.path]
-    values = [value for item in mine if hasattr(item, "callspec") for value in item.callspec.params.values()]
-    models = [load(path).model for path in dict.fromkeys(v for v in values if isinstance(v, Path))]
+    values = [value for item in mine if hasattr(item, "callspec") for value in item.callspec.params.items()]
+    programs = dict.fromkeys((name, value) for name, value in values if isinstance(value, Path))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for model in models:
-            pool.submit(build, model)  # one that does not compile fails its own tests
-            pool.submit(build_verify, model)
+        for name, path in programs:  # one that does not compile fails its own tests
+            pool.submit(build if name == "solved" else build_verify, load(path).model)
 
 
 def build(model: ir.Model) -> Path:
@@ -88,14 +88,14 @@ def assert_same_trace(model: ir.Model, folder: Path, numbers: int = FEW) -> None
 
 
 @pytest.mark.usefixtures("_compiler")
-@pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
-def test_example(example: Path, tmp_path: Path) -> None:
-    assert_same_trace(load(example).model, tmp_path)
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_example(path: Path, tmp_path: Path) -> None:
+    assert_same_trace(load(path).model, tmp_path)
 
 
 @pytest.mark.property
 @pytest.mark.usefixtures("_compiler")
-@pytest.mark.parametrize("path", [*EXAMPLES, *MODELS], ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", [*EXAMPLES, *CLASSICS, *MODELS], ids=lambda path: path.stem)
 def test_long_trace(path: Path, tmp_path: Path) -> None:
     assert_same_trace(load(path).model, tmp_path, MANY)
 
@@ -109,8 +109,8 @@ def test_long_trace_of_a_hand_built_model(model: ir.Model, tmp_path: Path) -> No
 
 @pytest.mark.usefixtures("_compiler")
 def test_models(tmp_path: Path) -> None:
-    """Those of ``models``, and some built by hand: all in one program, whose compiler optimises less."""
-    models = [*(load(path).model for path in MODELS), *HAND_BUILT]
+    """Classics, those of ``models``, some built by hand: in one program, whose compiler optimises less."""
+    models = [*(load(path).model for path in (*CLASSICS, *MODELS)), *HAND_BUILT]
     numbered = {i: batches.numbered(model, i) for i, model in enumerate(models)}
     found = batches.compare_models(
         numbered, tmp_path, lambda model: batches.Size(traced_scenarios(model), STEPS)
@@ -118,20 +118,24 @@ def test_models(tmp_path: Path) -> None:
     assert {m.name: found[i] for i, m in enumerate(models)} == {m.name: None for m in models}
 
 
+SEARCH = ("--mode", "despot", "--runs", "1", "--steps", "5", "--trials", "3", "--scenarios", "20")
+
+
 @pytest.mark.usefixtures("_compiler")
-@pytest.mark.parametrize("example", EXAMPLES, ids=[path.stem for path in EXAMPLES])
-@pytest.mark.parametrize(
-    "options",
-    [
-        ("--mode", "default", "--runs", "2"),
-        pytest.param(("--mode", "default", "--runs", "20"), marks=pytest.mark.property),
-        ("--mode", "despot", "--runs", "1", "--steps", "5", "--trials", "3", "--scenarios", "20"),
-    ],
-)
-def test_episodes_of_an_example_end_well(example: Path, options: tuple[str, ...], tmp_path: Path) -> None:
-    solver = build(load(example).model)
+@pytest.mark.parametrize("solved", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("options", [("--mode", "default", "--runs", "2"), SEARCH])
+def test_episodes_end_well(solved: Path, options: tuple[str, ...], tmp_path: Path) -> None:
+    solver = build(load(solved).model)
     lines = tmp_path / "lines.jsonl"
     subprocess.run([solver, *options, "--particles", "500", "--quiet", "--json", lines], check=True)
     summary = json.loads(lines.read_text().splitlines()[-1])
     assert set(summary["endings"]) <= {"terminal", "step_limit"}
     assert set(summary["searches"]) <= {"ok", "converged", "trial_limit"}
+
+
+@pytest.mark.property
+@pytest.mark.usefixtures("_compiler")
+@pytest.mark.parametrize("solved", [*EXAMPLES, *CLASSICS], ids=lambda path: path.stem)
+@pytest.mark.parametrize("options", [("--mode", "default", "--runs", "20"), SEARCH])
+def test_many_episodes_end_well(solved: Path, options: tuple[str, ...], tmp_path: Path) -> None:
+    test_episodes_end_well(solved, options, tmp_path)
