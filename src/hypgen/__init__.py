@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         load,
         solve,
     )
+    from hypgen.experiments import bench
 
 __version__ = "0.2.0"
 __all__ = [
@@ -38,6 +39,7 @@ __all__ = [
     "Solver",
     "StepRecord",
     "Worlds",
+    "bench",
     "compare",
     "load",
     "solve",
@@ -45,7 +47,11 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Return a name of ``hypgen.api``, which is imported where it is used: the command line starts sooner."""
+    """Return a name of another package, imported where it is used: the command line starts sooner."""
+    if name == "bench":
+        from hypgen import experiments
+
+        return experiments.bench
     if name in __all__:
         from hypgen import api
 

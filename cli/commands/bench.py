@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``hypgen bench``: plays a suite of experiments, goes on where it was, and prints its tables."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from hypgen.cli.building import report
+from hypgen.cli.exit_codes import Exit, exit_codes
+from hypgen.cli.output import say
+
+if TYPE_CHECKING:
+    from hypgen.experiments.running import State
+    from hypgen.experiments.suite import Suite
+    from hypgen.experiments.tables import Table
+
+
+@click.command(epilog=exit_codes("a cell could not be played"))
+@click.argument("suite", type=click.Path(path_type=Path, dir_okay=False, exists=True))
+@click.option(
+    "-o",
+    "--output",
+    metavar="DIR",
+    type=click.Path(path_type=Path),
+    help="Folder of the results [NAME.bench].",
+)
+@click.option(
+    "--jobs",
+    metavar="N",
+    type=click.IntRange(1),
+    help="Processes at a time, each on cores of its own; by default as many as there are cores.",
+)
+@click.option(
+    "--gpus",
+    metavar="N",
+    type=click.IntRange(0),
+    default=1,
+    show_default=True,
+    help="GPUs to use, one a process.",
+)
+@click.option("--limit", metavar="S", type=click.FloatRange(0), help="Seconds to play, about, in all.")
+@click.option(
+    "--cell-limit",
+    metavar="S",
+    type=click.FloatRange(1),
+    default=3600.0,
+    show_default=True,
+    help="Seconds after which a process that plays a cell is killed.",
+)
+@click.option("--only", metavar="LIST", help="Names of studies, separated by commas.")
+@click.option("--retry", is_flag=True, help="Play again what failed before.")
+@click.option("--tables", "only_tables", is_flag=True, help="Play nothing: print what is known.")
+def command(
+    suite: Path,
+    output: Path | None,
+    jobs: int | None,
+    gpus: int,
+    limit: float | None,
+    cell_limit: float,
+    only: str | None,
+    retry: bool,
+    only_tables: bool,
+) -> int:
+    """Play the experiments of SUITE, a TOML file, and print what each setting earned.
+
+    All settings play the same episodes, so differences are paired. Each search stands beside the default
+    policy and one-ply rollouts. Results are kept in DIR, a file for a few episodes of a setting. Run again,
+    the command plays only what is missing; after Ctrl-C it prints what is known.
+
+    \b
+    Examples:
+      hypgen bench benchmarks/smoke.toml
+      hypgen bench my-suite.toml -o results --jobs 4 --limit 600
+    """
+    if importlib.util.find_spec("scipy") is None:
+        raise click.ClickException("experiments need scipy: pip install 'hypgen[bench]'")
+    from hypgen.experiments import running
+    from hypgen.experiments.store import Store
+    from hypgen.experiments.suite import SuiteError, read_suite
+
+    try:
+        asked = _only(read_suite(suite), only)
+        store = Store(output if output is not None else Path(f"{suite.stem}.bench"))
+        store.open(asked.title)
+        if retry:
+            store.forget_failures()
+        builds = running.build(asked, progress=report)
+        running.check_options(asked, builds)
+    except SuiteError as error:
+        raise click.ClickException(str(error)) from None
+    executor = running.local(builds, jobs or len(os.sched_getaffinity(0)), _gpus(gpus), cell_limit)
+    interrupted, state = False, None
+    if not only_tables:
+        with _progress() as tell:
+            try:
+                state = running.play(asked, builds, store, executor, limit=limit, tell=tell)
+            except KeyboardInterrupt:
+                interrupted = True
+    for table in running.tables(asked, builds, store):
+        _print(table)
+    say(f"results: {store.folder}")
+    if interrupted:
+        return Exit.INTERRUPTED
+    if state is not None:
+        for failure in state.failures:
+            say(f"{failure.cell.setting}: {failure.problem}")
+        if state.failures:
+            say("what failed is left out; --retry plays it again")
+            return Exit.DIFFERENT
+        if state.done < state.total:
+            say(f"{state.done} of {state.total} cells are played; run the command again to go on")
+    return Exit.OK
+
+
+def _only(suite: Suite, names: str | None) -> Suite:
+    """Return a suite with some of its studies."""
+    import dataclasses
+
+    if names is None:
+        return suite
+    asked = [name.strip() for name in names.split(",")]
+    known = [study.name for study in suite.studies]
+    if unknown := next((name for name in asked if name not in known), None):
+        raise click.UsageError(f"There is no study '{unknown}': there are {', '.join(known)}.")
+    return dataclasses.replace(suite, studies=tuple(one for one in suite.studies if one.name in asked))
+
+
+def _gpus(count: int) -> list[str]:
+    """Return the names of the GPUs that may be used."""
+    visible = os.environ.get("CUDA_VISIBLE_DEVICES", ",".join(map(str, range(count))))
+    return [gpu for gpu in visible.split(",") if gpu][:count]
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[State], None]]:
+    """Yield what shows how far a suite is: a bar where a person watches, else a line now and then."""
+    if not sys.stderr.isatty():
+        shown = -1
+
+        def tell(state: State) -> None:
+            nonlocal shown
+            if (tenth := 10 * state.done // max(1, state.total)) != shown:
+                shown = tenth
+                say(f"{state.done} of {state.total} cells")
+
+        yield tell
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        row = bar.add_task("", total=None)
+
+        def tell_bar(state: State) -> None:
+            text = "" if state.last is None else str(state.last.setting)
+            bar.update(row, total=state.total, completed=state.done, description=text)
+
+        yield tell_bar
+
+
+def _print(table: Table) -> None:
+    from hypgen.experiments.tables import markdown
+
+    whole = "" if table.is_whole else ", not all episodes are played yet"
+    click.echo(f"\n## {table.study.name}: {table.task.name}{whole}\n\n{markdown(table)}")

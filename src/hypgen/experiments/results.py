@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What settings have played so far, read from the cells of a store."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from statistics import fmean
+from typing import Any
+
+from hypgen.experiments.cells import cells_of
+from hypgen.experiments.store import Store
+from hypgen.experiments.suite import Setting, Study
+
+
+@dataclass
+class Played:
+    """The episodes of a setting, by number, and what its searches did. ``wanted`` episodes were asked for."""
+
+    wanted: int = 0
+    returns: dict[int, float] = field(default_factory=dict)
+    lengths: dict[int, int] = field(default_factory=dict)
+    successes: dict[int, bool] = field(default_factory=dict)  # where the model says
+    promised: dict[int, float] = field(default_factory=dict)  # the first root's bounds' middle
+    endings: Counter[str] = field(default_factory=Counter)
+    searches: Counter[str] = field(default_factory=Counter)
+    seconds: list[float] = field(default_factory=list)  # of planning, a step
+    updates: list[float] = field(default_factory=list)  # seconds of the belief's update, a step
+    totals: Counter[str] = field(default_factory=Counter)  # of the search's counts, over all steps
+    machines: Counter[str] = field(default_factory=Counter)
+    problems: list[str] = field(default_factory=list)
+
+    def take(self, lines: Iterable[dict[str, Any]]) -> None:
+        """Take the lines of a cell."""
+        for line in lines:
+            match line["type"]:
+                case "cell":
+                    self.machines[line["machine"]["processor"]] += 1
+                case "step":
+                    self._take_step(line)
+                case "episode":
+                    episode = line["episode"]
+                    self.returns[episode] = line["discounted_return"]
+                    self.lengths[episode] = line["steps"]
+                    self.endings[line["status"]] += 1
+                    if line["success"] is not None:
+                        self.successes[episode] = line["success"]
+
+    def _take_step(self, line: Mapping[str, Any]) -> None:
+        self.seconds.append(line["search_seconds"])
+        self.updates.append(line["update_seconds"])
+        self.searches[line["status"]] += 1
+        for name in ("expansions", "nodes", "trials", "simulations", "max_depth"):
+            self.totals[name] += line[name]
+        if line["step"] == 0 and line["upper"] is not None and line["lower"] is not None:
+            self.promised[line["episode"]] = (line["upper"] + line["lower"]) / 2
+
+    @property
+    def success_rate(self) -> float:
+        """The share of episodes that succeeded; nan where the model does not say."""
+        return fmean(self.successes.values()) if self.successes else math.nan
+
+    def a_step(self, name: str) -> float:
+        """Return a count's mean over all steps."""
+        return self.totals[name] / len(self.seconds) if self.seconds else math.nan
+
+
+def read(study: Study, programs: dict[str, str], store: Store) -> dict[Setting, Played]:
+    """Return what each setting of a study has played, in the study's order."""
+    found: dict[Setting, Played] = {}
+    for setting in study.settings:
+        played = found[setting] = Played(study.runs)
+        alone = Study(study.name, (setting,), study.runs, study.against, study.episodes_a_cell)
+        for cell in cells_of([alone], programs):
+            if store.has(cell):
+                played.take(store.lines(cell))
+            elif problem := store.failure(cell):
+                played.problems.append(problem)
+    return found

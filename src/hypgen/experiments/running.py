@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Plays a suite: compiles its tasks, plays what its folder lacks, and makes its tables."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+from hypgen.api import model as models
+from hypgen.api import programs
+from hypgen.api.model import FilePath
+from hypgen.api.programs import Progress
+from hypgen.dsl.messages.diagnostic import did_you_mean
+from hypgen.experiments.cells import Cell, cells_of
+from hypgen.experiments.local import LocalExecutor
+from hypgen.experiments.results import read
+from hypgen.experiments.store import Failure, Store
+from hypgen.experiments.suite import Suite, SuiteError, Task, read_suite
+from hypgen.experiments.tables import Table, tables_of
+from hypgen.runtime.builder import cache, cuda_tools
+from hypgen.runtime.builder.solver import runtime_id
+from hypgen.runtime.builder.tools import find_compiler
+
+
+class Executor(Protocol):
+    """What plays cells: this machine, or several."""
+
+    def play(self, cells: Sequence[Cell], store: Store) -> Iterator[Cell | Failure]:
+        """Play cells in about their order, keep each in the store, and yield it."""
+        ...
+
+
+@dataclass(frozen=True)
+class Build:
+    """A task's solver, and the name of the code that it was generated from."""
+
+    solver: Path
+    program: str
+
+
+@dataclass
+class State:
+    """How far a suite is: ``done`` of ``total`` cells are played; some failed, now or in an earlier call."""
+
+    total: int
+    done: int
+    failures: list[Failure] = field(default_factory=list)
+    last: Cell | None = None
+
+
+def build(suite: Suite, target: str = "auto", progress: Progress | None = None) -> dict[str, Build]:
+    """Return the solver of each task that plays, compiled unless the cache has it, by the task's name."""
+    settings = [setting for study in suite.studies for setting in study.settings]
+    return {
+        task.name: _build(task, any(s.wants_gpu for s in settings if s.task == task), target, progress)
+        for task in dict.fromkeys(setting.task for setting in settings)
+    }
+
+
+def _build(task: Task, wants_gpu: bool, target: str, progress: Progress | None) -> Build:
+    values = dict(setting.split("=", 1) for setting in task.settings)
+    model = models.load(task.model, task.instance, **values)
+    files = programs.files(model.loaded, "solver")
+    name = cache.digest(runtime_id(), *(part for item in sorted(files.items()) for part in item))[:16]
+    cuda = cuda_tools.choose(target if wants_gpu else "cpu", "", "").build
+    return Build(model.program("solver", cuda=cuda, progress=progress, generated=files), name)
+
+
+def check_options(suite: Suite, builds: dict[str, Build]) -> None:
+    """Raise ``SuiteError`` where a solver does not have an option that the suite gives it."""
+    known = {name: _options_of(one.solver) for name, one in builds.items()}
+    for study in suite.studies:
+        for setting in study.settings:
+            for name, _ in setting.options:
+                option = name.replace("_", "-")
+                if option not in known[setting.task.name]:
+                    nearest = did_you_mean(option, sorted(known[setting.task.name]))
+                    raise SuiteError(
+                        f"study {study.name}: solvers have no option `{name}`. {nearest}".strip()
+                    )
+
+
+def _options_of(solver: Path) -> set[str]:
+    done = subprocess.run([str(solver), "--help"], capture_output=True, text=True, check=True)
+    words = (line.split()[0] for line in done.stdout.splitlines() if line.startswith("  --"))
+    return {word.removeprefix("--") for word in words}
+
+
+def play(
+    suite: Suite,
+    builds: dict[str, Build],
+    store: Store,
+    executor: Executor,
+    *,
+    limit: float | None = None,
+    tell: Callable[[State], None] = lambda state: None,
+) -> State:
+    """Play the cells that the store lacks, for ``limit`` seconds at most; ``tell`` is told after each."""
+    cells = cells_of(suite.studies, {name: one.program for name, one in builds.items()})
+    left = [cell for cell in cells if not store.has(cell)]
+    known = [Failure(cell, problem) for cell in left if (problem := store.failure(cell))]
+    failed = {failure.cell.setting for failure in known}
+    waiting = [cell for cell in left if cell.setting not in failed]
+    state = State(len(cells), len(cells) - len(left), failures=known)
+    end = time.monotonic() + (limit if limit is not None else float("inf"))
+    tell(state)
+    playing = executor.play(waiting, store)
+    try:
+        for outcome in playing:
+            if isinstance(outcome, Failure):
+                state.failures.append(outcome)
+            else:
+                state.done += 1
+                state.last = outcome
+            tell(state)
+            if time.monotonic() >= end:
+                break
+    finally:
+        close = getattr(playing, "close", None)
+        if close is not None:
+            close()
+    return state
+
+
+def tables(suite: Suite, builds: dict[str, Build], store: Store) -> list[Table]:
+    """Return the tables of what is played so far."""
+    names = {name: one.program for name, one in builds.items()}
+    return [table for study in suite.studies for table in tables_of(study, read(study, names, store))]
+
+
+def local(
+    builds: dict[str, Build], jobs: int, gpus: list[str], cell_seconds: float = 3600.0
+) -> LocalExecutor:
+    """Return what plays cells on this machine, ``jobs`` at a time."""
+    compiler = find_compiler()
+    about: dict[str, Any] = {"compiler": compiler.version if compiler else ""}
+    return LocalExecutor({name: one.solver for name, one in builds.items()}, jobs, gpus, cell_seconds, about)
+
+
+def bench(
+    suite: FilePath,
+    folder: FilePath,
+    *,
+    jobs: int = 1,
+    gpus: Sequence[str] = (),
+    limit: float | None = None,
+    retry: bool = False,
+    target: str = "auto",
+    progress: Progress | None = None,
+    tell: Callable[[State], None] = lambda state: None,
+    executor: Executor | None = None,
+) -> list[Table]:
+    """Play what the folder of a suite lacks, and return the tables of what is played.
+
+    ``suite`` is a TOML file. ``jobs`` processes play at a time, each on cores of its own, and each that needs
+    one with one of ``gpus``, the numbers of devices. ``limit`` is in seconds. ``retry`` plays again what
+    failed. ``progress`` is told of what is compiled, ``tell`` of what is played. ``executor`` plays the cells
+    elsewhere. A suite that cannot be played raises ``SuiteError``.
+    """
+    asked, store = read_suite(Path(suite)), Store(Path(folder))
+    store.open(asked.title)
+    if retry:
+        store.forget_failures()
+    builds = build(asked, target, progress)
+    check_options(asked, builds)
+    play(asked, builds, store, executor or local(builds, jobs, list(gpus)), limit=limit, tell=tell)
+    return tables(asked, builds, store)

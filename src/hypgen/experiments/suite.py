@@ -1,0 +1,286 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A suite: tasks, the settings that play them, and how many episodes. docs/guide/bench.md has its form."""
+
+from __future__ import annotations
+
+import itertools
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hypgen.dsl.messages.diagnostic import did_you_mean
+
+MODES = ("default", "rollout", "despot", "parallel", "pomcp", "gpu", "hyp")
+THREADED = ("parallel", "hyp")
+ON_GPU = ("gpu", "hyp")
+BESIDE = ("default", "rollout")  # what a search has to beat
+
+_SUITE = ("title", "tasks", "study")
+_TASK = ("model", "instance", "set", "param", "name")
+_STUDY = ("name", "tasks", "play", "runs", "seed", "against", "beside", "episodes_a_cell")
+_OURS = ("runs", "first_run", "json", "quiet", "param", "seed", "help", "version")  # bench gives these itself
+_BUDGETS = ("time", "period", "trials")
+# What the default policy does not take up: it plays once, whatever the searches beside it are told.
+_OF_SEARCHES = (
+    *_BUDGETS, "scenarios", "threads", "depth", "xi", "pruning", "rollouts", "in_flight", "observation_loss",
+    "exploration", "memory", "device_memory", "patience",
+)  # fmt: skip
+
+Value = bool | int | float | str
+
+
+class SuiteError(ValueError):
+    """A suite that cannot be played; the text says where and what would do."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A model with its instance and values. ``settings`` are texts "NAME=VALUE"; ``param`` is a JSON file."""
+
+    name: str
+    model: Path
+    instance: Path | None = None
+    settings: tuple[str, ...] = ()
+    param: Path | None = None
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A task and the solver's options. ``labels`` tell it from the study's other settings."""
+
+    task: Task
+    labels: tuple[tuple[str, Value], ...]
+    options: tuple[tuple[str, Value], ...]
+    seed: int
+
+    @property
+    def mode(self) -> str:
+        """How it plans."""
+        return str(dict(self.options)["mode"])
+
+    @property
+    def threads(self) -> int:
+        """How many cores its process takes."""
+        return int(dict(self.options).get("threads", 1))
+
+    @property
+    def wants_gpu(self) -> bool:
+        """Whether its process has a GPU to itself."""
+        return self.mode in ON_GPU
+
+    @property
+    def group(self) -> tuple[tuple[str, Value], ...]:
+        """The labels but for the mode: settings of one group are compared with each other."""
+        return tuple((name, value) for name, value in self.labels if name != "mode")
+
+    def arguments(self) -> list[str]:
+        """Return the options as the solver takes them."""
+        given = [*self.options, ("seed", self.seed)]
+        return [word for name, value in given for word in _words(name, value)]
+
+    def __str__(self) -> str:
+        return f"{self.task.name}, {' '.join(_label(name, value) for name, value in self.labels)}"
+
+
+@dataclass(frozen=True)
+class Study:
+    """Settings that play the same episodes of each task, compared with those of mode ``against``."""
+
+    name: str
+    settings: tuple[Setting, ...]
+    runs: int
+    against: str
+    episodes_a_cell: int
+
+
+@dataclass(frozen=True)
+class Suite:
+    """All studies of a file."""
+
+    title: str
+    path: Path
+    studies: tuple[Study, ...]
+
+
+def read_suite(path: Path) -> Suite:
+    """Return the suite of a file; raise ``SuiteError`` where it cannot be played."""
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SuiteError(f"the suite '{path}' cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SuiteError(f"{path} is not TOML: {error}") from None
+    _check_keys(data, _SUITE, str(path))
+    texts = _table(data, "tasks", str(path))
+    tasks = {name: _task(name, text, path) for name, text in texts.items()}
+    studies = tuple(
+        _study(study, tasks, f"{path}, study {i}") for i, study in enumerate(_studies(data, path), 1)
+    )
+    names = [study.name for study in studies]
+    if doubled := next((name for name in names if names.count(name) > 1), None):
+        raise SuiteError(f"{path}: two studies have the name {doubled!r}")
+    return Suite(_text(data, "title", str(path), path.stem), path, studies)
+
+
+def _studies(data: Mapping[str, Any], path: Path) -> list[dict[str, Any]]:
+    found = data.get("study", [])
+    if not isinstance(found, list) or not found or not all(isinstance(one, dict) for one in found):
+        raise SuiteError(f"{path}: expected at least one [[study]]")
+    return found
+
+
+def _task(name: str, text: Any, path: Path) -> Task:
+    where = f"{path}, task {name}"
+    if not isinstance(text, dict):
+        raise SuiteError(f"{where}: expected a table with `model`")
+    _check_keys(text, _TASK, where)
+    files = {key: _file(text, key, where, path) for key in ("model", "instance", "param")}
+    if files["model"] is None:
+        raise SuiteError(f"{where}: `model` is missing")
+    values = _table(text, "set", where)
+    settings = tuple(f"{key}={_as_model_text(value)}" for key, value in values.items())
+    return Task(_text(text, "name", where, name), files["model"], files["instance"], settings, files["param"])
+
+
+def _file(text: Mapping[str, Any], key: str, where: str, suite: Path) -> Path | None:
+    """Return a file that a suite names; its path is relative to the suite's."""
+    if key not in text:
+        return None
+    file = suite.parent / _text(text, key, where)
+    if not file.is_file():
+        raise SuiteError(f"{where}: `{key}` names '{file}', which is no file")
+    return file
+
+
+def _study(text: dict[str, Any], tasks: Mapping[str, Task], where: str) -> Study:
+    name = _text(text, "name", where)
+    where = f"{where} ({name})"
+    played = _strings(text, "tasks", where, list(tasks))
+    for task in played:
+        if task not in tasks:
+            raise SuiteError(
+                f"{where}: there is no task {task!r}. {did_you_mean(task, tuple(tasks))}".strip()
+            )
+    runs = _number(text, "runs", where, None, 1)
+    axes = {key: value for key, value in text.items() if key not in _STUDY}
+    searches = text.get("play", ["despot"])
+    if not isinstance(searches, list) or not searches:
+        raise SuiteError(f"{where}: `play` is a list of modes, or of tables with `mode` and options")
+    beside = text.get("beside", True)
+    if not isinstance(beside, bool):
+        raise SuiteError(f"{where}: `beside` is true or false")
+    known = [one.get("mode") if isinstance(one, dict) else one for one in searches]
+    play = [*(mode for mode in BESIDE if beside and mode not in known), *searches]
+    seed = _number(text, "seed", where, 1, 0)
+    settings = [
+        Setting(tasks[task], *_labelled(options, where), seed)
+        for task in played
+        for one in play
+        for options in _product({**axes, **_own(one, where)}, where)
+    ]
+    against = _text(text, "against", where, "default")
+    if against not in {setting.mode for setting in settings}:
+        raise SuiteError(f"{where}: `against` names the mode {against!r}, which does not play")
+    return Study(name, tuple(settings), runs, against, _number(text, "episodes_a_cell", where, 5, 1))
+
+
+def _own(one: Any, where: str) -> dict[str, Any]:
+    """Return an item of ``play`` as options."""
+    own = {"mode": one} if isinstance(one, str) else one
+    if not isinstance(own, dict) or "mode" not in own:
+        raise SuiteError(f"{where}: an item of `play` is a mode, or a table with `mode` and options")
+    return own
+
+
+def _product(axes: Mapping[str, Any], where: str) -> Iterator[dict[str, Value]]:
+    """Yield the options of each combination of values; a list has several."""
+    lists = {name: value if isinstance(value, list) else [value] for name, value in axes.items()}
+    for name, values in lists.items():
+        if not values or not all(isinstance(one, Value) for one in values):
+            raise SuiteError(f"{where}: `{name}` is a value of a solver's option, or a list of them")
+        if name in _OURS:
+            raise SuiteError(f"{where}: `{name}` is no option of a setting: `hypgen bench` chooses it")
+    for combination in itertools.product(*lists.values()):
+        yield dict(zip(lists, combination, strict=True))
+
+
+def _labelled(
+    options: dict[str, Value], where: str
+) -> tuple[tuple[tuple[str, Value], ...], tuple[tuple[str, Value], ...]]:
+    """Return the labels of a setting, and what its solver is told."""
+    mode = options["mode"]
+    if mode not in MODES:
+        raise SuiteError(f"{where}: there is no mode {mode!r}; there are {', '.join(MODES)}")
+    if mode != "default" and not any(budget in options for budget in _BUDGETS):
+        raise SuiteError(f"{where}: mode {mode!r} needs a budget: `time`, `period` or `trials`")
+    threads = options.get("threads", 1)
+    if mode in THREADED and (
+        "threads" not in options or isinstance(threads, bool) or not isinstance(threads, int)
+    ):
+        raise SuiteError(f"{where}: mode {mode!r} needs a number of `threads`")
+    unused = _OF_SEARCHES if mode == "default" else () if mode in THREADED else ("threads",)
+    told = {name: value for name, value in options.items() if name not in unused}
+    labels = (
+        ("mode", mode),
+        *((name, value) for name, value in options.items() if name not in ("mode", "threads")),
+    )
+    return labels, (*told.items(), *((("require_gpu", True),) if mode in ON_GPU else ()))
+
+
+def _words(name: str, value: Value) -> list[str]:
+    option = f"--{name.replace('_', '-')}"
+    if isinstance(value, bool):
+        return [option] if value else []
+    return [f"{option}={value}"]
+
+
+def _label(name: str, value: Value) -> str:
+    return str(value) if name == "mode" else f"{name} {value}"
+
+
+def _as_model_text(value: Any) -> str:
+    """Return a value as a model writes it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_as_model_text, value))}]"
+    return str(value)
+
+
+def _check_keys(data: Mapping[str, Any], known: Sequence[str], where: str) -> None:
+    for key in data:
+        if key not in known:
+            nearest = did_you_mean(key, known) or f"there are {', '.join(known)}"
+            raise SuiteError(f"{where}: unknown key `{key}`: {nearest}")
+
+
+def _table(data: Mapping[str, Any], key: str, where: str) -> dict[str, Any]:
+    value = data.get(key, {})
+    if not isinstance(value, dict):
+        raise SuiteError(f"{where}: `{key}` is a table")
+    return value
+
+
+def _text(data: Mapping[str, Any], key: str, where: str, default: str | None = None) -> str:
+    value = data.get(key, default)
+    if not isinstance(value, str) or not value:
+        raise SuiteError(f"{where}: `{key}` is {'a text' if key in data else 'missing'}")
+    return value
+
+
+def _strings(data: Mapping[str, Any], key: str, where: str, default: list[str]) -> list[str]:
+    value = data.get(key, default)
+    if not isinstance(value, list) or not value or not all(isinstance(one, str) for one in value):
+        raise SuiteError(f"{where}: `{key}` is a list of texts")
+    return value
+
+
+def _number(data: Mapping[str, Any], key: str, where: str, default: int | None, least: int) -> int:
+    value = data.get(key, default)
+    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+        raise SuiteError(
+            f"{where}: `{key}` is {f'a whole number from {least}' if key in data else 'missing'}"
+        )
+    return value
