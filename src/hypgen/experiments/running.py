@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from hypgen.api import model as models
 from hypgen.api import programs
@@ -20,10 +20,12 @@ from hypgen.experiments.local import LocalExecutor
 from hypgen.experiments.results import read
 from hypgen.experiments.store import Failure, Store
 from hypgen.experiments.suite import Suite, SuiteError, Task, read_suite
-from hypgen.experiments.tables import Table, tables_of
 from hypgen.runtime.builder import cache, cuda_tools
 from hypgen.runtime.builder.solver import runtime_id
 from hypgen.runtime.builder.tools import find_compiler
+
+if TYPE_CHECKING:
+    from hypgen.experiments.tables import Table
 
 
 class Executor(Protocol):
@@ -128,6 +130,8 @@ def play(
 
 def tables(suite: Suite, builds: dict[str, Build], store: Store) -> list[Table]:
     """Return the tables of what is played so far."""
+    from hypgen.experiments.tables import tables_of  # with scipy, which playing does without
+
     names = {name: one.program for name, one in builds.items()}
     return [table for study in suite.studies for table in tables_of(study, read(study, names, store))]
 
