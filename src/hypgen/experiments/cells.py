@@ -37,7 +37,7 @@ def cells_of(studies: Iterable[Study], programs: dict[str, str]) -> list[Cell]:
 
     ``programs`` has the name of the generated code of each task. The cells come in waves: the first of each
     setting, then the second. So all settings have played about as much whenever time is up. Within a wave
-    those with many cores come first, as the others fit beside and behind them.
+    those with many cores come first, as the others fit beside and behind them, and of these the quick ones.
     """
     cells = [
         (
@@ -48,5 +48,5 @@ def cells_of(studies: Iterable[Study], programs: dict[str, str]) -> list[Cell]:
         for setting in study.settings
         for first in range(0, study.runs, study.episodes_a_cell)
     ]
-    cells.sort(key=lambda one: (one[0], -one[1].setting.threads))
+    cells.sort(key=lambda one: (one[0], -one[1].setting.threads, one[1].setting.seconds))
     return list({cell.key: cell for _, cell in cells}.values())

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -57,10 +59,14 @@ class State:
 def build(suite: Suite, target: str = "auto", progress: Progress | None = None) -> dict[str, Build]:
     """Return the solver of each task that plays, compiled unless the cache has it, by the task's name."""
     settings = [setting for study in suite.studies for setting in study.settings]
-    return {
-        task.name: _build(task, any(s.wants_gpu for s in settings if s.task == task), target, progress)
-        for task in dict.fromkeys(setting.task for setting in settings)
-    }
+    tasks = list(dict.fromkeys(setting.task for setting in settings))
+
+    def one(task: Task) -> Build:
+        return _build(task, any(s.wants_gpu for s in settings if s.task == task), target, progress)
+
+    # A build uses several cores itself.
+    with ThreadPoolExecutor(max(1, (os.cpu_count() or 1) // 4)) as pool:
+        return dict(zip((task.name for task in tasks), pool.map(one, tasks), strict=True))
 
 
 def _build(task: Task, wants_gpu: bool, target: str, progress: Progress | None) -> Build:

@@ -66,6 +66,11 @@ class Setting:
         return int(dict(self.options).get("threads", 1))
 
     @property
+    def seconds(self) -> float:
+        """About how long a decision takes; 0 where trials limit it."""
+        return float(next((value for name, value in self.options if name in ("time", "period")), 0.0))
+
+    @property
     def wants_gpu(self) -> bool:
         """Whether its process has a GPU to itself."""
         return self.mode in ON_GPU
