@@ -385,6 +385,28 @@ TEST(CApi, DestroysWhileOthersCall) {
   }
 }
 
+// A fork that comes while another thread looks up a handle does not wait for that thread, which it has not.
+TEST_F(CApiTest, ForksWhileAnotherThreadCalls) {
+  make(rocks, kFew);
+  ASSERT_EQ(made, HYPGEN_OK) << error;
+  std::atomic<bool> is_over{false};
+  std::thread other([&] {
+    while (!is_over) hypgen_cancel(planner);
+  });
+  for (int round = 0; round < 20; ++round) {
+    const pid_t child = fork();
+    if (child == 0) {
+      alarm(20);
+      _exit(hypgen_plan(planner, 0.1, &decision, nullptr) == HYPGEN_WRONG_ARGUMENT ? 0 : 1);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  }
+  is_over = true;
+  other.join();
+}
+
 // Twenty planners at a time, of two models, each in a thread of its own.
 TEST(CApi, HasSeveralPlanners) {
   std::vector<std::thread> threads;
