@@ -404,7 +404,7 @@ def test_episodes_start_where_they_are_told_to(solver: hypgen.Solver) -> None:
             with pytest.raises(hypgen.PlannerError, match=text):
                 worlds.start(wrong)
     ends = [list(solver.simulate(lambda _: EAST, runs=1, start={"rover.x": x}))[-1] for x in (0, 6)]
-    assert [end.steps for end in ends if isinstance(end, EpisodeRecord)] == [8, 2]
+    assert [end.steps for end in ends if isinstance(end, EpisodeRecord)] == [7, 1]
 
 
 def test_a_given_float_is_that_of_the_start(cart: hypgen.Solver) -> None:
