@@ -38,14 +38,23 @@ from hypgen.play.played_programs import (
 @model_options
 @target_options
 @param_option
-@click.option("--runs", metavar="N", type=click.IntRange(1), default=20, show_default=True, help="Episodes.")
+@click.option(
+    "--runs",
+    metavar="N",
+    type=click.IntRange(1, 1_000_000),
+    default=20,
+    show_default=True,
+    help="Episodes.",
+)
 @click.option(
     "--time",
     metavar="S",
-    type=click.FloatRange(0, 1e9),
+    type=click.FloatRange(1e-4, 1e6),  # this range and the others are those of the solver
     help="Seconds for each decision of a planner; 0.1 unless there are --trials.",
 )
-@click.option("--trials", metavar="N", type=click.IntRange(1), help="Trials for each decision instead.")
+@click.option(
+    "--trials", metavar="N", type=click.IntRange(1, 2**64 - 1), help="Trials for each decision instead."
+)
 @click.option(
     "--steps",
     metavar="N",
@@ -54,12 +63,18 @@ from hypgen.play.played_programs import (
     f"of discounts, up to {MOST_STEPS}.",
 )
 @click.option(
-    "--seed", metavar="S", type=click.IntRange(0), default=0, show_default=True, help="Of the worlds."
+    "--seed",
+    metavar="S",
+    type=click.IntRange(0, 2**64 - 1),
+    default=0,
+    show_default=True,
+    help="Of the worlds.",
 )
 @click.option(
     "--modes",
     metavar="LIST",
-    help=f"What to compare, of {','.join(PLANNERS + GPU_PLANNERS + EXACT)}.",
+    help=f"What to compare, of {','.join(PLANNERS + GPU_PLANNERS + EXACT)}. Without a GPU, "
+    f"{' and '.join(GPU_PLANNERS)} are left out, where `hypgen run` plans on the CPU.",
 )
 @click.option(
     "--solve-time",

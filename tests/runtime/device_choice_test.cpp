@@ -30,7 +30,7 @@ class DeviceChoice : public ::testing::Test {
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     solver_.model.device = support;
-    return solver_main(solver_.model, static_cast<int>(arguments.size()), arguments.data());
+    return solver_main({solver_.model}, static_cast<int>(arguments.size()), arguments.data());
   }
 
   Solver solver_{rock_sample_descriptor<4, 3>(), trials(1)};

@@ -49,12 +49,11 @@ int program_main(EmbeddedModel model, int argc, char** argv) {
   // solver_main reads the options itself, and may look for a GPU as it does.
   const bool may_serve =
       std::any_of(argv, argv + argc, [](const char* word) { return std::string(word) == "--serve"; });
-  if (!may_serve) return solver_main(model.descriptor, argc, argv);
+  if (!may_serve) return solver_main(model, argc, argv);
   SolverOptions options;
   std::string error;  // of wrong options solver_main tells
   const bool is_right = parse_options(argc, argv, this_machine(model.descriptor.device), options, error);
-  if (!is_right || !options.serve || options.help || options.version)
-    return solver_main(model.descriptor, argc, argv);
+  if (!is_right || !options.serve || options.help || options.version) return solver_main(model, argc, argv);
   const std::string name = model.descriptor.name;
   try {
     return serve_agent(std::move(model), options);

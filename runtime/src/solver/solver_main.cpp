@@ -13,6 +13,7 @@
 #include "hypgen/core/progress.hpp"
 #include "hypgen/episode/episode.hpp"
 #include "hypgen/model/params.hpp"
+#include "hypgen/model/start_text.hpp"
 #include "hypgen/solver/device_choice.hpp"
 #include "hypgen/solver/json_lines.hpp"
 #include "hypgen/solver/options.hpp"
@@ -67,9 +68,10 @@ BeliefKind belief_kind(const SolverOptions& options) {
   return is_read || options.belief != BeliefKind::kAuto ? options.belief : BeliefKind::kVisible;
 }
 
-// Runs the episodes and prints what they add up to. The planner believes `instance`; what happens is `truth`.
+// Runs the episodes and prints what they add up to. The planner believes `instance`; what happens is `truth`, from
+// `start` on.
 int run(const ModelDescriptor& model, const ModelInstance& instance, const ModelInstance& truth,
-        const SolverOptions& options) {
+        const StartValues& start, const SolverOptions& options) {
   JsonLines lines(model);
   if (!options.json_file.empty() && !lines.open(options.json_file)) {
     return complain(model, options.json_file + ": cannot be written", kFailed);
@@ -77,6 +79,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Model
   const PlannerOptions& planning = options.planner;
   const auto belief = instance.make_belief(planning.seed, options.particles, belief_kind(options));
   const auto world = truth.make_world(planning.seed);
+  world->set_start(start);
   ChosenEvaluator chosen = choose_evaluator(model, instance, options);
   if (!chosen.problem.empty()) {
     if (options.require_gpu) return complain(model, chosen.problem, kFailed);
@@ -151,7 +154,8 @@ std::unique_ptr<ModelInstance> create_instance(const ModelDescriptor& model, con
   return check_complete(model.params, values, error) ? model.create(values, error) : nullptr;
 }
 
-int solve(const ModelDescriptor& model, int argc, char** argv) {
+int solve(const EmbeddedModel& embedded, int argc, char** argv) {
+  const ModelDescriptor& model = embedded.descriptor;
   SolverOptions options;
   std::string error;
   if (!parse_options(argc, argv, this_machine(model.device), options, error))
@@ -171,22 +175,25 @@ int solve(const ModelDescriptor& model, int argc, char** argv) {
   ParamValues values(model.params);
   const auto instance = create_instance(model, options.param_file, values, error);
   if (!instance) return complain(model, error, kWrongUse);
-  if (options.world_param_file.empty()) return run(model, *instance, *instance, options);
+  StartValues start;
+  if (!options.start_file.empty() && !read_start_file(options.start_file, embedded, start, error))
+    return complain(model, "--start: " + error, kWrongUse);
+  if (options.world_param_file.empty()) return run(model, *instance, *instance, start, options);
   const auto truth = create_instance(model, options.world_param_file, values, error);
-  return truth ? run(model, *instance, *truth, options)
+  return truth ? run(model, *instance, *truth, start, options)
                : complain(model, "--world-param: " + error, kWrongUse);
 }
 
 }  // namespace
 
-int solver_main(const ModelDescriptor& descriptor, int argc, char** argv) {
+int solver_main(const EmbeddedModel& model, int argc, char** argv) {
   try {
-    return solve(descriptor, argc, argv);
+    return solve(model, argc, argv);
   } catch (const std::bad_alloc&) {
-    return complain(descriptor, "not enough memory; --memory, --particles and --scenarios lower the need",
-                    kFailed);
+    return complain(model.descriptor,
+                    "not enough memory; --memory, --particles and --scenarios lower the need", kFailed);
   } catch (const std::exception& problem) {
-    return complain(descriptor, std::string("internal error: ") + problem.what(), kFailed);
+    return complain(model.descriptor, std::string("internal error: ") + problem.what(), kFailed);
   }
 }
 

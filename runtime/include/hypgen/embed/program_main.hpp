@@ -2,7 +2,7 @@
 // The whole command line of a generated program.
 #pragma once
 
-#include "hypgen/embed/embedded_model.hpp"
+#include "hypgen/model/embedded_model.hpp"
 
 namespace hypgen {
 

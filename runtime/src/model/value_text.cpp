@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hypgen/embed/value_text.hpp"
+#include "hypgen/model/value_text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,6 +23,9 @@ bool is_in_range(const ValueField& field, std::int32_t value) {
   return std::isfinite(number) && field.low <= number && number <= field.high;
 }
 
+// Names of so many values fit in a message.
+constexpr std::size_t kMostNames = 10;
+
 std::string text_of(double number) { return Json(number).dump(); }
 
 std::string range_of(const ValueField& field) {
@@ -36,6 +39,11 @@ std::string range_of(const ValueField& field) {
       if (std::isinf(field.low) && std::isinf(field.high)) return "a number";
       return "a number from " + text_of(field.low) + " to " + text_of(field.high);
     case ValueKind::kNamed:
+      if (field.high < kMostNames) {
+        std::vector<std::string> names;
+        for (std::int32_t code = 0; code <= field.high; ++code) names.push_back(field.value_name(code));
+        return "one of " + listed(names);
+      }
       return "a name such as \"" + field.value_name(0) + "\", of code 0 to " +
              std::to_string(static_cast<std::int64_t>(field.high));
   }
@@ -99,12 +107,19 @@ Json json_of(const ValueField& field, std::int32_t value) {
 }
 
 std::string names_of(const std::vector<ValueField>& fields) {
-  std::string names;
-  for (const ValueField& field : fields) names += (names.empty() ? "" : ", ") + field.name;
-  return names.empty() ? "none" : names;
+  std::vector<std::string> names;
+  for (const ValueField& field : fields) names.push_back(field.name);
+  return names.empty() ? "none" : listed(names);
 }
 
 }  // namespace
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size() && i < kMostNames; ++i) text += (i == 0 ? "" : ", ") + names[i];
+  const std::size_t rest = names.size() - std::min(names.size(), kMostNames);
+  return rest == 0 ? text : text + " and " + std::to_string(rest) + " more";
+}
 
 bool check_values(const std::vector<ValueField>& fields, Span<const std::int32_t> values,
                   std::string& error) {
