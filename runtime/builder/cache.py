@@ -34,6 +34,7 @@ from hypgen.runtime.builder.private_files import (
 
 KEPT_ENTRIES = 64  # of one kind; those used last stay
 FILES, MANIFEST = "files", "manifest.json"  # in an entry's folder
+HALF_MADE, LOCK = "tmp-", "lock-"  # how the names of others begin
 KINDS = ("solvers", "runtime", "records", "logs")
 
 
@@ -106,7 +107,7 @@ def make(kind: str, key: str, build: Callable[[Path], None], *, again: bool = Fa
             found = entry(kind, key)
             if found is not None and not again:
                 return found
-            temporary, old = parent / f"tmp-{key}", parent / f"tmp-{key}.old"
+            temporary, old = parent / f"{HALF_MADE}{key}", parent / f"{HALF_MADE}{key}.old"
             for rest in (temporary, old):  # of a process that was killed
                 _remove(rest)
             try:
@@ -157,13 +158,10 @@ def contents() -> Contents:
     entries = size = 0
     for parent in (folder(kind) for kind in KINDS):
         try:
-            found = [
-                (path, n)
-                for path, n in files(parent)
-                if not path.relative_to(parent).parts[0].startswith("tmp-")
-            ]
-            entries += sum(path.name == MANIFEST for path, _ in found)
-            size += sum(n for _, n in found)
+            for path in (path for path in parent.iterdir() if not path.name.startswith(HALF_MADE)):
+                found = list(files(path))
+                entries += any(file.name == MANIFEST for file, _ in found)
+                size += sum(n for _, n in found)
         except OSError as error:
             raise _unusable(parent, error) from error
     return Contents(entries, size)
@@ -204,7 +202,7 @@ def _read(path: Path) -> str:
 def _write(parent: Path, name: str, text: str) -> None:
     """Replace a file by one with this text."""
     with _lock(parent, name):
-        temporary = parent / f"tmp-{name}"
+        temporary = parent / f"{HALF_MADE}{name}"
         _remove(temporary)
         try:
             flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL
@@ -221,7 +219,7 @@ def _lock(parent: Path, name: str, *, wait: bool = True) -> Iterator[bool]:
 
     Locks are few, and a lock file never has to be removed.
     """
-    file = open_file(parent / f"lock-{name[:1]}", os.O_RDWR | os.O_CREAT)
+    file = open_file(parent / f"{LOCK}{name[:1]}", os.O_RDWR | os.O_CREAT)
     try:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
@@ -235,8 +233,9 @@ def _lock(parent: Path, name: str, *, wait: bool = True) -> Iterator[bool]:
 
 def _remove_leftovers(parent: Path) -> None:
     """Remove what processes left behind that were killed: what is half made and has a free lock."""
-    for path in parent.glob("tmp-*"):
-        with contextlib.suppress(OSError), _lock(parent, path.name[4:], wait=False) as is_free:
+    for path in parent.glob(f"{HALF_MADE}*"):
+        name = path.name.removeprefix(HALF_MADE)
+        with contextlib.suppress(OSError), _lock(parent, name, wait=False) as is_free:
             if is_free:
                 _remove(path)
 
@@ -253,7 +252,7 @@ def _prune(parent: Path) -> None:
 
 
 def _entries(parent: Path) -> list[Path]:
-    return [path for path in parent.iterdir() if not path.name.startswith(("tmp-", "lock-"))]
+    return [path for path in parent.iterdir() if not path.name.startswith((HALF_MADE, LOCK))]
 
 
 def _remove(path: Path) -> None:
@@ -269,5 +268,5 @@ def _unusable(parent: Path, error: OSError) -> ToolchainError:
     is_full = error.errno in (errno.ENOSPC, errno.EDQUOT)
     return ToolchainError(
         f"the cache cannot be used: '{error.filename or parent}': {error.strerror or error}",
-        f"{'make room there' if is_full else 'mend that'}, or {ANOTHER_FOLDER}",
+        f"{'make room there' if is_full else 'look at its rights and its disk'}, or {ANOTHER_FOLDER}",
     )

@@ -45,7 +45,7 @@ def has_folder(path: Path) -> bool:
 
 def refuse_movable(path: Path) -> None:
     """Refuse a path that anybody could put something else at, as a folder above it has no sticky bit."""
-    for folder in (path.parent.resolve(), *path.parent.resolve().parents):
+    for folder in (Path(os.path.realpath(path.parent)) / "_").parents:
         with contextlib.suppress(OSError):
             mode = folder.stat().st_mode
             if mode & stat.S_IWOTH and not mode & stat.S_ISVTX:
@@ -75,21 +75,19 @@ def open_file(path: Path, flags: int) -> int:
     return file
 
 
-def files(folder: Path) -> Iterator[tuple[Path, int]]:
-    """Yield each file in a folder and its folders with its size; refuse what others may change.
+def files(path: Path) -> Iterator[tuple[Path, int]]:
+    """Yield a file, or each one in a folder and its folders, with its size; refuse what others may change.
 
     What another process removes meanwhile is passed over.
     """
     with contextlib.suppress(FileNotFoundError):
-        refuse_others(folder, folder.lstat())
-        for path in sorted(folder.iterdir()):
-            with contextlib.suppress(FileNotFoundError):
-                status = path.lstat()
-                refuse_others(path, status)
-                if stat.S_ISDIR(status.st_mode):
-                    yield from files(path)
-                else:
-                    yield path, status.st_size
+        status = path.lstat()
+        refuse_others(path, status)
+        if stat.S_ISDIR(status.st_mode):
+            for each in sorted(path.iterdir()):
+                yield from files(each)
+        else:
+            yield path, status.st_size
 
 
 def seal(folder: Path) -> None:

@@ -12,7 +12,7 @@ from types import TracebackType
 
 # The shell's input is a pipe from hypgen, which the system closes when hypgen dies, even by SIGKILL.
 # Ninja gives each compiler a group of its own, and passes SIGTERM on to it.
-WATCH = 'trap "" TERM; read -r _ && exit; kill -s TERM 0; sleep 1; kill -s KILL 0'
+WATCH = 'trap "" TERM; read -r line && exit; kill -s TERM 0; sleep 1; kill -s KILL 0'
 
 
 class ProcessGroup:

@@ -272,6 +272,8 @@ def test_what_a_killed_process_leaves_is_removed_at_the_next_use(own_cache: Path
         temporary = own_cache / "solvers" / "tmp-abc"
         assert cache.entry("solvers", "bcd") == path and cache.entry("solvers", "abc") is None
         assert temporary.is_dir(), "a process that lives keeps its folder"
+        (temporary / cache.FILES / "half").chmod(0o666)  # as compilers do where the umask is 0
+        assert cache.contents().entries == 1
         process.kill()
         process.wait()
         assert temporary.is_dir()
