@@ -87,10 +87,10 @@ def entry(kind: str, key: str) -> Path | None:
     """Return the folder with an entry's files if it is whole, and note its use."""
     parent = root() / kind
     try:
-        if not all(has_folder(path) for path in (parent.parent, parent)):
+        if not has_folder(parent.parent):
             return None
-        _remove_leftovers(parent)
-        if not has_folder(parent / key) or not _is_whole(parent / key):
+        _remove_leftovers(parent.parent)
+        if not has_folder(parent) or not has_folder(parent / key) or not _is_whole(parent / key):
             return None
     except OSError as error:
         raise _unusable(parent, error) from error
@@ -231,18 +231,18 @@ def _lock(parent: Path, name: str, *, wait: bool = True) -> Iterator[bool]:
         os.close(file)
 
 
-def _remove_leftovers(parent: Path) -> None:
-    """Remove what processes left behind that were killed: what is half made and has a free lock."""
-    for path in parent.glob(f"{HALF_MADE}*"):
-        name = path.name.removeprefix(HALF_MADE)
-        with contextlib.suppress(OSError), _lock(parent, name, wait=False) as is_free:
-            if is_free:
-                _remove(path)
+def _remove_leftovers(whole: Path) -> None:
+    """Remove from the whole cache what is half made and has a free lock: its process was killed."""
+    for parent in (whole / kind for kind in KINDS):
+        for path in parent.glob(f"{HALF_MADE}*") if has_folder(parent) else ():
+            name = path.name.removeprefix(HALF_MADE)
+            with contextlib.suppress(OSError), _lock(parent, name, wait=False) as is_free:
+                if is_free:
+                    _remove(path)
 
 
 def _prune(parent: Path) -> None:
-    """Remove the entries that were used longest ago, and what killed processes left behind."""
-    _remove_leftovers(parent)
+    """Remove the entries that were used longest ago."""
     used: list[tuple[float, Path]] = []
     for path in _entries(parent):
         with contextlib.suppress(OSError):
