@@ -12,6 +12,7 @@ def build_cache(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPat
     """Keep solvers that tests build out of the user's cache, but from one run of the tests to the next."""
     cache = getattr(request.config, "cache", None)  # missing where its plugin is switched off
     folder = cache.mkdir("hypgen") if cache is not None else tmp_path_factory.mktemp("hypgen")
+    folder.chmod(0o700)  # hypgen refuses a cache that the umask lets others write
     before = os.environ.get("HYPGEN_CACHE_DIR")
     os.environ["HYPGEN_CACHE_DIR"] = str(folder)
     yield

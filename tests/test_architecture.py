@@ -21,7 +21,7 @@ MAX_TEMPLATE_LINES = 150
 
 # What each layer may import besides itself, by the beginning of the module's name; "" stands for the layer.
 HYPGEN = {
-    "dsl": ("cache_folder",),
+    "dsl": (),
     "dsl.foreign": ("dsl.messages", "dsl.foreign"),
     "codegen": ("dsl.ir", "dsl.types", "dsl.messages"),
     "runtime": ("cache_folder",),

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import platform
+import shutil
+import stat
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -12,6 +14,8 @@ import click
 
 from hypgen import __version__
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
+
+LITTLE_ROOM = 200_000_000  # bytes; with less, a build may end with a full disk
 
 
 @click.command(epilog=EXIT_CODES)
@@ -26,16 +30,16 @@ def command() -> int:
       hypgen doctor
       CXX=clang++ hypgen doctor
     """
-    from hypgen.runtime.builder import cache, tools
+    from hypgen.runtime.builder import tools
     from hypgen.runtime.builder.errors import ToolchainError
 
     remedies = []
 
-    def line(name: str, find: Callable[[], Any]) -> None:
+    def line(name: str, find: Callable[[], Any], fault: str = "MISSING") -> None:
         try:
             found = find()
         except ToolchainError as error:
-            found = f"MISSING: {error.message}"
+            found = f"{fault}: {error.message}"
             remedies.append(error.remedy)
         click.echo(f"{name:14}{found}")
 
@@ -54,13 +58,33 @@ def command() -> int:
     line("Ninja", program(tools.find_ninja))
     line("nlohmann-json", tools.find_json)
     line("Eigen", tools.find_eigen)
-    line("cache", lambda: cache.folder("solvers").parent)
     hints: list[str] = []
+    line("cache", lambda: _cache(hints), "UNUSABLE")
     line("CUDA", lambda: _cuda(hints))
     line("GPU", _gpu)
     for remedy in (*remedies, *hints):
         click.echo(f"help: {remedy}")
     return Exit.MISTAKE if remedies else Exit.OK
+
+
+def _cache(hints: list[str]) -> str:
+    """Return the cache's folder, who may do what there, what it holds, and how much room is left."""
+    from hypgen.runtime.builder import cache
+    from hypgen.runtime.builder.private_files import owner
+
+    found = cache.contents()
+    path = cache.root()
+    status = path.stat()
+    free = shutil.disk_usage(path).free
+    if free < LITTLE_ROOM:
+        hints.append(f"make room in '{path}': a build writes tens of megabytes")
+    entries = f"{found.entries} entr{'y' if found.entries == 1 else 'ies'}"
+    rights = f"{owner(status.st_uid)}, {stat.filemode(status.st_mode)}"
+    return f"{path} ({rights}), {entries}, {_megabytes(found.size)}, {_megabytes(free)} free"
+
+
+def _megabytes(size: int) -> str:
+    return f"{size / 1e6:,.1f} MB" if size < 1e9 else f"{size / 1e9:,.1f} GB"
 
 
 def _cuda(hints: list[str]) -> str:

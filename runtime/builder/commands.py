@@ -6,43 +6,38 @@ from __future__ import annotations
 import re
 import shlex
 import subprocess
+import tempfile
 from pathlib import Path
 
 from hypgen.cache_folder import cache_folder
 from hypgen.runtime.builder import cache
 from hypgen.runtime.builder.cuda_tools import CudaBuild, nvcc_command
 from hypgen.runtime.builder.errors import BuildError, ToolchainError
-from hypgen.runtime.builder.tools import Tools, run
+from hypgen.runtime.builder.process_group import ProcessGroup
+from hypgen.runtime.builder.tools import Tools
 
 PROBE = "#include <thread>\n#include <variant>\nint main() { return (int)std::variant<int>{0}.index(); }\n"
 CUDA_PROBE = f"#include <cuda_runtime.h>\n__global__ void probe_kernel() {{}}\n{PROBE}"
 
 
-def call(command: list[str], what: str, tools: Tools, cuda: CudaBuild | None = None) -> None:
+def call(
+    group: ProcessGroup, command: list[str], what: str, tools: Tools, cuda: CudaBuild | None = None
+) -> None:
     """Run one build command. Its output goes to a log that the user sees only the path of."""
-    done = _run(command)
+    done = group.run(command)
     if done.returncode == 0:
         return
-    log = cache.folder("logs") / f"{cache.digest(*command)}.log"
-    log.write_text(f"{shlex.join(command)}\n\n{done.stdout}", encoding="utf-8")
-    _blame_machine(done, tools, log)
-    if cuda is not None and command[0] == str(cuda.nvcc.path):
-        _blame_nvcc(cuda, tools, log)
+    log = cache.write_log(cache.digest(*command), f"{shlex.join(command)}\n\n{done.stdout}")
+    with tempfile.TemporaryDirectory(prefix="hypgen-") as folder:
+        _blame_machine(group, done, tools, log, Path(folder))
+        if cuda is not None and command[0] == str(cuda.nvcc.path):
+            _blame_nvcc(group, cuda, tools, log, Path(folder))
     raise BuildError(what, log)
 
 
-def _run(command: list[str]) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-    )
-
-
-def _blame_machine(done: subprocess.CompletedProcess[str], tools: Tools, log: Path) -> None:
+def _blame_machine(
+    group: ProcessGroup, done: subprocess.CompletedProcess[str], tools: Tools, log: Path, folder: Path
+) -> None:
     """Raise a ``ToolchainError`` where the machine, not hypgen's C++, made the command fail."""
     # nvcc reports a signal that ended one of its parts in words of its own.
     if done.returncode < 0 or re.search(r"Killed signal|died due to signal 9|\bKilled\b", done.stdout):
@@ -51,29 +46,22 @@ def _blame_machine(done: subprocess.CompletedProcess[str], tools: Tools, log: Pa
         raise ToolchainError(
             "the disk is full", f"make room in '{cache_folder()}' and in the temporary folder"
         )
-    probe = log.with_suffix(".cpp")
+    probe = folder / "probe.cpp"
     probe.write_text(PROBE, encoding="utf-8")
-    command = [
-        str(tools.compiler.path),
-        "-std=c++17",
-        str(probe),
-        "-pthread",
-        "-o",
-        str(log.with_suffix(".out")),
-    ]
-    if run(command) is None:
+    command = [str(tools.compiler.path), "-std=c++17", str(probe), "-pthread", "-o", str(folder / "probe")]
+    if group.run(command).returncode != 0:
         raise ToolchainError(
             f"'{tools.compiler.path}' cannot build a C++17 program; see {log}",
             "install g++ 9 or newer with its standard library, or name another compiler in CXX",
         )
 
 
-def _blame_nvcc(cuda: CudaBuild, tools: Tools, log: Path) -> None:
+def _blame_nvcc(group: ProcessGroup, cuda: CudaBuild, tools: Tools, log: Path, folder: Path) -> None:
     """Raise a ``ToolchainError`` if nvcc cannot compile anything with its host compiler."""
-    probe = log.with_suffix(".cu")
+    probe = folder / "probe.cu"
     probe.write_text(CUDA_PROBE, encoding="utf-8")
     command = nvcc_command(cuda, ["-std=c++17"], tools.compiler.path, [])
-    done = _run([*command, "-c", str(probe), "-o", str(log.with_suffix(".o"))])
+    done = group.run([*command, "-c", str(probe), "-o", str(folder / "probe.o")])
     if done.returncode == 0:
         return
     errors = [line for line in done.stdout.splitlines() if re.search(r"error|fatal", line, re.IGNORECASE)]

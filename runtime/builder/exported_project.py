@@ -45,7 +45,9 @@ def export_library(library: Path, directory: Path) -> Path:
     package = library.parent.parent
 
     def stage(to: Path) -> list[str]:
-        shutil.copytree(package, to)
+        for path in sorted(package.rglob("*")):
+            if path.is_file():
+                _copy(path, _parent(to / path.relative_to(package)))
         licence = _json_licence()
         if licence is not None:
             shutil.copyfile(licence, to / "LICENSE.nlohmann-json")
@@ -114,7 +116,7 @@ def _stage(files: Mapping[str, str], executable: Path | None, stage: Path, proje
     if licence is not None:
         shutil.copyfile(licence, third_party / "LICENSE")
     if executable is not None:
-        shutil.copy(executable, _parent(stage / "bin" / solver_name(files)))
+        _copy(executable, _parent(stage / "bin" / solver_name(files)))
     return _mark(stage)
 
 
@@ -142,6 +144,14 @@ def _parent(path: Path) -> Path:
     """Return ``path`` with the folder that it is to stand in made."""
     path.parent.mkdir(parents=True, exist_ok=True)
     return path
+
+
+def _copy(source: Path, target: Path) -> None:
+    """Copy a file out of the cache. Others may read and run the copy if the umask lets them."""
+    shutil.copyfile(source, target)
+    if os.access(source, os.X_OK):
+        mode = target.stat().st_mode
+        target.chmod(mode | (mode & 0o444) >> 2)
 
 
 def _move(source: Path, target: Path) -> None:
