@@ -36,9 +36,20 @@ def digest(*parts: str | bytes) -> str:
     return state.hexdigest()[:32]
 
 
+def root() -> Path:
+    """Return the folder of the cache, which need not exist."""
+    try:
+        return cache_folder()
+    except RuntimeError:  # a `~` that stands for nothing
+        raise ToolchainError(
+            "this user has no home folder, so there is no place for the cache",
+            "let the environment variable HYPGEN_CACHE_DIR name a folder that you may write to",
+        ) from None
+
+
 def folder(kind: str) -> Path:
     """Return the folder of all entries of a kind, made if need be."""
-    path = cache_folder() / kind
+    path = root() / kind
     try:
         path.mkdir(parents=True, exist_ok=True)
         writable = os.access(path, os.W_OK)
@@ -54,7 +65,7 @@ def folder(kind: str) -> Path:
 
 def entry(kind: str, key: str) -> Path | None:
     """Return the entry if it is there, and note its use."""
-    path = cache_folder() / kind / key
+    path = root() / kind / key
     if not path.is_dir():
         return None
     with contextlib.suppress(OSError):  # a cache that others own may be read only
@@ -86,7 +97,7 @@ def make(kind: str, key: str, build: Callable[[Path], None], *, again: bool = Fa
 def read_record(kind: str, name: str) -> dict[str, str]:
     """Return the record of this name, empty if there is none that can be read."""
     try:
-        record = json.loads((cache_folder() / kind / f"{name}.json").read_text(encoding="utf-8"))
+        record = json.loads((root() / kind / f"{name}.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return {}
     return record if isinstance(record, dict) else {}
@@ -100,7 +111,7 @@ def write_record(kind: str, name: str, record: dict[str, str]) -> None:
     ):
         path = Path(temporary) / "record"
         path.write_text(json.dumps(record, indent=1), encoding="utf-8")
-        path.replace(cache_folder() / kind / f"{name}.json")
+        path.replace(root() / kind / f"{name}.json")
 
 
 @contextlib.contextmanager

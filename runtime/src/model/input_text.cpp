@@ -38,6 +38,7 @@ class InputFile {
   // there is none, and waits where there is one.
   explicit InputFile(const std::string& file)
       : descriptor_(open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
+    if (descriptor_ < 0) return;
     struct stat facts{};
     pollfd waiting{descriptor_, POLLIN, 0};
     if (fstat(descriptor_, &facts) != 0) return;
