@@ -388,6 +388,16 @@ def test_a_machine_that_cannot_compile_is_told_before(
     assert "compiling (" not in text and "bug" not in text and "None" not in text
 
 
+def test_a_solver_that_may_not_start_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "tiger").write_bytes(b"no program")
+    monkeypatch.setattr("hypgen.cli.commands.run.build", lambda *arguments: tmp_path / "tiger")
+    assert main.run(["run", str(TIGER), "--target", "cpu"]) == 2
+    text = capsys.readouterr().err
+    assert f"error: '{tmp_path / 'tiger'}': Permission denied\nhelp: check who owns" in text
+
+
 def test_commands_do_without_standard_input(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
