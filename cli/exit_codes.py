@@ -19,7 +19,7 @@ class Exit(enum.IntEnum):
 EXIT_CODES = """\b
 Exit codes:
   0    fine
-  2    a mistake in the model or the options, or a missing tool
+  2    a mistake in the model or the options, or the machine lacks something
   70   a bug of hypgen; HYPGEN_DEBUG=1 shows where
   130  interrupted"""
 

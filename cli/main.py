@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import io
 import keyword
 import os
 import sys
@@ -13,6 +14,7 @@ import click
 
 from hypgen import __version__
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
+from hypgen.cli.machine_faults import explain
 from hypgen.cli.output import say, show_model_error
 from hypgen.dsl.messages.diagnostic import did_you_mean
 
@@ -86,6 +88,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run hypgen on ``arguments`` and return its exit code."""
+    if sys.stdin is None:  # closed by whoever started this program
+        sys.stdin = io.TextIOWrapper(io.BytesIO())
     from hypgen.dsl.messages.diagnostic import ModelError
     from hypgen.runtime.builder.errors import BuildError, ToolchainError
 
@@ -111,6 +115,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         if os.environ.get("HYPGEN_DEBUG") == "1":
             raise
+        if (found := explain(error)) is not None:
+            say(f"error: {found[0]}\nhelp: {found[1]}")
+            return Exit.MISTAKE
         say(f"error: {type(error).__name__}: {error}: this is a bug of hypgen, not of your model")
         say("help: please report it with the model; HYPGEN_DEBUG=1 shows where it happened")
         return Exit.BUG

@@ -8,12 +8,16 @@ import shutil
 import stat
 import sys
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from hypgen import __version__
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
+from hypgen.cli.machine_faults import explain_system_error
+
+if TYPE_CHECKING:  # at run time only where a command needs them
+    from hypgen.runtime.builder.cuda_tools import Nvcc
 
 LITTLE_ROOM = 200_000_000  # bytes; with less, a build may end with a full disk
 
@@ -22,15 +26,17 @@ LITTLE_ROOM = 200_000_000  # bytes; with less, a build may end with a full disk
 def command() -> int:
     """Print what hypgen finds on this machine, and what is missing.
 
-    Ends with 0 if models can be compiled, with 2 if something has to be installed first. CUDA and a GPU may
-    be missing: solvers then run on the CPU.
+    Ends with 0 if models can be compiled, with 2 if something has to be installed or mended first. CUDA and a
+    GPU may be missing: solvers then run on the CPU. Lines that begin with `help:` say what to do.
 
     \b
     Examples:
       hypgen doctor
       CXX=clang++ hypgen doctor
     """
+    from hypgen.cli import machine_checks
     from hypgen.runtime.builder import tools
+    from hypgen.runtime.builder.cuda_tools import find_gpus
     from hypgen.runtime.builder.errors import ToolchainError
 
     remedies = []
@@ -41,12 +47,16 @@ def command() -> int:
         except ToolchainError as error:
             found = f"{fault}: {error.message}"
             remedies.append(error.remedy)
+        except OSError as error:
+            message, remedy = explain_system_error(error)
+            found = f"MISSING: {message}"
+            remedies.append(remedy)
         click.echo(f"{name:14}{found}")
 
-    def program(find: Callable[[], tools.Program | None]) -> Callable[[], str]:
+    def program(find: Callable[[], tools.Program]) -> Callable[[], str]:
         def show() -> str:
             found = find()
-            return f"{found.version} ({found.path})" if found else "not found; CMake's own choice is used"
+            return f"{found.version} ({found.path})"
 
         return show
 
@@ -55,13 +65,22 @@ def command() -> int:
     line("system", lambda: f"{platform.system()} {platform.release()}, {platform.machine()}")
     line("C++ compiler", program(tools.find_compiler))
     line("CMake", program(tools.find_cmake))
-    line("Ninja", program(tools.find_ninja))
+    line("Ninja", tools.require_builder)
     line("nlohmann-json", tools.find_json)
     line("Eigen", tools.find_eigen)
     hints: list[str] = []
     line("cache", lambda: _cache(hints), "UNUSABLE")
-    line("CUDA", lambda: _cuda(hints))
+
+    def show(finding: machine_checks.Finding) -> None:
+        click.echo(f"{finding.name:14}{finding.found}")
+        if finding.remedy:
+            (remedies if finding.is_missing else hints).append(finding.remedy)
+
+    for finding in machine_checks.findings():
+        show(finding)
+    nvcc = _find_nvcc(hints)
     line("GPU", _gpu)
+    show(machine_checks.driver(find_gpus(), nvcc))
     for remedy in (*remedies, *hints):
         click.echo(f"help: {remedy}")
     return Exit.MISTAKE if remedies else Exit.OK
@@ -87,8 +106,8 @@ def _megabytes(size: int) -> str:
     return f"{size / 1e6:,.1f} MB" if size < 1e9 else f"{size / 1e9:,.1f} GB"
 
 
-def _cuda(hints: list[str]) -> str:
-    """Return the CUDA compiler that solvers for GPUs are compiled with, or why there is none."""
+def _find_nvcc(hints: list[str]) -> Nvcc | None:
+    """Show the CUDA compiler that solvers for GPUs are compiled with, or why there is none."""
     from hypgen.runtime.builder.cuda_tools import find_nvcc
     from hypgen.runtime.builder.errors import ToolchainError
 
@@ -96,8 +115,11 @@ def _cuda(hints: list[str]) -> str:
         found = find_nvcc()
     except ToolchainError as error:
         hints.append(f"for solvers that use a GPU, {error.remedy}")
-        return f"{error.message}; solvers run on the CPU"
-    return f"{found.version} ({found.path}), for sm_{found.architectures[0]} .. sm_{found.architectures[-1]}"
+        click.echo(f"{'CUDA':14}{error.message}; solvers run on the CPU")
+        return None
+    first, last = found.architectures[0], found.architectures[-1]
+    click.echo(f"{'CUDA':14}{found.version} ({found.path}), for sm_{first} .. sm_{last}")
+    return found
 
 
 def _gpu() -> str:

@@ -74,13 +74,13 @@ def command(files: tuple[str, ...], check: bool, diff: bool) -> int:
 
 def _read(name: str) -> tuple[bytes, Source]:
     """Return a file's bytes and its text."""
-    from hypgen.dsl.load import decode_source, read_source
+    from hypgen.dsl.load import MAX_BYTES, decode_source, read_content
 
-    if name == STDIN:
-        content = sys.stdin.buffer.read()
-        return content, decode_source("<stdin>", content)
-    source = read_source(name)
-    return Path(name).read_bytes(), source
+    if name != STDIN:
+        content = read_content(name)
+        return content, decode_source(name, content)
+    content = sys.stdin.buffer.read(MAX_BYTES + 1)
+    return content, decode_source("<stdin>", content)
 
 
 def _difference(name: str, before: str, after: str) -> str:

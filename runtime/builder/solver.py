@@ -20,8 +20,17 @@ from hypgen.runtime.builder import cache
 from hypgen.runtime.builder.commands import call
 from hypgen.runtime.builder.compile_flags import nvcc_flags
 from hypgen.runtime.builder.cuda_tools import CudaBuild, nvcc_command
+from hypgen.runtime.builder.preflight import require_current_folder, require_room
 from hypgen.runtime.builder.process_group import ProcessGroup
-from hypgen.runtime.builder.tools import Tools, cpu_features, find_archiver, find_eigen, find_json, find_tools
+from hypgen.runtime.builder.tools import (
+    Tools,
+    cpu_features,
+    find_archiver,
+    find_eigen,
+    find_json,
+    find_tools,
+    user_flags,
+)
 
 RUNTIME_FOLDER = Path(__file__).parent.parent
 RUNTIME_PARTS = ("CMakeLists.txt", "LICENSE", "NOTICE", "cmake", "include", "src")
@@ -75,6 +84,7 @@ def build_solver(
     reported: measured against the origin's last build, and telling its text from its generated code.
     ``cuda``, if given, compiles the model for GPUs too. ``again`` builds the model's part in any case.
     """
+    require_current_folder()
     tools = find_tools()
     name = solver_name(files)
     base = _components(tools)
@@ -86,7 +96,7 @@ def build_solver(
     reason = "as asked for" if again else _reason(components, cache.read_record("records", record))
     step = Step(f"{Path(name).name}{_suffix(cuda)}", "" if found else reason)
     if found is None:
-        cache.folder("solvers")  # what is wrong with it is said before anything is compiled
+        require_room()  # what is missing is said before anything is compiled
         libraries = _libraries(files)
         folders = [_library(library, tools, base, report) for library in libraries]
         report(step)
@@ -135,7 +145,7 @@ def _components(tools: Tools) -> dict[str, str]:
     return {
         "runtime": runtime_id(),
         "compiler": f"{tools.compiler.version} ({tools.compiler.path})",
-        "flags": " ".join(os.environ.get(name, "") for name in ("CXXFLAGS", "LDFLAGS")).strip(),
+        "flags": " ".join([*user_flags("CXXFLAGS"), *user_flags("LDFLAGS")]),
         "cpu": cpu_features(),
     }
 
@@ -179,6 +189,7 @@ def _library(library: Library, tools: Tools, components: dict[str, str], report:
     key = cache.digest(library.target, str(library.eigen), *components.values())
     found = cache.entry("runtime", key)
     if found is None:
+        require_room()
         report(Step(library.what, _reason(components, cache.read_record("records", library.target))))
         found = cache.make("runtime", key, lambda to: _build_library(library, tools, to))
         cache.write_record("records", library.target, components)
@@ -259,7 +270,7 @@ def _compile(
         units |= {name: device for name in sorted(files) if name.endswith(".cu")}
         link += [f"-L{cuda.nvcc.library}", "-lcudart_static", "-ldl", "-lrt"]
 
-    link += shlex.split(os.environ.get("LDFLAGS", ""))
+    link += user_flags("LDFLAGS")
     if _is_library(files):
         symbols = RUNTIME_FOLDER / "cmake" / "exported_symbols.map"
         link += ["-shared", f"-Wl,--version-script={symbols}", f"-Wl,-soname,{executable.name}"]

@@ -58,8 +58,6 @@ TEST_F(DeviceChoice, SaysWhyItIsTheCpu) {
             "no GPU with number 0 that this solver has code for");
   EXPECT_EQ(choose({"--mode", "rollout", "--device", "cuda"}, &works_).problem,
             "--mode rollout does not use a GPU");
-  EXPECT_EQ(choose({"--device", "cpu", "--require-gpu"}, &works_).problem,
-            "--require-gpu and --device cpu contradict each other");
   EXPECT_EQ(choose({"--mode", "gpu"}, &fails_).device, "cpu");
   EXPECT_NE(choose({"--mode", "gpu"}, &fails_).evaluator, nullptr);
 }

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <utility>
 
+#include "../model/input_text.hpp"
 #include "../solver/marginal_json.hpp"
 #include "hypgen/episode/world.hpp"
 #include "hypgen/model/params.hpp"
@@ -40,7 +41,7 @@ bool read_settings(const std::string& text, const ModelDescriptor& model, Solver
   for (std::string word; words >> word;) {
     const std::string name = word.substr(0, word.find('='));
     if (std::find(std::begin(kSettings), std::end(kSettings), name) == std::end(kSettings)) {
-      error = "no setting is named " + name + "; the settings are:";
+      error = "no setting is named " + excerpt(name) + "; the settings are:";
       for (const char* known : kSettings) error += std::string(" ") + known;
       return false;
     }
@@ -272,7 +273,7 @@ Status Agent::find_action(const std::string& name, int& action, std::string& err
   const std::vector<std::string>& names = model_.descriptor.action_names;
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end())
-    return refuse("no action is named " + name + "; the actions are: " + listed(names), error);
+    return refuse("no action is named " + excerpt(name) + "; the actions are: " + listed(names), error);
   action = static_cast<int>(found - names.begin());
   return Status::kOk;
 }

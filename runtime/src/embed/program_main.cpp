@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "../model/input_text.hpp"
 #include "hypgen/embed/serve.hpp"
 #include "hypgen/model/params.hpp"
 #include "hypgen/solver/solver_main.hpp"
@@ -17,7 +18,18 @@ namespace hypgen {
 
 namespace {
 
-bool read_line(std::string& line) { return static_cast<bool>(std::getline(std::cin, line)); }
+enum class Input { kOpen, kEnded, kTooLong };
+
+// The next line of standard input, as far as memory for it is bounded.
+Input read_line(std::string& line, std::size_t most) {
+  line.clear();
+  for (int byte = std::cin.get(); byte != std::char_traits<char>::eof(); byte = std::cin.get()) {
+    if (byte == '\n') return Input::kOpen;
+    if (line.size() == most) return Input::kTooLong;
+    line += static_cast<char>(byte);
+  }
+  return line.empty() ? Input::kEnded : Input::kOpen;
+}
 
 bool write_line(const std::string& line) {
   return std::fprintf(stdout, "%s\n", line.c_str()) >= 0 && std::fflush(stdout) == 0;
@@ -29,6 +41,7 @@ int serve_agent(EmbeddedModel model, const SolverOptions& options) {
     std::fprintf(stderr, "%s: %s\n", name.c_str(), text.c_str());
     return code;
   };
+  const std::size_t most = most_input(value_count(model.visible) + value_count(model.seen));
   std::string error;
   ParamValues values(model.descriptor.params);
   if (!options.param_file.empty() &&
@@ -39,7 +52,10 @@ int serve_agent(EmbeddedModel model, const SolverOptions& options) {
   if (!agent) return complain(error, status == Status::kWrongArgument ? 2 : 1);
   if (!agent->device_problem().empty()) complain(agent->device_problem() + "; planning on the CPU", 0);
   std::signal(SIGPIPE, SIG_IGN);  // a write that fails says so
-  if (!serve(*agent, read_line, write_line)) return complain("standard output cannot be written", 1);
+  Input input = Input::kOpen;
+  const auto read = [&](std::string& line) { return (input = read_line(line, most)) == Input::kOpen; };
+  if (!serve(*agent, read, write_line)) return complain("standard output cannot be written", 1);
+  if (input == Input::kTooLong) return complain("a request is larger than " + megabytes(most), 2);
   return std::cin.bad() ? complain("standard input cannot be read", 1) : 0;
 }
 

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <new>
@@ -193,6 +194,10 @@ int play(const ExactDescriptor& model, const ExactInstance& instance, const Exac
 
 int play_loaded(const ExactDescriptor& model, const ExactInstance& instance, const ExactModel& matrices,
                 const ExactOptions& options, OutputFile& out) {
+  std::error_code problem;
+  const auto status = std::filesystem::status(options.load_policy_file, problem);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))  // it may have no end
+    return complain(model, options.load_policy_file + ": is no regular file", kWrongUse);
   std::ifstream file(options.load_policy_file);
   if (!file) return complain(model, options.load_policy_file + ": cannot be read", kWrongUse);
   try {

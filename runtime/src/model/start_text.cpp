@@ -3,20 +3,18 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <utility>
 #include <vector>
 
-#include "hypgen/model/json_depth.hpp"
 #include "hypgen/model/value_text.hpp"
+#include "input_text.hpp"
 
 namespace hypgen {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = nlohmann::json;
 
 // Part of a state: a variable, or an entry of one.
 struct Place {
@@ -69,9 +67,10 @@ std::string names_of(const std::vector<Place>& variables) {
 }  // namespace
 
 bool read_start(const std::string& text, const EmbeddedModel& model, StartValues& start, std::string& error) {
-  const Json json = is_too_deep(text) ? Json() : Json::parse(text, nullptr, false);
+  Json json;
+  if (!parse_json(text, json, error)) return false;
   if (!json.is_object()) {
-    error = R"(expected a JSON object {"variable": value, ...}, found )" + text.substr(0, 60);
+    error = R"(expected a JSON object {"variable": value, ...}, found )" + excerpt(text);
     return false;
   }
   const std::vector<Place> variables = variables_of(model);
@@ -80,7 +79,7 @@ bool read_start(const std::string& text, const EmbeddedModel& model, StartValues
   for (const auto& [name, value] : json.items()) {
     Place place;
     if (!find(model, variables, name, place)) {
-      error = "no variable is named " + name + "; the variables are: " + names_of(variables);
+      error = "no variable is named " + excerpt(name) + "; the variables are: " + names_of(variables);
       return false;
     }
     std::vector<std::int32_t> values(place.field.length());
@@ -101,15 +100,10 @@ bool read_start(const std::string& text, const EmbeddedModel& model, StartValues
 
 bool read_start_file(const std::string& file, const EmbeddedModel& model, StartValues& start,
                      std::string& error) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  in.peek();  // a folder opens, and shows only when it is read
-  if (!in.is_open() || in.bad()) {
-    error = file + ": cannot be read";
-    return false;
-  }
-  if (read_start(text.str(), model, start, error)) return true;
+  const auto count = static_cast<std::size_t>(model.descriptor.variable_count);
+  std::string text;
+  if (read_input_file(file, most_input(count), text, error) && read_start(text, model, start, error))
+    return true;
   error = file + ": " + error;
   return false;
 }

@@ -89,6 +89,14 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
         "--signature: trees of several threads differ from run to run; leave out --threads or name a --mode";
     return false;
   }
+  if (options.require_gpu && options.device == DeviceKind::kCpu) {
+    error = "--require-gpu: contradicts --device cpu";
+    return false;
+  }
+  if (options.require_gpu && (planner.mode == Mode::kRollout || planner.mode == Mode::kDefault)) {
+    error = std::string("--require-gpu: mode ") + mode_name(planner.mode) + " does not use a GPU";
+    return false;
+  }
   if (planner.threads > 1 && !may_have_threads(planner.mode)) {
     error = std::string("--threads: mode ") + mode_name(planner.mode) +
             " searches with one; modes parallel, hyp and pomcp with several";
