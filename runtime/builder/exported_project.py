@@ -17,7 +17,7 @@ from hypgen import __version__
 from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.solver import runtime_files, runtime_id, solver_name
 from hypgen.runtime.builder.tools import find_json
-from hypgen.whole_files import sync, write_whole
+from hypgen.whole_files import sync
 
 # Names hypgen's version and the files that it wrote, with their digests: only those that are still the same
 # are ever replaced.
@@ -83,7 +83,7 @@ def _replace(directory: Path, make: Callable[[Path], None]) -> list[Kept]:
             if directory.exists():
                 return _merge(stage, directory, old, new)
             _mark(stage, new)
-            for name in new:
+            for name in (*new, MARKER):
                 sync(stage / name)
             stage.rename(directory)
             sync(directory.parent)
@@ -105,11 +105,11 @@ def _merge(stage: Path, directory: Path, old: Mapping[str, set[str]], new: Mappi
         written[place] = digest
         if place != name:
             kept.append(Kept(directory / name, directory / place))
-    _mark(directory, written, old)  # a kill from here on must not make hypgen's files look like the user's
+    _mark(stage, written, old)  # a kill from here on must not make hypgen's files look like the user's
+    _move(stage / MARKER, directory / MARKER)
     for name, place in places.items():
         if not (directory / place).exists() or _digest(directory / place) != new[name]:
-            sync(stage / name)
-            os.replace(stage / name, _parent(directory / place))
+            _move(stage / name, directory / place)
     for name in sorted(old.keys() - written.keys()):
         path = directory / name
         if _may_go(path, old[name]):
@@ -118,7 +118,8 @@ def _merge(stage: Path, directory: Path, old: Mapping[str, set[str]], new: Mappi
             kept.append(Kept(path, None))
     for folder in sorted({(directory / place).parent for place in places.values()}):
         sync(folder)
-    _mark(directory, written)
+    _mark(stage, written)
+    _move(stage / MARKER, directory / MARKER)
     return kept
 
 
@@ -175,7 +176,7 @@ def _mark(directory: Path, files: Mapping[str, str], before: Mapping[str, set[st
     listing: dict[str, object] = {"hypgen": __version__, "files": dict(sorted(files.items()))}
     if before is not None:
         listing["before"] = {name: sorted(digests) for name, digests in sorted(before.items())}
-    write_whole(directory / MARKER, json.dumps(listing, indent=1) + "\n")
+    (directory / MARKER).write_text(json.dumps(listing, indent=1) + "\n", encoding="utf-8")
 
 
 def _names(folder: Path) -> list[str]:
@@ -203,6 +204,12 @@ def _parent(path: Path) -> Path:
     """Return ``path`` with the folder that it is to stand in made."""
     path.parent.mkdir(parents=True, exist_ok=True)
     return path
+
+
+def _move(source: Path, target: Path) -> None:
+    """Put a file into the place of another, once a crash of the machine cannot lose it."""
+    sync(source)
+    os.replace(source, _parent(target))
 
 
 def _json_licence() -> Path | None:

@@ -7,6 +7,7 @@ import json
 import os
 import random
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -14,6 +15,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from subprocess import PIPE
 from typing import Any
 
 import pytest
@@ -31,12 +33,12 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def hypgen(*arguments: str, **options: Any) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([*HYPGEN, *arguments], text=True, **{"stderr": subprocess.PIPE, **options})
+    return subprocess.run([*HYPGEN, *arguments], text=True, **{"stderr": PIPE, **options})
 
 
 @pytest.fixture(scope="module")
 def solver() -> str:
-    return hypgen("compile", TIGER, stdout=subprocess.PIPE, check=True).stdout.strip()
+    return hypgen("compile", TIGER, stdout=PIPE, check=True).stdout.strip()
 
 
 @pytest.fixture
@@ -78,7 +80,7 @@ def test_a_full_standard_output_is_told(solver: str, arguments: list[str]) -> No
 
 def test_a_full_standard_error_ends_nothing() -> None:
     with open("/dev/full", "w") as full:
-        done = hypgen("fmt", "--check", TIGER, stdout=subprocess.PIPE, stderr=full)
+        done = hypgen("fmt", "--check", TIGER, stdout=PIPE, stderr=full)
     assert done.returncode == Exit.OK
 
 
@@ -106,15 +108,15 @@ def test_a_small_disk_keeps_what_was_there(small: Path, tmp_path: Path) -> None:
         while True:
             stream.write(bytes(4096))
     for arguments in (["fmt", str(model)], ["import", cassandra(tmp_path), "-o", str(model), "--force"]):
-        done = hypgen(*arguments, stdout=subprocess.PIPE)
+        done = hypgen(*arguments, stdout=PIPE)
         assert done.returncode == Exit.MISTAKE
         assert f"{model} cannot be written: {FULL}" in done.stderr
         assert model.read_text() == text
     policy = small / "policy"
-    done = hypgen("solve", TIGER, "--policy", str(policy), stdout=subprocess.PIPE)
+    done = hypgen("solve", TIGER, "--policy", str(policy), stdout=PIPE)
     assert done.returncode == 1 and f"{policy}: cannot be written: {FULL}" in done.stderr
     assert "Tiger: 2 states" in done.stdout
-    done = hypgen("compile", TIGER, "--emit", "project", "-o", str(small / "out"), stdout=subprocess.PIPE)
+    done = hypgen("compile", TIGER, "--emit", "project", "-o", str(small / "out"), stdout=PIPE)
     assert done.returncode == Exit.MISTAKE and FULL in done.stderr
     assert sorted(os.listdir(small)) == ["filler", "model.pomdp"]
 
@@ -133,7 +135,7 @@ def test_a_reader_that_goes_away_ends_a_command_quietly(solver: str, command: st
     hypgen_ = f'{sys.executable} -c "from hypgen.cli.main import main; main()"'
     words = command.format(solver=solver, hypgen=hypgen_, tiger=TIGER, endless=" ".join(ENDLESS))
     script = f"{words} | head -c 1 > /dev/null; echo ${{PIPESTATUS[0]}}"
-    done = subprocess.run(["bash", "-c", f"{{ {script}; }} 2>&1"], stdout=subprocess.PIPE, text=True)
+    done = subprocess.run(["bash", "-c", f"{{ {script}; }} 2>&1"], stdout=PIPE, text=True)
     lines = [line for line in done.stdout.splitlines() if "cached" not in line and "note:" not in line]
     assert lines in (["141"], ["0"] if "--help" in command else ["141"])  # a short text may fit in the pipe
 
@@ -158,7 +160,7 @@ def end_later(solver: str, lines: Path, number: int, wait: float, begun: bool) -
     """
     lines.unlink(missing_ok=True)
     command = [solver, *ENDLESS, "--json", str(lines)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+    with subprocess.Popen(command, stdout=PIPE, stderr=PIPE, text=True) as run:
         if begun:
             wait_for(lines, 1)
         time.sleep(wait)
@@ -202,9 +204,7 @@ def test_200_runs_that_are_ended_keep_what_they_have_played(solver: str, tmp_pat
 
 
 def start(*arguments: str, before: tuple[str, ...] = ()) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [*before, *HYPGEN, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+    return subprocess.Popen([*before, *HYPGEN, *arguments], stdout=PIPE, stderr=PIPE, text=True)
 
 
 def wait_for(path: Path, count: int) -> None:
@@ -229,7 +229,7 @@ def test_two_signals_at_once_are_one_and_a_later_one_ends_a_run(solver: str, tmp
         "--json",
         str(lines),
     ]
-    with subprocess.Popen([solver, *slow], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+    with subprocess.Popen([solver, *slow], stdout=PIPE, stderr=PIPE) as run:
         wait_for(lines, 1)
         time.sleep(0.1)
         run.send_signal(signal.SIGTERM)
@@ -277,33 +277,46 @@ def test_an_episode_that_is_ended_is_summed_up() -> None:
     assert "return" in text.splitlines()[-1]
 
 
+def files_of(folder: Path) -> dict[Path, bytes]:
+    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def remove_stages(folder: Path) -> None:
+    """Remove what killed processes have not moved."""
+    for stage in folder.glob(".hypgen-*/"):
+        shutil.rmtree(stage)
+
+
+def kill_while_moving(arguments: tuple[str, ...], folder: Path, wait: float) -> None:
+    """Kill a command some time after it has begun to write to a folder."""
+    remove_stages(folder)
+    with start(*arguments) as run:
+        while run.poll() is None and not list(folder.glob(".hypgen-*/project/third_party")):
+            time.sleep(0.005)
+        time.sleep(wait)
+        run.kill()
+
+
 @pytest.mark.faults
 def test_50_kills_of_compile_leave_each_file_old_or_new(tmp_path: Path) -> None:
-    draw, folder = random.Random(50), tmp_path / "project"
-    model = tmp_path / "model.pomdp"
+    draw, model, marker = random.Random(50), tmp_path / "model.pomdp", ".hypgen-project"
     texts = [Path(TIGER).read_text().replace("0.95", discount, 1) for discount in ("0.95", "0.9")]
     wanted = []
     for i, text in enumerate(texts):
         model.write_text(text)
-        to = tmp_path / f"whole-{i}"
-        hypgen("compile", str(model), "--emit", "project", "-o", str(to), stdout=subprocess.PIPE, check=True)
-        wanted.append({path.relative_to(to): path.read_bytes() for path in to.rglob("*") if path.is_file()})
+        done = hypgen("compile", str(model), "--emit-only", "-o", str(tmp_path / f"whole-{i}"), stdout=PIPE)
+        assert done.returncode == Exit.OK
+        wanted.append(files_of(tmp_path / f"whole-{i}"))
+    folder, moving = tmp_path / "whole-1", 0
+    arguments = ("compile", str(model), "--emit-only", "-o", str(folder))
     for i in range(50):
         model.write_text(texts[i % 2])
-        with start("compile", str(model), "--emit", "project", "-o", str(folder)) as run:
-            time.sleep(0.4 + draw.random())
-            run.kill()
-        for name in wanted[0]:
-            path = folder / name
-            assert (
-                not path.exists()
-                or str(name) == ".hypgen-project"
-                or path.read_bytes()
-                in (
-                    wanted[0][name],
-                    wanted[1][name],
-                )
-            )
-    done = hypgen("compile", str(model), "--emit", "project", "-o", str(folder), stdout=subprocess.PIPE)
+        kill_while_moving(arguments, folder, 0.3 * draw.random())
+        moving += "before" in json.loads((folder / marker).read_text())
+        for name in wanted[0].keys() - {Path(marker)}:
+            assert (folder / name).read_bytes() in (wanted[0][name], wanted[1][name])
+    print(f"\n{moving} of 50 kills came while files were moved")
+    remove_stages(folder)
+    done = hypgen(*arguments, stdout=PIPE)
     assert done.returncode == Exit.OK and "note" not in done.stderr
-    assert all((folder / name).read_bytes() == content for name, content in wanted[1].items())
+    assert files_of(folder) == wanted[1]
