@@ -2,6 +2,7 @@
 """What all tests share."""
 
 import os
+import signal
 from collections.abc import Iterator
 
 import pytest
@@ -20,3 +21,10 @@ def build_cache(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPat
         del os.environ["HYPGEN_CACHE_DIR"]
     else:
         os.environ["HYPGEN_CACHE_DIR"] = before
+
+
+@pytest.fixture(scope="session", autouse=True)
+def interruptible() -> None:
+    """Let this process and the programs that it starts heed Ctrl-C: a shell's background ignores it."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)

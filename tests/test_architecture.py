@@ -24,8 +24,8 @@ HYPGEN = {
     "dsl": (),
     "dsl.foreign": ("dsl.messages", "dsl.foreign"),
     "codegen": ("dsl.ir", "dsl.types", "dsl.messages"),
-    "runtime": ("cache_folder",),
-    "cli": ("dsl", "codegen", "runtime", "play", "api", "experiments"),
+    "runtime": ("cache_folder", "whole_files"),
+    "cli": ("dsl", "codegen", "runtime", "play", "api", "experiments", "whole_files"),
 }
 OTHERS = {
     "dsl": {"lark"},

@@ -11,6 +11,7 @@ import click
 
 from hypgen.cli.building import as_model, report
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
+from hypgen.cli.interrupts import interrupt_code
 from hypgen.cli.model_arguments import (
     choose_cuda,
     load,
@@ -125,7 +126,7 @@ def command(
     if param is None:
         require_params(loaded, " or --param FILE")
     comparison = Comparison()
-    interrupted = False
+    interrupted: KeyboardInterrupt | None = None
     try:
         comparing.compare(
             as_model(loaded, model, instance),
@@ -142,11 +143,11 @@ def command(
             show=_show(runs),
             into=comparison,
         )
-    except KeyboardInterrupt:
-        interrupted = True
+    except KeyboardInterrupt as error:
+        interrupted = error
     _print(comparison, as_json)
     if interrupted:
-        return Exit.INTERRUPTED
+        return interrupt_code(interrupted)
     is_fine = any(p.returns for p in comparison.policies) and not any(
         p.is_broken for p in comparison.policies
     )

@@ -149,6 +149,10 @@ std::string help_lines(const std::vector<Option>& table) {
   return text;
 }
 
+std::string version_text(const ModelDescriptor& model) {
+  return model.name + " (model " + model.hash + ", descriptor " + std::to_string(model.version) + ")\n";
+}
+
 std::string help_params(const ModelDescriptor& model) {
   if (model.params.empty()) return "";
   std::string text = "\nParams (set by --param FILE, a JSON object):";
