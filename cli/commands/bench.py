@@ -15,6 +15,7 @@ import click
 
 from hypgen.cli.building import report
 from hypgen.cli.exit_codes import Exit, exit_codes
+from hypgen.cli.interrupts import interrupt_code
 from hypgen.cli.output import say
 
 if TYPE_CHECKING:
@@ -97,18 +98,19 @@ def command(
     except SuiteError as error:
         raise click.ClickException(str(error)) from None
     executor = running.local(builds, jobs or len(os.sched_getaffinity(0)), _gpus(gpus), cell_limit)
-    interrupted, state = False, None
+    interrupted: KeyboardInterrupt | None = None
+    state = None
     if not only_tables:
         with _progress() as tell:
             try:
                 state = running.play(asked, builds, store, executor, limit=limit, tell=tell)
-            except KeyboardInterrupt:
-                interrupted = True
+            except KeyboardInterrupt as error:
+                interrupted = error
     for table in running.tables(asked, builds, store):
         _print(table)
     say(f"results: {store.folder}")
-    if interrupted:
-        return Exit.INTERRUPTED
+    if interrupted is not None:
+        return interrupt_code(interrupted)
     if state is not None:
         for failure in state.failures:
             say(f"{failure.cell.setting}: {failure.problem}")

@@ -10,10 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.native import exported_by
+from support.native import c_names_of, exported_by
 
 from hypgen.api import Planner, PlannerError, Solver
+from hypgen.api.programs import files
+from hypgen.dsl.load import load
 from hypgen.runtime.builder import tools
+from hypgen.runtime.builder.solver import build_solver
 
 pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
@@ -70,6 +73,14 @@ def test_the_library_exports_the_interface_alone(package: Path) -> None:
     hash = Solver(package / "lib" / "librock_sample.so").description["hash"]
     assert exported == declared | {f"hypgen_model_rock_sample_{hash[:16]}"}
     assert "RPATH" not in dynamic and "RUNPATH" not in dynamic and "hypgen" not in dynamic
+
+
+def test_no_other_name_could_meet_one_of_the_users(package: Path) -> None:
+    """As a program has one set of names with C linkage, those of static libraries too."""
+    program = build_solver(files(load(ROCKS), "solver"), ROCKS, lambda step: None)
+    for built in (program, *(package / "lib").glob("*.a")):
+        names = c_names_of(built)
+        assert names and all(name.startswith("hypgen_") for name in names), built
 
 
 def test_the_library_decides_as_the_solver_does(planner: Planner, tmp_path: Path) -> None:
