@@ -50,7 +50,7 @@ TEST(Start, OfWrongNamesAndValuesIsRefused) {
   EXPECT_EQ(refusal(R"({"good": [true, true, true], "good[0]": true})"),
             "good[0]: is given twice, as a whole and by its entries");
   EXPECT_EQ(refusal("[1]"), R"(expected a JSON object {"variable": value, ...}, found [1])");
-  EXPECT_NE(refusal(std::string(100'000, '[')).find("expected a JSON object"), std::string::npos);
+  EXPECT_NE(refusal(std::string(100'000, '[')).find("nested deeper than"), std::string::npos);
 }
 
 State first_state(World& world, std::uint64_t run) {
