@@ -65,7 +65,7 @@ def test_only_the_user_has_rights_whatever_the_umask(umask: int, own_cache: Path
 def test_what_is_taken_out_of_the_cache_has_the_rights_of_the_users_files(
     umask: int, own_cache: Path, tmp_path: Path
 ) -> None:
-    library = exported_project.export_library(made() / "lib" / "libtoy.so", tmp_path / "out")
+    library, _ = exported_project.export_library(made() / "lib" / "libtoy.so", tmp_path / "out")
     assert library == tmp_path / "out" / "lib" / "libtoy.so"
     assert rights(library) == rights(tmp_path / "out" / exported_project.MARKER) == 0o666 & ~umask
     assert rights(tmp_path / "out" / "toy") == 0o777 & ~umask
