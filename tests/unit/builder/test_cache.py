@@ -8,6 +8,7 @@ import signal
 import stat
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -112,15 +113,19 @@ def test_what_others_own_is_refused(place: str, own_cache: Path) -> None:
 
 
 @as_root
-def test_the_second_user_of_a_cache_is_refused(own_cache: Path, tmp_path: Path) -> None:
+def test_the_second_user_of_a_cache_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """A team's cache: even where all may read and write it, each user has one of their own."""
-    made()
-    for path in (own_cache, *own_cache.rglob("*")):
-        path.chmod(0o777)
-    for path in tmp_path.resolve().parents:
-        if not path.stat().st_mode & stat.S_IXOTH:
-            path.chmod(path.stat().st_mode | stat.S_IXOTH)
-    tmp_path.chmod(0o755)
+    with tempfile.TemporaryDirectory() as name:  # pytest's own folders are closed to others
+        Path(name).chmod(0o755)
+        monkeypatch.setenv("HYPGEN_CACHE_DIR", f"{name}/team")
+        made()
+        for path in (Path(name) / "team").rglob("*"):
+            path.chmod(0o777)
+        (Path(name) / "team").chmod(0o777)
+        assert_refused_for_nobody()
+
+
+def assert_refused_for_nobody() -> None:
     child = os.fork()
     if child == 0:
         code = 1
