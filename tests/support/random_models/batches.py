@@ -23,6 +23,7 @@ from support import traces
 from support.paths import ROOT
 
 INCLUDE = ROOT / "runtime" / "include"
+OUTPUT = ROOT / "runtime" / "src" / "core" / "output.cpp"  # traces are written by it
 # Most of a compiler's time goes into optimising; what is compared does not depend on it.
 FLAGS = ("-std=c++17", "-O1", *host_flags(), "-w")
 SEED = 20261122
@@ -161,7 +162,7 @@ def _build(program: Path, models: Mapping[int, ir.Model], headers: Mapping[int, 
     includes = "\n".join(f'#include "batch{i}.hpp"' for i in models)
     main = program.with_suffix(".cpp")
     main.write_text(MAIN.format(includes=includes, cases="\n".join(cases), seed=SEED, lanes=LANES))
-    command = [str(find_compiler().path), *FLAGS, f"-I{INCLUDE}", str(main), "-o", str(program)]
+    command = [str(find_compiler().path), *FLAGS, f"-I{INCLUDE}", str(main), str(OUTPUT), "-o", str(program)]
     run = subprocess.run(command, capture_output=True, text=True)
     return None if run.returncode == 0 else f"the C++ compiler failed:\n{run.stderr[:3000]}"
 
