@@ -140,6 +140,9 @@ def read_suite(path: Path) -> Suite:
     _check_keys(data, _SUITE, str(path))
     texts = _table(data, "tasks", str(path))
     tasks = {name: _task(name, text, path) for name, text in texts.items()}
+    shown = [task.name for task in tasks.values()]
+    if doubled := next((name for name in shown if shown.count(name) > 1), None):
+        raise SuiteError(f"{path}: two tasks have the name {doubled!r}")
     studies = tuple(
         _study(study, tasks, f"{path}, study {i}") for i, study in enumerate(_studies(data, path), 1)
     )

@@ -114,6 +114,10 @@ def test_what_is_wrong_with_published_values_is_said(tmp_path: Path, text: str, 
         (HEAD + STUDY + "time = []\n", "`time` is a value of a solver's option, or a list of them"),
         (HEAD + STUDY + "time = 1\nfirst_run = 3\n", "`first_run` is no option of a setting"),
         (HEAD + STUDY + 'time = 1\nagainst = "hyp"\n', "`against` names the mode 'hyp', which does not play"),
+        (
+            HEAD + '[tasks.b]\nmodel = "tiger.pomdp"\nname = "tiger"\n' + STUDY,
+            "two tasks have the name 'tiger'",
+        ),
         (HEAD + (STUDY + "time = 1\n") * 2, "two studies have the name 'modes'"),
     ],
 )

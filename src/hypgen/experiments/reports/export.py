@@ -86,7 +86,7 @@ def episodes(tables: Sequence[Table]) -> list[dict[str, Any]]:
             "task": table.task.name,
             "setting": str(row.setting),
             "mode": row.setting.mode,
-            **{f"option.{name}": str(value) for name, value in row.setting.options if name != "mode"},
+            **{f"option.{name}": value for name, value in row.setting.options if name != "mode"},
             "seed": row.setting.seed,
             "episode": episode,
             "discounted_return": earned,
@@ -118,11 +118,17 @@ def write_parquet(rows: Sequence[dict[str, Any]], file: Path) -> None:
     """Write rows as Parquet; raise ``ModuleNotFoundError`` where polars is not installed."""
     import polars
 
-    names = columns(rows)
-    frame = polars.DataFrame(
-        [{name: row.get(name) for name in names} for row in rows], infer_schema_length=None
-    )
-    frame.write_parquet(file)
+    found = {name: _of_one_type([row.get(name) for row in rows]) for name in columns(rows)}
+    polars.DataFrame(found).write_parquet(file)
+
+
+def _of_one_type(values: list[Any]) -> list[Any]:
+    """Return a column as numbers where all are numbers, and as texts where they are of several types."""
+    types = {type(value) for value in values if value is not None}
+    if len(types) <= 1:
+        return values
+    as_one: type[float] | type[str] = float if types == {int, float} else str
+    return [None if value is None else as_one(value) for value in values]
 
 
 def columns(rows: Sequence[dict[str, Any]]) -> list[str]:

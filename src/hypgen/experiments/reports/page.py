@@ -251,8 +251,8 @@ def _warnings(tables: Sequence[Table]) -> list[str]:
     found = []
     if mixed:
         found.append(
-            f"Some tables mix machines or processors: {'; '.join(mixed)}. Times, and what is played within "
-            "a time, do not compare there."
+            f"Some tables mix machines, compilers or versions of hypgen: {'; '.join(mixed)}. "
+            "Times, and what is played within a time, do not compare there."
         )
     if crowded:
         found.append(
