@@ -88,13 +88,15 @@ def command(
     from hypgen.experiments.suite import SuiteError, read_suite
 
     try:
-        asked = _only(read_suite(suite), only)
+        whole = read_suite(suite)
+        asked = _only(whole, only)
         store = Store(output if output is not None else Path(f"{suite.stem}.bench"))
         store.open(asked.title)
         if retry:
             store.forget_failures()
         builds = running.build(asked, progress=report)
         running.check_options(asked, builds)
+        running.describe(whole, builds, store)
     except SuiteError as error:
         raise click.ClickException(str(error)) from None
     executor = running.local(builds, jobs or len(os.sched_getaffinity(0)), _gpus(gpus), cell_limit)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
         load,
         solve,
     )
-    from hypgen.experiments import bench
+    from hypgen.experiments import bench, report
 
 __version__ = "0.2.0"
 __all__ = [
@@ -42,16 +42,17 @@ __all__ = [
     "bench",
     "compare",
     "load",
+    "report",
     "solve",
 ]
 
 
 def __getattr__(name: str) -> Any:
     """Return a name of another package, imported where it is used: the command line starts sooner."""
-    if name == "bench":
+    if name in ("bench", "report"):
         from hypgen import experiments
 
-        return experiments.bench
+        return getattr(experiments, name)
     if name in __all__:
         from hypgen import api
 

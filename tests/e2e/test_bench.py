@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 from support.paths import ROOT
 
+from hypgen.experiments.reports import read_report
+
 HYPGEN = [sys.executable, "-c", "from hypgen.cli.main import main; main()"]
 pytestmark = pytest.mark.cxx
 TIGER = ROOT / "examples" / "tiger.pomdp"
@@ -50,6 +52,8 @@ def test_a_suite_is_played_once_and_its_table_stays(suite: Path, tmp_path: Path)
     head = json.loads(cells[0].read_text().splitlines()[0])
     assert head["type"] == "cell" and head["machine"]["cores"] >= 1 and head["compiler"]
     assert "| despot, trials 20 | 6 |" in done.stdout and "minus default" in done.stdout
+    page = read_report(tmp_path / "out").page()
+    assert "30 of 30 episodes" in page and page.count('class="panel"') == 3
     cells[0].unlink()
     again = bench(suite, "-o", tmp_path / "out", "--tables")
     assert again.returncode == 0 and "not all episodes are played yet" in again.stdout

@@ -19,6 +19,7 @@ from hypgen.api.programs import Progress
 from hypgen.dsl.messages.diagnostic import did_you_mean
 from hypgen.experiments.cells import Cell, cells_of
 from hypgen.experiments.local import LocalExecutor
+from hypgen.experiments.record import record
 from hypgen.experiments.results import read
 from hypgen.experiments.store import Failure, Store
 from hypgen.experiments.suite import Suite, SuiteError, Task, read_suite
@@ -134,6 +135,11 @@ def play(
     return state
 
 
+def describe(suite: Suite, builds: dict[str, Build], store: Store) -> None:
+    """Keep in the folder what its cells are; ``builds`` may lack the tasks of studies that do not play."""
+    record(suite, {name: one.program for name, one in builds.items()}, store)
+
+
 def tables(suite: Suite, builds: dict[str, Build], store: Store) -> list[Table]:
     """Return the tables of what is played so far."""
     from hypgen.experiments.tables import tables_of  # with scipy, which playing does without
@@ -177,5 +183,6 @@ def bench(
         store.forget_failures()
     builds = build(asked, target, progress)
     check_options(asked, builds)
+    describe(asked, builds, store)
     play(asked, builds, store, executor or local(builds, jobs, list(gpus)), limit=limit, tell=tell)
     return tables(asked, builds, store)

@@ -11,6 +11,8 @@ import numpy as np
 from scipy import stats
 
 RESAMPLES = 9999
+_VALUES_AT_ONCE = 4_000_000  # of resamples in memory
+_ROUNDING = 1e-12  # of equal numbers, relative to them
 _SEED = 20261130  # of the resamples: the same data give the same table
 
 
@@ -30,6 +32,11 @@ class Interval:
             return f"{self.mean:.3f}"
         return f"{self.mean:.3f} ({self.low:.3f} .. {self.high:.3f})"
 
+    @property
+    def is_known(self) -> bool:
+        """Whether it has bounds."""
+        return not math.isnan(self.low)
+
 
 @dataclass(frozen=True)
 class Difference:
@@ -42,7 +49,7 @@ class Difference:
     def is_shown(self) -> bool:
         """Whether the difference is more than chance makes it, with 5 % for all comparisons of the table."""
         has_zero = self.interval.low <= 0.0 <= self.interval.high
-        return self.p <= 0.05 and not math.isnan(self.interval.low) and not has_zero
+        return self.p <= 0.05 and self.interval.is_known and not has_zero
 
     def __str__(self) -> str:
         text = str(self.interval)
@@ -57,12 +64,31 @@ def mean_of(values: Iterable[float]) -> Interval:
     mean = float(sample.mean())
     if len(sample) < 3:
         return Interval(mean, math.nan, math.nan, len(sample))
-    if np.ptp(sample) == 0.0:
+    if np.ptp(sample) <= _ROUNDING * np.abs(sample).max():
         return Interval(mean, mean, mean, len(sample))
     found = stats.bootstrap(
-        (sample,), np.mean, n_resamples=RESAMPLES, rng=np.random.default_rng(_SEED), method="BCa"
+        (sample,),
+        np.mean,
+        n_resamples=RESAMPLES,
+        batch=max(1, _VALUES_AT_ONCE // len(sample)),
+        rng=np.random.default_rng(_SEED),
+        method="BCa",
     ).confidence_interval
     return Interval(mean, float(found.low), float(found.high), len(sample))
+
+
+def share_of(values: Iterable[bool]) -> Interval:
+    """Return the share of true values with its interval (Wilson 1927), which stays within 0 and 1."""
+    sample = list(values)
+    if not sample:
+        return Interval(math.nan, math.nan, math.nan, 0)
+    found = stats.binomtest(sum(sample), len(sample)).proportion_ci(method="wilson")
+    return Interval(sum(sample) / len(sample), float(found.low), float(found.high), len(sample))
+
+
+def difference_of(ours: Mapping[int, float], theirs: Mapping[int, float]) -> Interval:
+    """Return the mean of ours minus theirs over the episodes that both have, with its interval."""
+    return mean_of(_differences(ours, theirs))
 
 
 def compare(
@@ -101,6 +127,9 @@ def _sign_test(sample: Sequence[float]) -> float:
         return math.nan
     if not values.any():
         return 1.0
-    signs = np.random.default_rng(_SEED).choice((-1.0, 1.0), size=(RESAMPLES, len(values)))
-    means = np.abs(signs @ values)
-    return float((1 + np.count_nonzero(means >= abs(values.sum()) * (1 - 1e-12))) / (RESAMPLES + 1))
+    random, as_large = np.random.default_rng(_SEED), 0
+    at_once = max(1, _VALUES_AT_ONCE // len(values))
+    for first in range(0, RESAMPLES, at_once):
+        signs = random.choice((-1.0, 1.0), size=(min(at_once, RESAMPLES - first), len(values)))
+        as_large += int(np.count_nonzero(np.abs(signs @ values) >= abs(values.sum()) * (1 - 1e-12)))
+    return (1 + as_large) / (RESAMPLES + 1)

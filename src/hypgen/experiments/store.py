@@ -12,13 +12,22 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from hypgen.experiments.cells import Cell
 from hypgen.experiments.suite import SuiteError
 from hypgen.whole_files import write_whole
 
 _NOTE = "suite.json"
+
+
+class Named(Protocol):
+    """What has the name of a cell: the cell, or what is known of it in its folder."""
+
+    @property
+    def key(self) -> str:
+        """The cell's name."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -41,13 +50,13 @@ class Store:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             if note.exists():
-                known = json.loads(note.read_text(encoding="utf-8")).get("title")
+                known = self.note().get("title")
             elif any(self.folder.iterdir()):
                 raise SuiteError(
                     f"'{self.folder}' has files that are no suite's; name another folder with -o"
                 )
             else:
-                write_whole(note, json.dumps({"title": title}) + "\n")
+                self.write_note({"title": title})
                 known = title
         except (OSError, ValueError, AttributeError) as error:
             if isinstance(error, SuiteError):
@@ -58,15 +67,36 @@ class Store:
                 f"'{self.folder}' has the cells of the suite {known!r}; name another folder with -o"
             )
 
-    def has(self, cell: Cell) -> bool:
+    def note(self) -> dict[str, Any]:
+        """Return what the folder says of its suite; raise ``SuiteError`` where it is no suite's."""
+        try:
+            found = json.loads((self.folder / _NOTE).read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise SuiteError(
+                f"'{self.folder}' is no folder of a suite: it has no {_NOTE}. "
+                f"`hypgen bench SUITE.toml -o {self.folder}` plays one there"
+            ) from None
+        except NotADirectoryError:
+            raise SuiteError(f"'{self.folder}' is no folder") from None
+        except (OSError, ValueError) as error:
+            raise SuiteError(f"'{self.folder / _NOTE}' cannot be read: {error}") from None
+        if not isinstance(found, dict) or not isinstance(found.get("title"), str):
+            raise SuiteError(f"'{self.folder / _NOTE}' is not what `hypgen bench` writes")
+        return found
+
+    def write_note(self, note: dict[str, Any]) -> None:
+        """Keep what the folder says of its suite."""
+        write_whole(self.folder / _NOTE, json.dumps(note, indent=1) + "\n")
+
+    def has(self, cell: Named) -> bool:
         """Return whether a cell is played."""
-        return self._path(cell).exists()
+        return self.path(cell).exists()
 
     def put(self, cell: Cell, about: dict[str, Any], lines: str) -> None:
         """Keep what a solver wrote of a cell; ``about`` says where and with what."""
         of = {"type": "cell", "key": cell.key, "task": cell.setting.task.name, "program": cell.program}
         head = {**of, "options": cell.arguments(), **about}
-        write_whole(self._path(cell), f"{json.dumps(head)}\n{lines}")
+        write_whole(self.path(cell), f"{json.dumps(head)}\n{lines}")
         self._failed(cell).unlink(missing_ok=True)
 
     def fail(self, failure: Failure) -> None:
@@ -78,7 +108,7 @@ class Store:
         }
         write_whole(self._failed(failure.cell), json.dumps(text) + "\n")
 
-    def failure(self, cell: Cell) -> str:
+    def failure(self, cell: Named) -> str:
         """Return why a cell could not be played; empty where nothing is known."""
         try:
             return str(json.loads(self._failed(cell).read_text(encoding="utf-8"))["problem"])
@@ -90,18 +120,28 @@ class Store:
         for path in self.folder.glob("*.failed"):
             path.unlink(missing_ok=True)
 
-    def lines(self, cell: Cell) -> Iterator[dict[str, Any]]:
+    def lines(self, cell: Named) -> Iterator[dict[str, Any]]:
         """Yield the lines of a played cell, its own first."""
-        with self._path(cell).open(encoding="utf-8") as file:
-            for line in file:
-                yield json.loads(line)
+        path = self.path(cell)
+        try:
+            with path.open(encoding="utf-8") as file:
+                for line in file:
+                    yield json.loads(line)
+        except (OSError, ValueError) as error:
+            raise broken(path, str(error)) from None
 
     def scratch(self, cell: Cell, suffix: str) -> Path:
         """Return where a process of this machine may write while it plays a cell."""
         return self.folder / f"{cell.key}.{os.getpid()}.{suffix}"
 
-    def _path(self, cell: Cell) -> Path:
+    def path(self, cell: Named) -> Path:
+        """Return where a played cell is kept."""
         return self.folder / f"{cell.key}.jsonl"
 
-    def _failed(self, cell: Cell) -> Path:
+    def _failed(self, cell: Named) -> Path:
         return self.folder / f"{cell.key}.failed"
+
+
+def broken(path: Path, why: str) -> SuiteError:
+    """Return what to say of a cell's file that a solver cannot have written."""
+    return SuiteError(f"'{path}' is no cell ({why}); delete it, and `hypgen bench` plays it again")

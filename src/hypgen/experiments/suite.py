@@ -18,8 +18,10 @@ ON_GPU = ("gpu", "hyp")
 BESIDE = ("default", "rollout")  # what a search has to beat
 
 _SUITE = ("title", "tasks", "study")
-_TASK = ("model", "instance", "set", "param", "name")
-_STUDY = ("name", "tasks", "play", "runs", "seed", "against", "beside", "episodes_a_cell")
+_TASK = ("model", "instance", "set", "param", "name", "at")
+_STUDY = ("name", "tasks", "play", "runs", "seed", "against", "beside", "episodes_a_cell", "published")
+_QUANTITIES = ("return", "success", "steps", "seconds", "expansions", "speed_up")  # that others publish
+_PUBLISHED = ("task", "label", "mode", "at", *_QUANTITIES, "interval", "source", "differs")
 _OURS = ("runs", "first_run", "json", "quiet", "param", "seed", "help", "version")  # bench gives these itself
 _BUDGETS = ("time", "period", "trials")
 # What the default policy does not take up: it plays once, whatever the searches beside it are told.
@@ -37,13 +39,17 @@ class SuiteError(ValueError):
 
 @dataclass(frozen=True)
 class Task:
-    """A model with its instance and values. ``settings`` are texts "NAME=VALUE"; ``param`` is a JSON file."""
+    """A model with its instance and values. ``settings`` are texts "NAME=VALUE"; ``param`` is a JSON file.
+
+    ``at`` places the task on the axes of figures over several tasks.
+    """
 
     name: str
     model: Path
     instance: Path | None = None
     settings: tuple[str, ...] = ()
     param: Path | None = None
+    at: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -90,6 +96,24 @@ class Setting:
 
 
 @dataclass(frozen=True)
+class Published:
+    """What others say that a planner reached on a task.
+
+    ``at`` has the options that place it on a figure's axis. ``values`` has what of it is known: ``return``,
+    ``success`` and so on. ``interval`` is of the return. ``differs`` says what is not as in the study.
+    """
+
+    task: str
+    label: str
+    source: str
+    differs: str
+    mode: str = ""
+    at: tuple[tuple[str, float], ...] = ()
+    values: tuple[tuple[str, float], ...] = ()
+    interval: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
 class Study:
     """Settings that play the same episodes of each task, compared with those of mode ``against``."""
 
@@ -98,6 +122,7 @@ class Study:
     runs: int
     against: str
     episodes_a_cell: int
+    published: tuple[Published, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -120,6 +145,9 @@ def read_suite(path: Path) -> Suite:
     _check_keys(data, _SUITE, str(path))
     texts = _table(data, "tasks", str(path))
     tasks = {name: _task(name, text, path) for name, text in texts.items()}
+    shown = [task.name for task in tasks.values()]
+    if doubled := next((name for name in shown if shown.count(name) > 1), None):
+        raise SuiteError(f"{path}: two tasks have the name {doubled!r}")
     studies = tuple(
         _study(study, tasks, f"{path}, study {i}") for i, study in enumerate(_studies(data, path), 1)
     )
@@ -146,7 +174,14 @@ def _task(name: str, text: Any, path: Path) -> Task:
         raise SuiteError(f"{where}: `model` is missing")
     values = _table(text, "set", where)
     settings = tuple(f"{key}={_as_model_text(value)}" for key, value in values.items())
-    return Task(_text(text, "name", where, name), files["model"], files["instance"], settings, files["param"])
+    return Task(
+        _text(text, "name", where, name),
+        files["model"],
+        files["instance"],
+        settings,
+        files["param"],
+        _numbers(text, "at", where),
+    )
 
 
 def _file(text: Mapping[str, Any], key: str, where: str, suite: Path) -> Path | None:
@@ -188,7 +223,58 @@ def _study(text: dict[str, Any], tasks: Mapping[str, Task], where: str) -> Study
     against = _text(text, "against", where, "default")
     if against not in {setting.mode for setting in settings}:
         raise SuiteError(f"{where}: `against` names the mode {against!r}, which does not play")
-    return Study(name, tuple(settings), runs, against, _number(text, "episodes_a_cell", where, 5, 1))
+    published = text.get("published", [])
+    if not isinstance(published, list) or not all(isinstance(one, dict) for one in published):
+        raise SuiteError(f"{where}: published values are written as [[study.published]]")
+    return Study(
+        name,
+        tuple(settings),
+        runs,
+        against,
+        _number(text, "episodes_a_cell", where, 5, 1),
+        tuple(
+            _publication(one, {key: tasks[key].name for key in played}, f"{where}, published {i}")
+            for i, one in enumerate(published, 1)
+        ),
+    )
+
+
+def _publication(text: dict[str, Any], played: Mapping[str, str], where: str) -> Published:
+    """Return published values; ``played`` has the names of the study's tasks by their keys."""
+    _check_keys(text, _PUBLISHED, where)
+    task = _text(text, "task", where)
+    if task not in played:
+        raise SuiteError(f"{where}: the study plays no task {task!r}; it plays {', '.join(played)}")
+    mode = text.get("mode", "")
+    if mode and mode not in MODES:
+        raise SuiteError(f"{where}: there is no mode {mode!r}; there are {', '.join(MODES)}")
+    values = _numbers({"values": {key: text[key] for key in _QUANTITIES if key in text}}, "values", where)
+    if not values:
+        raise SuiteError(f"{where}: expected at least one of {', '.join(_QUANTITIES)}")
+    if not 0.0 <= dict(values).get("success", 0.0) <= 1.0:
+        raise SuiteError(f"{where}: `success` is a share from 0 to 1")
+    return Published(
+        played[task],
+        _text(text, "label", where),
+        _text(text, "source", where),
+        _text(text, "differs", where),
+        mode,
+        _numbers(text, "at", where),
+        values,
+        _interval(text, where),
+    )
+
+
+def _interval(text: Mapping[str, Any], where: str) -> tuple[float, float] | None:
+    """Return an interval that is written as its half width, or as [low, high]."""
+    given = text.get("interval")
+    if given is None:
+        return None
+    if _is_number(given) and given >= 0 and "return" in text:
+        return text["return"] - given, text["return"] + given
+    if isinstance(given, list) and len(given) == 2 and all(map(_is_number, given)) and given[0] <= given[1]:
+        return given[0], given[1]
+    raise SuiteError(f"{where}: `interval` is the half width of that of `return`, or [low, high]")
 
 
 def _own(one: Any, where: str) -> dict[str, Any]:
@@ -227,10 +313,8 @@ def _labelled(
         raise SuiteError(f"{where}: mode {mode!r} needs a number of `threads`")
     unused = _OF_SEARCHES if mode == "default" else () if mode in THREADED else ("threads",)
     told = {name: value for name, value in options.items() if name not in unused}
-    labels = (
-        ("mode", mode),
-        *((name, value) for name, value in options.items() if name not in ("mode", "threads")),
-    )
+    unlabelled = ("mode",) if mode in THREADED else ("mode", "threads")
+    labels = (("mode", mode), *((key, value) for key, value in options.items() if key not in unlabelled))
     return labels, (*told.items(), *((("require_gpu", True),) if mode in ON_GPU else ()))
 
 
@@ -280,6 +364,18 @@ def _strings(data: Mapping[str, Any], key: str, where: str, default: list[str]) 
     if not isinstance(value, list) or not value or not all(isinstance(one, str) for one in value):
         raise SuiteError(f"{where}: `{key}` is a list of texts")
     return value
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _numbers(data: Mapping[str, Any], key: str, where: str) -> tuple[tuple[str, float], ...]:
+    """Return a table of numbers as pairs."""
+    found = _table(data, key, where)
+    if wrong := next((name for name, value in found.items() if not _is_number(value)), None):
+        raise SuiteError(f"{where}: `{wrong}` is a number")
+    return tuple(found.items())
 
 
 def _number(data: Mapping[str, Any], key: str, where: str, default: int | None, least: int) -> int:

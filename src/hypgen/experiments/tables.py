@@ -5,23 +5,37 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 
 from hypgen.experiments.results import Played
-from hypgen.experiments.statistics import Difference, Interval, compare, mean_of
+from hypgen.experiments.statistics import Difference, Interval, compare, difference_of, mean_of, share_of
 from hypgen.experiments.suite import Setting, Study, Task
 
 
 @dataclass(frozen=True)
 class Row:
-    """A setting's line. ``difference`` is from the setting that its group is compared with, if another."""
+    """A setting's line.
+
+    ``difference`` is from the setting that its group is compared with, if another. ``excess`` is what the
+    root promised minus what was earned, in the same episodes. ``speed_up`` is the ratio of expansions a
+    second of planning to those of ``despot``.
+    """
 
     setting: Setting
     played: Played
     returned: Interval
     promised: Interval
+    excess: Interval
+    success: Interval
+    steps: Interval
     difference: Difference | None
+    speed_up: float
+
+    @property
+    def promises_too_much(self) -> bool:
+        """Whether the root promises more than is earned, and chance does not explain it."""
+        return self.excess.is_known and self.excess.low > 0.0
 
 
 @dataclass(frozen=True)
@@ -39,7 +53,10 @@ class Table:
 
 
 def tables_of(study: Study, played: Mapping[Setting, Played]) -> list[Table]:
-    """Return a table for each task of a study. All comparisons of a table are adjusted for each other."""
+    """Return a table for each task of a study. All comparisons of a table are adjusted for each other.
+
+    What all others are compared with, and takes no option that varies, has one row.
+    """
     return [
         _table(study, task, [setting for setting in played if setting.task == task], played)
         for task in dict.fromkeys(setting.task for setting in played)
@@ -50,20 +67,38 @@ def _table(study: Study, task: Task, settings: Sequence[Setting], played: Mappin
     others = {setting: other for setting in settings if (other := _against(setting, settings, study.against))}
     found = compare([(played[one].returns, played[other].returns) for one, other in others.items()])
     differences = dict(zip(others, found, strict=True))
+    rows = {setting.options: setting for setting in reversed(settings) if setting not in others}
+    shown = [setting for setting in settings if setting in others or rows[setting.options] is setting]
     return Table(
         study,
         task,
         tuple(
-            Row(
-                setting,
-                played[setting],
-                mean_of(played[setting].returns.values()),
-                mean_of(played[setting].promised.values()),
-                differences.get(setting),
-            )
-            for setting in settings
+            _row(setting, played[setting], differences.get(setting), _speed_up(setting, settings, played))
+            for setting in shown
         ),
     )
+
+
+def _row(setting: Setting, played: Played, difference: Difference | None, speed_up: float) -> Row:
+    return Row(
+        setting,
+        played,
+        mean_of(played.returns.values()),
+        mean_of(played.promised.values()),
+        difference_of(played.promised, played.returns),
+        share_of(played.successes.values()),
+        mean_of(played.lengths.values()),
+        difference,
+        speed_up,
+    )
+
+
+def _speed_up(setting: Setting, settings: Sequence[Setting], played: Mapping[Setting, Played]) -> float:
+    """Return how many times the expansions a second of ``despot`` with the same options a setting has."""
+    other = _against(setting, settings, "despot")
+    if other is None:
+        return math.nan
+    return played[setting].a_second("expansions") / played[other].a_second("expansions")
 
 
 def _against(setting: Setting, settings: Iterable[Setting], mode: str) -> Setting | None:
@@ -82,34 +117,51 @@ COLUMNS = (
 
 def cells_of(table: Table) -> list[tuple[str, ...]]:
     """Return the texts of a table, a tuple a row."""
-    varied = {
+    varied = varied_in(table)
+    return [_texts(row, varied) for row in table.rows]
+
+
+def varied_in(table: Table) -> set[str]:
+    """Return the labels that tell a table's rows apart."""
+    return {
         name
         for row in table.rows
         for name, value in row.setting.labels
         if any(dict(other.setting.labels).get(name) != value for other in table.rows)
     }
-    return [_texts(row, varied) for row in table.rows]
+
+
+def label_of(setting: Setting, varied: Set[str]) -> str:
+    """Return a setting's mode and those of its options that vary and that it takes up."""
+    told = dict(setting.options)
+    names = [name for name, _ in setting.labels if name != "mode" and name in varied and name in told]
+    return ", ".join([setting.mode, *(f"{name} {told[name]}" for name in names)])
 
 
 def _texts(row: Row, varied: set[str]) -> tuple[str, ...]:
     played = row.played
-    shown = (f"{name} {value}" if name != "mode" else str(value) for name, value in row.setting.labels
-             if name in varied or name == "mode")  # fmt: skip
+    label = label_of(row.setting, varied)
     if not played.returns:
-        return (", ".join(shown), "0", *([""] * (len(COLUMNS) - 3)), "; ".join(set(played.problems)))
+        return (label, "0", *([""] * (len(COLUMNS) - 3)), "; ".join(set(played.problems)))
     lengths = played.lengths.values()
     return (
-        ", ".join(shown),
+        label,
         str(len(played.returns)),
         str(row.returned),
         "" if row.difference is None else str(row.difference),
-        "" if math.isnan(row.promised.mean) else f"{row.promised.mean:.3f}",
+        _promised(row),
         "" if math.isnan(played.success_rate) else f"{100 * played.success_rate:.1f} %",
         f"{sum(lengths) / len(lengths):.1f}",
         f"{sum(played.seconds) / len(played.seconds):.3g} s" if played.seconds else "",
         f"{played.a_step('expansions'):,.1f}" if played.totals["expansions"] else "",
         _counts(played.searches) + ("; " + "; ".join(set(played.problems)) if played.problems else ""),
     )
+
+
+def _promised(row: Row) -> str:
+    if math.isnan(row.promised.mean):
+        return ""
+    return f"{row.promised.mean:.3f}{', more than earned' if row.promises_too_much else ''}"
 
 
 def _counts(of: Counter[str]) -> str:

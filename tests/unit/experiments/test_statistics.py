@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
 
-from hypgen.experiments.statistics import compare, holm, mean_of
+from hypgen.experiments.statistics import compare, difference_of, holm, mean_of, share_of
 
 
 def test_the_interval_of_many_normal_values_is_the_usual_one() -> None:
@@ -20,6 +21,34 @@ def test_few_or_equal_values_have_what_is_known_of_them() -> None:
     assert str(mean_of([])) == ""
     assert str(mean_of([1.0, 2.0])) == "1.500"
     assert str(mean_of([2.0] * 5)) == "2.000 (2.000 .. 2.000)"
+
+
+def test_rounding_does_not_make_equal_values_differ() -> None:
+    found = mean_of([0.1 + 0.2, 0.3, 0.3, 0.30000000000000004])
+    assert found.low == found.mean == found.high
+
+
+def test_many_values_take_little_memory() -> None:
+    values = np.random.default_rng(4).normal(1.0, 1.0, 20_000)
+    tracemalloc.start()
+    [found] = compare([(dict(enumerate(values[:3000])), dict.fromkeys(range(3000), 0.0))])
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert found.is_shown and peak < 200e6, "all resamples at once would be 480 MB"
+
+
+def test_a_share_stays_within_0_and_1_and_knows_that_few_say_little() -> None:
+    assert share_of([]).count == 0
+    all_of_ten = share_of([True] * 10)
+    assert (all_of_ten.mean, all_of_ten.high) == (1.0, 1.0) and 0.65 < all_of_ten.low < 0.75
+    half = share_of([True, False] * 50)
+    assert half.mean == 0.5 and half.high - half.low == pytest.approx(0.19, abs=0.01)
+
+
+def test_a_difference_is_paired() -> None:
+    noise = dict(enumerate(np.random.default_rng(5).normal(0.0, 9.0, 30)))
+    found = difference_of({i: value + 1.0 for i, value in noise.items()} | {99: 5.0}, noise)
+    assert found.count == 30 and found.low == pytest.approx(1.0) and found.high == pytest.approx(1.0)
 
 
 def test_holm_multiplies_by_the_comparisons_that_are_left() -> None:

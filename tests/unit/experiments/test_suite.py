@@ -54,6 +54,47 @@ def test_a_param_file_is_part_of_a_cells_name(tmp_path: Path) -> None:
     assert keys[0] == keys[2] != keys[1]
 
 
+def test_threads_tell_settings_of_threaded_modes_apart(tmp_path: Path) -> None:
+    text = HEAD + STUDY + 'play = ["despot", "parallel"]\nbeside = false\nagainst = "despot"\n'
+    [study] = suite(tmp_path, text + "threads = [1, 2]\ntime = 1\n").studies
+    assert [str(setting) for setting in dict.fromkeys(study.settings)] == [
+        "tiger, despot time 1", "tiger, parallel threads 1 time 1", "tiger, parallel threads 2 time 1",
+    ]  # fmt: skip
+
+
+PUBLISHED = HEAD + STUDY + "time = 1\n[[study.published]]\n"
+WHOLE = 'task = "tiger"\nlabel = "X"\nsource = "a paper"\ndiffers = "the machine"\nreturn = 5\n'
+
+
+def test_published_values_have_a_source_and_what_differs(tmp_path: Path) -> None:
+    text = PUBLISHED + WHOLE + "interval = 0.5\nsuccess = 0.25\nat = { time = 1 }\n"
+    [one] = suite(tmp_path, text).studies[0].published
+    assert (one.task, one.interval, one.at) == ("tiger", (4.5, 5.5), (("time", 1),))
+    assert dict(one.values) == {"return": 5, "success": 0.25}
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "`task` is missing"),
+        ('task = "lion"\n', "the study plays no task 'lion'; it plays tiger"),
+        (WHOLE.replace('label = "X"\n', ""), "`label` is missing"),
+        (WHOLE.replace('differs = "the machine"\n', ""), "`differs` is missing"),
+        (WHOLE.replace("return = 5", "reward = 5"), "unknown key `reward`"),
+        (WHOLE.replace("return = 5\n", ""), "expected at least one of return, success"),
+        (WHOLE.replace("return = 5", 'return = "5"'), "`return` is a number"),
+        (WHOLE + "success = 97\n", "`success` is a share from 0 to 1"),
+        (WHOLE + 'mode = "fast"\n', "there is no mode 'fast'"),
+        (WHOLE + "interval = [6, 4]\n", "`interval` is the half width"),
+        (WHOLE + "at = { time = true }\n", "`time` is a number"),
+    ],
+)
+def test_what_is_wrong_with_published_values_is_said(tmp_path: Path, text: str, says: str) -> None:
+    with pytest.raises(SuiteError) as error:
+        suite(tmp_path, PUBLISHED + text)
+    assert says in str(error.value) and "study 1 (modes), published 1" in str(error.value)
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -73,6 +114,10 @@ def test_a_param_file_is_part_of_a_cells_name(tmp_path: Path) -> None:
         (HEAD + STUDY + "time = []\n", "`time` is a value of a solver's option, or a list of them"),
         (HEAD + STUDY + "time = 1\nfirst_run = 3\n", "`first_run` is no option of a setting"),
         (HEAD + STUDY + 'time = 1\nagainst = "hyp"\n', "`against` names the mode 'hyp', which does not play"),
+        (
+            HEAD + '[tasks.b]\nmodel = "tiger.pomdp"\nname = "tiger"\n' + STUDY,
+            "two tasks have the name 'tiger'",
+        ),
         (HEAD + (STUDY + "time = 1\n") * 2, "two studies have the name 'modes'"),
     ],
 )
