@@ -25,6 +25,7 @@ class CpuEvaluator final : public LeafEvaluator {
       seats_.push_back(std::make_unique<Seat>(scene_));
       seats_.back()->queue.resize(queue_size_);
     }
+    seats_[0]->worker.learn_pauses();
   }
 
   std::size_t threads() const override { return scene_.threads; }

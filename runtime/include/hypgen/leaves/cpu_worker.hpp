@@ -94,6 +94,9 @@ class CpuWorker {
 
   void release() { cursor_.reset(); }
 
+  // Of the thread that answers.
+  void learn_pauses() { clock_.learn_pauses(); }
+
   std::uint64_t leaves() const { return leaves_; }
   std::uint64_t steps() const { return clock_.steps(); }
 

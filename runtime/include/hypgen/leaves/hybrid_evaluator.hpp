@@ -32,6 +32,7 @@ class HybridEvaluator final : public LeafEvaluator {
     const std::size_t share =
         std::max<std::size_t>(1, (options.in_flight + scene_.threads - 1) / scene_.threads);
     for (std::size_t i = 0; i < scene_.threads; ++i) seats_.push_back(std::make_unique<Seat>(scene_, share));
+    seats_[0]->worker.learn_pauses();
   }
 
   std::size_t threads() const override { return std::min(scene_.threads, device_->threads()); }

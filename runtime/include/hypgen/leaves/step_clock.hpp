@@ -3,6 +3,7 @@
 #pragma once
 
 #include <sys/resource.h>
+#include <time.h>
 
 #include <algorithm>
 #include <chrono>
@@ -38,6 +39,9 @@ class StepClock {
 
   bool is_over() const { return is_over_; }
 
+  // From now on it ends before pauses. That is for the thread that answers: others that are late are left behind.
+  void learn_pauses() { learns_pauses_ = true; }
+
   // How many steps may be simulated before the next look, at least 1.
   int steps_to_look() const {
     return is_over_ ? 1 : static_cast<int>(std::min(next_look_ - steps_, kMostSteps));
@@ -61,7 +65,7 @@ class StepClock {
   [[gnu::noinline]] bool look() {
     if (is_over_) return true;
     const Clock::time_point now = Clock::now();
-    if (now - last_look_ > kLeastPause) note_pause(now);
+    if (learns_pauses_ && (looked_at_ == 0 || now - last_look_ > kLeastPause)) note_pause(now);
     const auto passed = std::max<std::int64_t>(1, std::chrono::nanoseconds(now - last_look_).count());
     const std::uint64_t done = steps_ - looked_at_;
     const std::uint64_t fit = done * static_cast<std::uint64_t>(kBetweenLooks.count()) / passed;
@@ -74,23 +78,35 @@ class StepClock {
     return is_over_;
   }
 
-  // A thread that waits for others has not been stopped.
-  void note_pause(Clock::time_point now) {
-    const long before = stops_;
-    stops_ = stops();
-    if (stops_ == before) return;
-    pause_ = std::max(pause_, now - last_look_);
-    paused_at_ = now;
+  // What a thread had done by a time: nanoseconds that it had a core, and how often it went to sleep by itself.
+  struct Use {
+    Clock::time_point time{};
+    std::chrono::nanoseconds worked{0};
+    long sleeps = -1;
+  };
+
+  static Use use(Clock::time_point now) {
+    timespec worked{};
+    rusage used{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &worked);
+    getrusage(RUSAGE_THREAD, &used);
+    return {now, std::chrono::seconds(worked.tv_sec) + std::chrono::nanoseconds(worked.tv_nsec),
+            used.ru_nvcsw};
   }
 
-  // How often the system has taken the core away from this thread.
-  static long stops() {
-    rusage used{};
-    return getrusage(RUSAGE_THREAD, &used) == 0 ? used.ru_nivcsw : 0;
+  // A thread that waits for others works or sleeps. One that did neither was stopped.
+  void note_pause(Clock::time_point now) {
+    const Use before = used_;
+    used_ = use(now);
+    const Clock::duration stopped = (used_.time - before.time) - (used_.worked - before.worked);
+    if (used_.sleeps != before.sleeps || stopped < kLeastPause) return;
+    pause_ = std::max(pause_, std::min(stopped, now - last_look_));
+    paused_at_ = now;
   }
 
   Deadline deadline_;
   bool is_over_ = false;
+  bool learns_pauses_ = false;
   std::uint64_t past_steps_ = 0;  // of earlier searches
   std::uint64_t steps_ = 0;       // of this search
   std::uint64_t looked_at_ = 0;   // the count at the last look
@@ -99,7 +115,7 @@ class StepClock {
   Clock::duration pause_{};       // the longest of late
   Clock::duration most_pause_{};  // that is heeded in this plan: half of its time
   Clock::time_point paused_at_{};
-  long stops_ = 0;  // by the system, at the last count
+  Use used_;
 };
 
 }  // namespace hypgen
