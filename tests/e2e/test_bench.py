@@ -68,7 +68,10 @@ def test_an_interrupted_suite_ends_with_the_same_table(suite: Path, tmp_path: Pa
     command = [*HYPGEN, "bench", str(suite), "-o", str(tmp_path / "cut")]
     for _ in range(4):
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        time.sleep(chance.uniform(0.3, 1.5))
+        assert process.stderr is not None
+        while "cells" not in process.stderr.readline():  # it plays
+            pass
+        time.sleep(chance.uniform(0.0, 1.0))
         process.send_signal(signal.SIGINT)
         process.communicate()
         assert process.returncode in (0, 130)

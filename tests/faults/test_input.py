@@ -360,11 +360,11 @@ def gone(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (homeless, "this user has no home folder"),
+        (homeless, "there is no home folder to keep the cache in"),
         (full, "has 3 MB free, and compiling takes up to"),
         (without_inodes, "cannot be written: No space left on device"),
         (without_temporary, "no folder for temporary files"),
-        (unwritable, "cannot be written"),
+        (unwritable, "the cache cannot be used"),
         (open_quote, "CXXFLAGS has no closing quotation"),
         (gone, "the current folder is gone"),
     ],
