@@ -76,8 +76,8 @@ def test_a_suite_that_loses_a_worker_ends_with_the_table_of_this_machine(
 def test_a_setting_that_fails_is_left_out_and_the_end_of_the_play_ends_its_solvers(
     suite: Path, tmp_path: Path, cluster: LocalCluster
 ) -> None:
-    long = 'play = ["default", { mode = "rollout", xi = 7.0 }, { mode = "despot", time = 100.0 }]\n'
-    suite.write_text(SUITE.replace('play = ["despot"]\n', long).replace("trials = [5, 20]", "trials = 5"))
+    long = 'play = ["default", { mode = "rollout", xi = 7.0, trials = 5 }, { mode = "despot", time = 100.0 }]'
+    suite.write_text(SUITE.replace('play = ["despot"]', long).replace("trials = [5, 20]\n", ""))
     executor = DaskExecutor(cluster.scheduler_address)
     states = []
 

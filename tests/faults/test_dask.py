@@ -48,7 +48,11 @@ def test_a_suite_whose_workers_die_again_and_again_ends_with_the_same_table(
 
 
 def test_a_cell_that_its_workers_die_of_fails(suite: Path, tmp_path: Path) -> None:
-    suite.write_text(SUITE.replace('"despot"', '"default", { mode = "despot", time = 100.0 }'))
+    suite.write_text(
+        SUITE.replace(
+            '"despot"]\ntrials = [5, 20]', '"default", { mode = "despot", time = 100.0 }]\nbeside = false'
+        )
+    )
     killed = threading.Event()
 
     def kill() -> None:
