@@ -17,7 +17,8 @@ from hypgen.cli.exit_codes import Exit, exit_codes
 from hypgen.cli.output import say
 
 if TYPE_CHECKING:
-    from hypgen.experiments.running import Executor, State
+    from hypgen.experiments.cluster import DaskExecutor
+    from hypgen.experiments.running import State
     from hypgen.experiments.suite import Suite
     from hypgen.experiments.tables import Table
 
@@ -82,6 +83,7 @@ def command(
     Examples:
       hypgen bench benchmarks/smoke.toml
       hypgen bench my-suite.toml -o results --jobs 4 --limit 600
+      hypgen bench benchmarks/paper.toml --dask tcp://head:8786
     """
     if importlib.util.find_spec("scipy") is None:
         raise click.ClickException("experiments need scipy: pip install 'hypgen[bench]'")
@@ -103,16 +105,19 @@ def command(
     except SuiteError as error:
         raise click.ClickException(str(error)) from None
     visible = shares.visible_gpus(1 if gpus is None else gpus)
-    executor = cluster or running.local(builds, jobs or len(shares.visible_cores()), visible, cell_limit)
+    own = running.local(builds, jobs or len(shares.visible_cores()), visible, cell_limit)
     interrupted, state = False, None
     if not only_tables:
         with _progress() as tell:
             try:
-                state = running.play(asked, builds, store, executor, limit=limit, tell=tell)
+                state = running.play(asked, builds, store, cluster or own, limit=limit, tell=tell)
             except KeyboardInterrupt:
                 interrupted = True
             except SuiteError as error:
                 raise click.ClickException(str(error)) from None
+            finally:
+                if cluster is not None:
+                    cluster.close()
     for table in running.tables(asked, builds, store):
         _print(table)
     say(f"results: {store.folder}")
@@ -142,7 +147,7 @@ def _only(suite: Suite, names: str | None) -> Suite:
     return dataclasses.replace(suite, studies=tuple(one for one in suite.studies if one.name in asked))
 
 
-def _cluster(address: str, cell_limit: float) -> Executor:
+def _cluster(address: str, cell_limit: float) -> DaskExecutor:
     from hypgen.experiments.cluster import DaskExecutor
 
     return DaskExecutor(address, cell_limit)

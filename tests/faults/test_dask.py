@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Suites on workers of Dask that die many times, all at once, or with their scheduler."""
 
+import signal
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -71,6 +74,19 @@ def test_a_cell_that_its_workers_die_of_fails(suite: Path, tmp_path: Path) -> No
         clusters.play(suite, tmp_path / "out", cluster, tell)
     assert killed.is_set()
     assert any("1 workers were lost while they played it" in one.problem for one in failures)
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_solvers_end_with_the_command_that_asked_for_them(suite: Path, tmp_path: Path, how: int) -> None:
+    suite.write_text(SUITE.replace("trials = [5, 20]", "time = 100.0"))
+    command = [sys.executable, "-c", "from hypgen.cli.main import main; main()", "bench", str(suite)]
+    with clusters.workers(2) as cluster:
+        address = cluster.scheduler_address
+        process = subprocess.Popen([*command, "-o", str(tmp_path / "out"), "--dask", address])
+        clusters.wait(lambda: len(clusters.solvers()) == 2, 120.0)
+        process.send_signal(how)
+        clusters.wait(lambda: not clusters.solvers(), 60.0)
+        assert process.wait() == (130 if how == signal.SIGINT else -how)
 
 
 def test_a_suite_ends_where_its_scheduler_is_lost(suite: Path, tmp_path: Path) -> None:
