@@ -20,7 +20,7 @@ from hypgen.cli import main
 from hypgen.cli.exit_codes import Exit
 from hypgen.experiments import cluster as module
 from hypgen.experiments import worker
-from hypgen.experiments.cells import Cell
+from hypgen.experiments.cells import Cell, cells_of
 from hypgen.experiments.cluster import DaskExecutor
 from hypgen.experiments.running import State
 from hypgen.experiments.store import Store
@@ -115,6 +115,25 @@ def test_cells_that_no_worker_can_play_are_told(
         with pytest.raises(SuiteError, match=says):
             list(executor.play([a_cell(suite, "gpu")], Store(tmp_path)))
         executor.close()
+
+
+def test_cells_for_a_gpu_do_not_keep_others_from_playing(suite: Path) -> None:
+    suite.write_text(SUITE.replace('["despot"]', '[{ mode = "hyp", threads = 8 }, "gpu"]'))
+    cells = cells_of(read_suite(suite).studies, {"tiger": "0" * 16})
+    small, large = ({"nthreads": 1, "resources": {"CORES": 4.0} | gpu} for gpu in ({}, {"GPU": 1.0}))
+    sent = module._next(cells, [], [small, large])
+    assert [cell.setting.mode for cell, _ in sent] == [
+        "hyp",
+        "hyp",
+        "default",
+        "rollout",
+        "rollout",
+        "default",
+    ]
+    assert sent[0][1] == {"CORES": 4.0, "GPU": 1.0} and sent[2][1] == {"CORES": 1.0}
+    assert not module._next(cells, [cell for cell, _ in sent], [small, large])
+    assert module._next(cells[:1], [], [{"nthreads": 1, "resources": {"GPU": 1.0}}])[0][1] == {"GPU": 1.0}
+    assert not module._next(cells[:1], [], [small]) and not module._next(cells, [], [])
 
 
 def test_a_scheduler_that_is_lost_is_told(suite: Path, tmp_path: Path, scheduler: LocalCluster) -> None:

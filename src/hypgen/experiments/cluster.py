@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from queue import Empty, Queue
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,8 @@ from hypgen.experiments.suite import SuiteError, Task
 if TYPE_CHECKING:
     from distributed import Client, Future
 
+Worker = Mapping[str, Any]  # what the scheduler tells of a worker
+Needs = dict[str, float]  # resources, by Dask's names
 REACH = 10.0  # seconds in which a scheduler has to answer
 _LOOK = 1.0  # seconds between two looks at the workers
 _AHEAD = 2  # cells for each thread of a worker: one plays, one waits
@@ -48,27 +51,28 @@ class DaskExecutor:
         A setting one of whose cells fails is not played on. A cell whose worker is lost plays on another.
         """
         waiting = list(cells)
-        playing: dict[Future[Played], Cell] = {}
+        playing: dict[Future[Played], tuple[Cell, Needs]] = {}
         ended: Queue[Future[Played]] = Queue()
         able = time.monotonic()
         try:
             while waiting or playing:
                 workers = self._workers()
-                room = _AHEAD * sum(one["nthreads"] for one in workers) - len(playing)
-                for cell in [one for one in waiting if _fits(one, workers)][: max(0, room)]:
+                for cell, needs in _next(waiting, [one for one, _ in playing.values()], workers):
                     waiting.remove(cell)
-                    future = self._submit(cell, workers)
-                    playing[future] = cell
+                    future = self._submit(cell, needs)
+                    playing[future] = cell, needs
                     future.add_done_callback(ended.put)
-                if any(_fits(one, workers) for one in (*playing.values(), *waiting)):
+                left = chain(playing.values(), ((one, _needs(one, workers)) for one in waiting))
+                cell, needs = first = next(left)
+                if any(_has(one, needs) for _, needs in chain([first], left) for one in workers):
                     able = time.monotonic()
                 elif time.monotonic() - able >= self._patience:
-                    raise SuiteError(_stuck((*playing.values(), *waiting)[0], workers))
+                    raise SuiteError(_stuck(cell, needs, workers))
                 try:
                     future = ended.get(timeout=_LOOK)
                 except Empty:
                     continue
-                cell = playing.pop(future)
+                cell, _ = playing.pop(future)
                 if future.status in ("cancelled", "lost"):  # somebody has restarted the workers
                     waiting.insert(0, cell)
                     continue
@@ -80,14 +84,14 @@ class DaskExecutor:
             if playing and self._client.status == "running":
                 self._client.cancel(list(playing), force=True)
 
-    def _workers(self) -> list[Mapping[str, Any]]:
+    def _workers(self) -> list[Worker]:
         """Return what the scheduler tells of its workers: none while the client connects to it again."""
         info = self._client.scheduler_info(n_workers=-1) if self._client.status == "running" else {}
         if self._client.status == "closed":
             raise SuiteError("the Dask scheduler is lost; run the command again to go on")
         return list(info.get("workers", {}).values())
 
-    def _submit(self, cell: Cell, workers: Sequence[Mapping[str, Any]]) -> Future[Played]:
+    def _submit(self, cell: Cell, needs: Needs) -> Future[Played]:
         setting = cell.setting
         work = worker.Work(
             cell.program,
@@ -104,7 +108,7 @@ class DaskExecutor:
             worker.play,
             work,
             key=f"hypgen-{cell.key}-{uuid.uuid4().hex}",
-            resources=_needs(cell, workers),
+            resources=needs,
             priority=-self._submitted,
         )
 
@@ -132,24 +136,46 @@ def _connect(scheduler: Any) -> Client:
         ) from None
 
 
-def _needs(cell: Cell, workers: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+def _next(
+    waiting: Sequence[Cell], playing: Sequence[Cell], workers: Sequence[Worker]
+) -> list[tuple[Cell, Needs]]:
+    """Return the cells to send to the workers now. Those for GPUs do not keep others from other workers."""
+    on_gpu = [cell.setting.wants_gpu for cell in playing]
+    room = {
+        gpu: _AHEAD * sum(one["nthreads"] for one in workers if _has(one, {"GPU": 1} if gpu else {}))
+        - on_gpu.count(gpu)
+        for gpu in (False, True)
+    }
+    found = []
+    for cell in waiting:
+        if max(room.values()) <= 0:
+            break
+        gpu, needs = cell.setting.wants_gpu, _needs(cell, workers)
+        if room[gpu] > 0 and any(_has(one, needs) for one in workers):
+            room[gpu] -= 1
+            found.append((cell, needs))
+    return found
+
+
+def _needs(cell: Cell, workers: Sequence[Worker]) -> Needs:
     """Return the resources that a cell asks for. One with more threads than any worker's cores takes all."""
-    cores = max((one["resources"].get("CORES", 0) for one in workers), default=0)
-    asked = {"CORES": min(cell.setting.threads, cores)} if cores else {}
-    return asked | ({"GPU": 1} if cell.setting.wants_gpu else {})
+    gpu = {"GPU": 1.0} if cell.setting.wants_gpu else {}
+    cores = max((one["resources"].get("CORES", 0.0) for one in workers if _has(one, gpu)), default=0.0)
+    if not any("CORES" in one["resources"] for one in workers):
+        return gpu
+    return {"CORES": min(float(cell.setting.threads), cores or float("inf"))} | gpu
 
 
-def _fits(cell: Cell, workers: Sequence[Mapping[str, Any]]) -> bool:
-    """Return whether one of the workers has what a cell needs."""
-    needs = _needs(cell, workers)
-    return any(all(one["resources"].get(name, 0) >= need for name, need in needs.items()) for one in workers)
+def _has(worker: Worker, needs: Needs) -> bool:
+    """Return whether a worker has what a cell needs."""
+    return all(worker["resources"].get(name, 0.0) >= need for name, need in needs.items())
 
 
-def _stuck(cell: Cell, workers: Sequence[Mapping[str, Any]]) -> str:
+def _stuck(cell: Cell, needs: Needs, workers: Sequence[Worker]) -> str:
     if not workers:
         return "the Dask scheduler has no workers: `dask worker ADDRESS` starts one"
-    needs = " ".join(f"{name}={need:g}" for name, need in _needs(cell, workers).items())
-    return f'no worker can play `{cell.setting}`: start one with --resources "{needs}"'
+    named = " ".join(f"{name}={need:g}" for name, need in needs.items())
+    return f'no worker can play `{cell.setting}`: start one with --resources "{named}"'
 
 
 def _played(future: Future[Played]) -> Played:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What cells hold of a machine, and a solver whose player dies."""
+"""What cells and compilations hold of a machine, and a solver whose player dies."""
 
 import os
 import signal
@@ -11,14 +11,17 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.experiments import shares
+from hypgen.experiments import shares, worker
+from hypgen.experiments.generated import program_of
 from hypgen.experiments.shares import Stopped, held
+from hypgen.runtime.builder.solver import Report, Step
 
 
 @pytest.fixture(autouse=True)
 def four_cores(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HYPGEN_CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr(shares, "visible_cores", lambda: [0, 1, 2, 5])
+    for module in (shares, worker):
+        monkeypatch.setattr(module, "visible_cores", lambda: [0, 1, 2, 5])
 
 
 def test_no_two_cells_share_a_core_or_a_gpu() -> None:
@@ -50,6 +53,33 @@ def test_a_large_cell_is_served_before_small_ones_that_come_later() -> None:
     large.join()
     small.join()
     assert order == ["large", "small"]
+
+
+def test_a_worker_compiles_once_and_alone_on_its_machine(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files = {"src/main.cpp": "int main() {}"}
+    built: list[str] = []
+
+    def build_solver(given: object, origin: str, report: Report, cuda: object) -> Path:
+        assert given == files and cuda is None
+        report(Step("runtime", ""))  # the cache has it
+        with held(1, [], lambda: False):
+            pass
+        for what in ("runtime", "tiger"):
+            report(Step(what, "new model"))
+            with pytest.raises(Stopped), held(1, [], lambda: True):
+                pass
+            built.append(what)
+        return Path(sys.executable)
+
+    monkeypatch.setattr(worker, "build_solver", build_solver)
+    work = worker.Work(program_of(files), worker.pack(files), (), None, 1, False, 10.0, "0.2")
+    first = worker._solver(work, lambda: False)
+    assert worker._solver(work, lambda: False) == first
+    assert built == ["runtime", "tiger"]
+    with held(4, [], lambda: False):
+        pass
 
 
 def test_a_solver_ends_where_its_player_is_killed() -> None:
