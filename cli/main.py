@@ -3,17 +3,22 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
+import io
 import keyword
 import os
 import sys
 from collections.abc import Sequence
 
 import click
+from click.shell_completion import shell_complete
 
 from hypgen import __version__
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
-from hypgen.cli.output import say, show_model_error
+from hypgen.cli.interrupts import catch_interrupts, interrupt_code
+from hypgen.cli.machine_faults import explain
+from hypgen.cli.output import keep_unwritten, last_words, say, show_model_error
 from hypgen.dsl.messages.diagnostic import did_you_mean
 
 SECTIONS = {
@@ -81,36 +86,65 @@ def group() -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run hypgen on ``arguments`` (the process's own by default) and exit."""
-    sys.exit(run(arguments))
+    catch_interrupts()
+    keep_unwritten()
+    code = run(arguments)
+    last_words(sys.stderr)
+    sys.exit(code)
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run hypgen on ``arguments`` and return its exit code."""
+    if sys.stdin is None:  # closed by whoever started this program
+        sys.stdin = io.TextIOWrapper(io.BytesIO())
+    code = _run(sys.argv[1:] if arguments is None else list(arguments))
+    unwritten = last_words(sys.stdout)
+    return _tell(unwritten) if unwritten else code
+
+
+def _tell(unwritten: OSError) -> int:
+    """Say why standard output cannot be written, unless nobody reads it; return the exit code."""
+    if isinstance(unwritten, BrokenPipeError):  # as in `hypgen explain ... | head`
+        return Exit.READER_IS_GONE
+    say(f"error: standard output cannot be written: {unwritten.strerror}")
+    return Exit.MISTAKE
+
+
+def _run(arguments: list[str]) -> int:
     from hypgen.dsl.messages.diagnostic import ModelError
     from hypgen.runtime.builder.errors import BuildError, ToolchainError
 
     try:
-        result = group.main(arguments, prog_name="hypgen", standalone_mode=False)
+        if instruction := os.environ.get("_HYPGEN_COMPLETE"):
+            return shell_complete(group, {}, "hypgen", "_HYPGEN_COMPLETE", instruction)
+        # Not `group.main`, which takes signals and closed pipes for its own.
+        with group.make_context("hypgen", arguments) as context:
+            result = group.invoke(context)
         return int(result) if isinstance(result, int) else Exit.OK
+    except click.exceptions.Exit as end:  # of --help and --version
+        return end.exit_code
     except click.ClickException as error:
-        error.show()
+        with contextlib.suppress(OSError):  # as `say` does
+            error.show()
     except ModelError as error:
         show_model_error(error)
     except ToolchainError as error:
         say(f"error: {error.message}\nhelp: {error.remedy}")
-    except (KeyboardInterrupt, click.Abort):
+    except KeyboardInterrupt as error:
         say("interrupted")
-        return Exit.INTERRUPTED
-    except BrokenPipeError:  # the reader of our output has gone, as `hypgen explain ... | head` does
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return Exit.OK
+        return interrupt_code(error)
     except BuildError as error:
         say(f"error: {error.what} did not compile: this is a bug of hypgen, not of your model")
         say(f"help: please report it with the model and the compiler's log, {error.log}")
         return Exit.BUG
     except Exception as error:
+        if isinstance(error, OSError) and (unwritten := last_words(sys.stdout)):
+            return _tell(unwritten)
         if os.environ.get("HYPGEN_DEBUG") == "1":
             raise
+        if (found := explain(error)) is not None:
+            say(f"error: {found[0]}\nhelp: {found[1]}")
+            return Exit.MISTAKE
         say(f"error: {type(error).__name__}: {error}: this is a bug of hypgen, not of your model")
         say("help: please report it with the model; HYPGEN_DEBUG=1 shows where it happened")
         return Exit.BUG

@@ -8,9 +8,11 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 import click
+
+from hypgen.whole_files import write_whole
 
 if TYPE_CHECKING:  # at run time only where a command needs them: `check` answers in a fraction of a second
     from hypgen.dsl.load import Loaded
@@ -18,9 +20,10 @@ if TYPE_CHECKING:  # at run time only where a command needs them: `check` answer
     from hypgen.dsl.messages.source import Source
 
 
-def say(text: str) -> None:
+def say(text: str, nl: bool = True) -> None:
     """Print a line about what hypgen does; standard output stays free for results."""
-    click.echo(text, err=True)
+    with contextlib.suppress(OSError):  # what nobody can read ends no command
+        click.echo(text, err=True, nl=nl)
 
 
 def say_warnings(loaded: Loaded) -> None:
@@ -44,7 +47,7 @@ def show_diagnostics(diagnostics: Sequence[Diagnostic], sources: Mapping[str, So
 
     text = render_all(diagnostics, sources)
     if not sys.stderr.isatty() or os.environ.get("NO_COLOR"):
-        click.echo(text, err=True, nl=False)
+        say(text, nl=False)
         return
     from rich.console import Console
     from rich.text import Text
@@ -72,22 +75,38 @@ def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
         yield lambda phase, done, total: bar.update(task, description=phase, completed=done, total=total)
 
 
-def write_whole(path: Path, text: str, force: bool) -> None:
-    """Write a file whole or not at all; refuse to replace one unless told to."""
-    taken = click.ClickException(f"{path} is there already: choose another name, or add --force.")
-    if path.exists() and not force:
-        raise taken
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+def write_file(
+    path: Path, content: str | bytes, replace: bool = True, taken: str = "choose another name, or add --force"
+) -> None:
+    """Write a file whole or not at all; refuse to replace one unless told to, and say what is ``taken``."""
     try:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
-        if force:
-            temporary.replace(path)
-        else:
-            os.link(temporary, path)  # fails where a file has come to be in the meantime
+        write_whole(path, content, replace=replace)
     except FileExistsError:
-        raise taken from None
+        raise click.ClickException(f"{path} is there already: {taken}.") from None
     except OSError as error:
         raise click.ClickException(f"{path} cannot be written: {error.strerror}.") from None
-    finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
+
+
+def keep_unwritten() -> None:
+    """Let standard output keep what it could not write, which `python -u` would not, for ``last_words``.
+
+    It stays open.
+    """
+    if (out := sys.stdout) is not None:  # it is, where the shell has closed it
+        handle, form = out.fileno(), out.encoding
+        sys.stdout = open(handle, "w", encoding=form, errors=out.errors, closefd=False)  # noqa: SIM115
+
+
+def last_words(stream: IO[str] | None) -> OSError | None:
+    """Write what waits in a standard stream; return why that fails.
+
+    The stream then loses it, so that the interpreter does not try again at its end and fail.
+    """
+    if stream is None:
+        return None
+    try:
+        stream.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+        return error
+    return None

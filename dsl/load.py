@@ -13,6 +13,7 @@ from hypgen.dsl import ir
 from hypgen.dsl.foreign.recognise import recognise
 from hypgen.dsl.messages import e00_files
 from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
+from hypgen.dsl.messages.input_file import read_file
 from hypgen.dsl.messages.source import Source, Span
 from hypgen.dsl.messages.watch import Watch, nobody
 from hypgen.dsl.syntax import ast, imports
@@ -106,17 +107,20 @@ def read_source(path: str, cited: Span | None = None) -> Source:
 
     ``cited`` is the place that names the file, if a file does.
     """
+    return decode_source(path, read_content(path, cited), cited)
+
+
+def read_content(path: str, cited: Span | None = None) -> bytes:
+    """Return a file's bytes, or as many as tell that there are too many; raises ``ModelError``."""
     try:
-        with open(path, "rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
+        return read_file(path, MAX_BYTES)
     except FileNotFoundError:
         raise ModelError([e00_files.missing(path, _models_beside(Path(path)), cited)]) from None
     except IsADirectoryError:
         raise ModelError([e00_files.folder(path, cited)]) from None
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
+        reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
         raise ModelError([e00_files.unreadable(path, reason, cited)]) from None
-    return decode_source(path, content, cited)
 
 
 def decode_source(path: str, content: bytes, cited: Span | None = None) -> Source:
@@ -132,6 +136,8 @@ def decode_source(path: str, content: bytes, cited: Span | None = None) -> Sourc
 
 
 def _decoded(path: str, content: bytes, cited: Span | None) -> Source:
+    if b"\0" in content[:_HEAD]:
+        raise ModelError([e00_files.binary(path, cited)])
     if len(content) > MAX_BYTES:
         raise ModelError([e00_files.too_large(path, MAX_BYTES, cited)])
     try:

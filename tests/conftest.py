@@ -2,6 +2,7 @@
 """What all tests share."""
 
 import os
+import signal
 from collections.abc import Iterator
 
 import pytest
@@ -12,6 +13,7 @@ def build_cache(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPat
     """Keep solvers that tests build out of the user's cache, but from one run of the tests to the next."""
     cache = getattr(request.config, "cache", None)  # missing where its plugin is switched off
     folder = cache.mkdir("hypgen") if cache is not None else tmp_path_factory.mktemp("hypgen")
+    folder.chmod(0o700)  # hypgen refuses a cache that the umask lets others write
     before = os.environ.get("HYPGEN_CACHE_DIR")
     os.environ["HYPGEN_CACHE_DIR"] = str(folder)
     yield
@@ -19,3 +21,10 @@ def build_cache(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPat
         del os.environ["HYPGEN_CACHE_DIR"]
     else:
         os.environ["HYPGEN_CACHE_DIR"] = before
+
+
+@pytest.fixture(scope="session", autouse=True)
+def interruptible() -> None:
+    """Let this process and the programs that it starts heed Ctrl-C: a shell's background ignores it."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -174,7 +174,7 @@ def _finish(ended: Running, keep: Path, problems: dict[Setting, str]) -> None:
 def _stop(running: list[Running]) -> None:
     """Ask solvers to end; the episodes that they have completed stay in their partial files."""
     for one in running:
-        one.process.send_signal(signal.SIGINT)
+        one.process.send_signal(signal.SIGTERM)
     for one in running:
         try:
             one.process.communicate(timeout=PATIENCE)

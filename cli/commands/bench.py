@@ -14,6 +14,7 @@ import click
 
 from hypgen.cli.building import report
 from hypgen.cli.exit_codes import Exit, exit_codes
+from hypgen.cli.interrupts import interrupt_code
 from hypgen.cli.output import say
 
 if TYPE_CHECKING:
@@ -106,13 +107,14 @@ def command(
         raise click.ClickException(str(error)) from None
     visible = shares.visible_gpus(1 if gpus is None else gpus)
     own = running.local(builds, jobs or len(shares.visible_cores()), visible, cell_limit)
-    interrupted, state = False, None
+    interrupted: KeyboardInterrupt | None = None
+    state = None
     if not only_tables:
         with _progress() as tell:
             try:
                 state = running.play(asked, builds, store, cluster or own, limit=limit, tell=tell)
-            except KeyboardInterrupt:
-                interrupted = True
+            except KeyboardInterrupt as error:
+                interrupted = error
             except SuiteError as error:
                 raise click.ClickException(str(error)) from None
             finally:
@@ -121,8 +123,8 @@ def command(
     for table in running.tables(asked, builds, store):
         _print(table)
     say(f"results: {store.folder}")
-    if interrupted:
-        return Exit.INTERRUPTED
+    if interrupted is not None:
+        return interrupt_code(interrupted)
     if state is not None:
         for failure in state.failures:
             say(f"{failure.cell.setting}: {failure.problem}")

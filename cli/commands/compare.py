@@ -11,6 +11,7 @@ import click
 
 from hypgen.cli.building import as_model, report
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
+from hypgen.cli.interrupts import interrupt_code
 from hypgen.cli.model_arguments import (
     choose_cuda,
     load,
@@ -38,14 +39,23 @@ from hypgen.play.played_programs import (
 @model_options
 @target_options
 @param_option
-@click.option("--runs", metavar="N", type=click.IntRange(1), default=20, show_default=True, help="Episodes.")
+@click.option(
+    "--runs",
+    metavar="N",
+    type=click.IntRange(1, 1_000_000),
+    default=20,
+    show_default=True,
+    help="Episodes.",
+)
 @click.option(
     "--time",
     metavar="S",
-    type=click.FloatRange(0, 1e9),
+    type=click.FloatRange(1e-4, 1e6),  # this range and the others are those of the solver
     help="Seconds for each decision of a planner; 0.1 unless there are --trials.",
 )
-@click.option("--trials", metavar="N", type=click.IntRange(1), help="Trials for each decision instead.")
+@click.option(
+    "--trials", metavar="N", type=click.IntRange(1, 2**64 - 1), help="Trials for each decision instead."
+)
 @click.option(
     "--steps",
     metavar="N",
@@ -54,12 +64,18 @@ from hypgen.play.played_programs import (
     f"of discounts, up to {MOST_STEPS}.",
 )
 @click.option(
-    "--seed", metavar="S", type=click.IntRange(0), default=0, show_default=True, help="Of the worlds."
+    "--seed",
+    metavar="S",
+    type=click.IntRange(0, 2**64 - 1),
+    default=0,
+    show_default=True,
+    help="Of the worlds.",
 )
 @click.option(
     "--modes",
     metavar="LIST",
-    help=f"What to compare, of {','.join(PLANNERS + GPU_PLANNERS + EXACT)}.",
+    help=f"What to compare, of {','.join(PLANNERS + GPU_PLANNERS + EXACT)}. Without a GPU, "
+    f"{' and '.join(GPU_PLANNERS)} are left out, where `hypgen run` plans on the CPU.",
 )
 @click.option(
     "--solve-time",
@@ -110,7 +126,7 @@ def command(
     if param is None:
         require_params(loaded, " or --param FILE")
     comparison = Comparison()
-    interrupted = False
+    interrupted: KeyboardInterrupt | None = None
     try:
         comparing.compare(
             as_model(loaded, model, instance),
@@ -127,11 +143,11 @@ def command(
             show=_show(runs),
             into=comparison,
         )
-    except KeyboardInterrupt:
-        interrupted = True
+    except KeyboardInterrupt as error:
+        interrupted = error
     _print(comparison, as_json)
     if interrupted:
-        return Exit.INTERRUPTED
+        return interrupt_code(interrupted)
     is_fine = any(p.returns for p in comparison.policies) and not any(
         p.is_broken for p in comparison.policies
     )

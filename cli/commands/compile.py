@@ -4,15 +4,20 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from hypgen.cli.building import build
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
 from hypgen.cli.model_arguments import choose_cuda, load, model_options, target_options
-from hypgen.cli.output import say_warnings
+from hypgen.cli.output import say, say_warnings
+
+if TYPE_CHECKING:
+    from hypgen.runtime.builder.exported_project import Kept
 
 
 @click.command(epilog=EXIT_CODES)
@@ -94,21 +99,31 @@ def command(
     say_warnings(loaded)
     if library:
         built = build("library", loaded, model, instance, cuda, force)
-        click.echo(built if output is None else export_library(built, output))
+        if output is not None:
+            built, kept = export_library(built, output)
+            _tell(kept)
+        click.echo(built)
         return Exit.OK
     if emit == "ros2" and output is not None:
         project, files = generate.generate_ros2(loaded.model)
-        export(files, output, architectures=architectures, project=project)
+        _tell(export(files, output, architectures=architectures, project=project))
         click.echo(output)
         return Exit.OK
     files = generate.generate(loaded.model)
     if emit and output is not None:
-        export(files, output, architectures=architectures)
+        _tell(export(files, output, architectures=architectures))
         click.echo(output)
         return Exit.OK
     solver = build("solver", loaded, model, instance, cuda, force, files)
     if output is not None:
-        export(files, output, solver, architectures)
+        _tell(export(files, output, solver, architectures))
         solver = output / "bin" / solver.name
     click.echo(solver)
     return Exit.OK
+
+
+def _tell(kept: Sequence[Kept]) -> None:
+    """Say which files are not hypgen's any more."""
+    for file in kept:
+        rest = f"the new one is {file.new}" if file.new else "the project has no such file any more"
+        say(f"note: {file.path} was changed and stays as it is; {rest}")

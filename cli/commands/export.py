@@ -10,9 +10,9 @@ from pathlib import Path
 import click
 
 from hypgen.cli.building import build
-from hypgen.cli.exit_codes import EXIT_CODES, Exit
+from hypgen.cli.exit_codes import EXIT_CODES, Exit, code_of_program
 from hypgen.cli.model_arguments import load, model_options, require_params
-from hypgen.cli.output import say, say_warnings, write_whole
+from hypgen.cli.output import say, say_warnings, write_file
 
 
 @click.command(epilog=EXIT_CODES)
@@ -59,7 +59,7 @@ def command(
         limit = [] if max_states is None else [f"--max-states={max_states}"]
         done = subprocess.run([program, f"--dump={path}", "--quiet", *limit], check=False)
         if done.returncode:  # the program has said why
-            return done.returncode
+            return code_of_program(done.returncode)
         with path.open(encoding="utf-8") as lines:
             enumerated = dump.read(lines)
     try:
@@ -73,6 +73,6 @@ def command(
     if output is None:
         click.echo(text, nl=False)
     else:
-        write_whole(output, text, force)
+        write_file(output, text, force)
         say(f"{model}: {len(enumerated.values)} states; written to {output}")
     return Exit.OK

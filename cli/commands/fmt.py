@@ -4,17 +4,14 @@
 from __future__ import annotations
 
 import difflib
-import os
-import shutil
 import sys
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from hypgen.cli.exit_codes import Exit, exit_codes
-from hypgen.cli.output import say, show_model_error
+from hypgen.cli.output import say, show_model_error, write_file
 
 if TYPE_CHECKING:
     from hypgen.dsl.messages.source import Source
@@ -63,7 +60,7 @@ def command(files: tuple[str, ...], check: bool, diff: bool) -> int:
         if name == STDIN:
             click.echo(after, nl=False)
         elif differs:
-            _write(Path(name), after)
+            write_file(Path(name), after)
             say(f"{name}: formatted")
     if failed:
         return Exit.MISTAKE
@@ -74,13 +71,13 @@ def command(files: tuple[str, ...], check: bool, diff: bool) -> int:
 
 def _read(name: str) -> tuple[bytes, Source]:
     """Return a file's bytes and its text."""
-    from hypgen.dsl.load import decode_source, read_source
+    from hypgen.dsl.load import MAX_BYTES, decode_source, read_content
 
-    if name == STDIN:
-        content = sys.stdin.buffer.read()
-        return content, decode_source("<stdin>", content)
-    source = read_source(name)
-    return Path(name).read_bytes(), source
+    if name != STDIN:
+        content = read_content(name)
+        return content, decode_source(name, content)
+    content = sys.stdin.buffer.read(MAX_BYTES + 1)
+    return content, decode_source("<stdin>", content)
 
 
 def _difference(name: str, before: str, after: str) -> str:
@@ -90,17 +87,3 @@ def _difference(name: str, before: str, after: str) -> str:
     return "".join(
         line if line.endswith("\n") else f"{line}\n\\ No newline at end of file\n" for line in lines
     )
-
-
-def _write(path: Path, text: str) -> None:
-    """Replace a file's text at once: whoever reads meanwhile sees the old text or the new one."""
-    target = path.resolve()
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
-        shutil.copymode(target, name)
-        os.replace(name, target)
-    except BaseException:
-        os.unlink(name)
-        raise

@@ -10,7 +10,7 @@ import click
 
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
 from hypgen.cli.foreign_models import describe_import, import_foreign
-from hypgen.cli.output import say, write_whole
+from hypgen.cli.output import say, write_file
 
 
 @click.command("import", epilog=EXIT_CODES)
@@ -76,6 +76,6 @@ def command(
     if output is None:
         click.echo(imported.text, nl=False)
     else:
-        write_whole(output, imported.text, force)
+        write_file(output, imported.text, force)
     say(f"{file}: {describe_import(imported)}" + (f"; written to {output}" if output else ""))
     return Exit.OK

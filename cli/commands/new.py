@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
+from hypgen.cli.output import say, write_file
 
 TEMPLATES = ("minimal", "robot", "memory")
 
@@ -48,19 +49,16 @@ def command(name: str, template: str, output: Path) -> int:
     text = resources.files("hypgen.cli").joinpath(f"templates/{template}.pomdp").read_text(encoding="utf-8")
     try:
         output.mkdir(parents=True, exist_ok=True)
-        with open(path, "x", encoding="utf-8") as stream:
-            stream.write(text.replace("model Template\n", f"model {model}\n", 1))
-    except FileExistsError:
-        raise click.ClickException(f"{path} is there already: choose another name or folder.") from None
     except OSError as error:
         raise click.ClickException(f"{path} cannot be written: {error.strerror}.") from None
+    taken = "choose another name or folder"
+    write_file(path, text.replace("model Template\n", f"model {model}\n", 1), replace=False, taken=taken)
     click.echo(path)
-    click.echo(
+    say(
         f"""
 Now:
   hypgen check {path}    names mistakes, with a remedy for each
   hypgen sim {path}      plays an episode with you
-  hypgen run {path}      compiles a solver and lets it play""",
-        err=True,
+  hypgen run {path}      compiles a solver and lets it play"""
     )
     return Exit.OK

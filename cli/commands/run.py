@@ -59,4 +59,7 @@ def command(
     sys.stdout.flush()
     sys.stderr.flush()
     # The solver takes this process's place: signals and the exit code need no forwarding.
-    os.execv(solver, [solver.name, *solver_options])
+    try:
+        os.execv(solver, [solver.name, *solver_options])
+    except OSError as error:  # a cache on a file system without programs: say where it is
+        raise OSError(error.errno, error.strerror, str(solver)) from None

@@ -13,7 +13,9 @@ from typing import IO, TYPE_CHECKING
 import click
 
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
+from hypgen.cli.interrupts import interrupt_code
 from hypgen.cli.model_arguments import load, model_options, require_params
+from hypgen.cli.output import say
 
 if TYPE_CHECKING:
     from hypgen.cli.show.sim_report import Report
@@ -94,11 +96,16 @@ def command(
     episode = Episode(checked, seed, number)
     report: Report = (JsonReport if as_json else TextReport)(episode, show_hidden)
     most = steps if steps is not None else checked.horizon or 90
-    report.start(seed, number)
-    lines, interactive = _lines(policy, script, episode)
-    if interactive:
-        report.note(HINT)
-    code = _play(episode, report, lines, interactive, most)
+    code: int = Exit.OK
+    try:
+        report.start(seed, number)
+        lines, interactive = _lines(policy, script, episode)
+        if interactive:
+            report.note(HINT)
+        _play(episode, report, lines, interactive, most)
+    except KeyboardInterrupt as error:
+        say("")
+        code = interrupt_code(error)
     report.end()
     return code
 
@@ -123,27 +130,22 @@ def _typed(episode: Episode) -> Iterator[str]:
             return
 
 
-def _play(episode: Episode, report: Report, lines: Iterator[str], interactive: bool, most: int) -> int:
+def _play(episode: Episode, report: Report, lines: Iterator[str], interactive: bool, most: int) -> None:
     """Do what the lines say until the episode or they end."""
     number = 0
-    try:
-        while episode.now.time < most and not episode.now.terminal:
-            if not episode.legal():
-                report.note("no action is legal here: the episode cannot go on")
+    while episode.now.time < most and not episode.now.terminal:
+        if not episode.legal():
+            report.note("no action is legal here: the episode cannot go on")
+            break
+        line = next(lines, None)
+        number += 1
+        try:
+            if line is None or not _obey(line.split("#")[0].strip(), episode, report):
                 break
-            line = next(lines, None)
-            number += 1
-            try:
-                if line is None or not _obey(line.split("#")[0].strip(), episode, report):
-                    break
-            except NoSuchActionError as error:
-                if not interactive:
-                    raise click.ClickException(f"line {number} of the script: {error}") from None
-                report.note(str(error))
-    except KeyboardInterrupt:
-        click.echo(err=True)
-        return Exit.INTERRUPTED
-    return Exit.OK
+        except NoSuchActionError as error:
+            if not interactive:
+                raise click.ClickException(f"line {number} of the script: {error}") from None
+            report.note(str(error))
 
 
 def _obey(line: str, episode: Episode, report: Report) -> bool:

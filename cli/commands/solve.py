@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -14,9 +13,10 @@ from pathlib import Path
 import click
 
 from hypgen.cli.building import build
-from hypgen.cli.exit_codes import exit_codes
+from hypgen.cli.exit_codes import code_of_program, exit_codes
 from hypgen.cli.model_arguments import load, model_options, param_option, require_params
-from hypgen.cli.output import say_warnings
+from hypgen.cli.output import say_warnings, write_file
+from hypgen.play import signals
 
 
 @click.command(epilog=exit_codes("the model is too large, or a file cannot be written"))
@@ -159,19 +159,13 @@ def _solve_and_draw(command: list[str], title: str, file: Path) -> int:
     """Run the solver, draw the graph that it leaves, and return the solver's exit code."""
     from hypgen.cli.show import policy_drawing
 
-    # An interrupt reaches the solver too, which ends with what is proven so far.
-    before = signal.signal(signal.SIGINT, lambda number, frame: None)
-    try:
-        with tempfile.TemporaryDirectory() as folder:
-            written = Path(folder) / "graph.json"
-            code = subprocess.run([*command, f"--graph-file={written}"], check=False).returncode
-            if not written.exists():
-                return code
-            graph = json.loads(written.read_text(encoding="utf-8"))
-    finally:
-        signal.signal(signal.SIGINT, before)
-    try:
-        policy_drawing.draw(graph, title, file)
-    except OSError as error:
-        raise click.ClickException(f"{file}: {error.strerror}") from None
+    with tempfile.TemporaryDirectory() as folder:
+        written = Path(folder) / "graph.json"
+        solver = subprocess.Popen([*command, f"--graph-file={written}"], text=True, process_group=0)
+        with solver, signals.passed_to(solver):  # it ends with what is proven so far
+            code = code_of_program(solver.wait())
+        if not written.exists():
+            return code
+        graph = json.loads(written.read_text(encoding="utf-8"))
+    write_file(file, policy_drawing.draw(graph, title, file.suffix))
     return code

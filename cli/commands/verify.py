@@ -12,7 +12,7 @@ from pathlib import Path
 import click
 
 from hypgen.cli.building import build
-from hypgen.cli.exit_codes import Exit, exit_codes
+from hypgen.cli.exit_codes import Exit, code_of_program, exit_codes
 from hypgen.cli.model_arguments import (
     choose_cuda,
     load,
@@ -100,10 +100,10 @@ def command(
         try:
             lanes = _lanes_for(seconds, test)
         except subprocess.CalledProcessError as error:
-            return _exit(error.returncode)
+            return code_of_program(error.returncode)
     sys.stdout.flush()
     done = subprocess.run([*test, "--lanes", str(lanes), *(["--json", "-"] if as_json else [])])
-    return _exit(done.returncode)
+    return code_of_program(done.returncode)
 
 
 def _lanes_for(seconds: float, test: list[str]) -> int:
@@ -115,8 +115,3 @@ def _lanes_for(seconds: float, test: list[str]) -> int:
         raise subprocess.CalledProcessError(done.returncode, test)
     elapsed = time.perf_counter() - start
     return max(few, min(MOST_LANES, int(few * seconds / elapsed)))
-
-
-def _exit(code: int) -> int:
-    """Return the command's exit code for the program's: one that a signal ended has a bug."""
-    return code if code in (Exit.OK, Exit.DIFFERENT, Exit.MISTAKE, Exit.INTERRUPTED) else Exit.BUG

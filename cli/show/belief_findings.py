@@ -13,6 +13,7 @@ import click
 
 from hypgen.cli.building import build
 from hypgen.cli.exit_codes import Exit
+from hypgen.cli.interrupts import interrupt_code
 from hypgen.cli.model_arguments import require_params
 from hypgen.cli.output import progress_bar, say
 from hypgen.dsl.messages import c_sampling
@@ -86,26 +87,27 @@ def run(
     require_params(loaded)
     if all(variable.visible for variable in loaded.model.variables):
         raise click.UsageError("The model has no hidden variables, so that there is no belief to check.")
-    played, interrupted = Played(), False
+    played = Played()
+    interrupted: KeyboardInterrupt | None = None
     try:
         _play(build("verify", loaded, model, instance), asked, played)
-    except KeyboardInterrupt:
-        interrupted = True
+    except KeyboardInterrupt as error:
+        interrupted = error
     except RuntimeError as error:
         raise click.ClickException(str(error)) from None
     ranks = {name: Ranks(values) for name, values in played.values.items()}
     found = findings(loaded.model, ranks, asked)
     if facts is None:
         for finding in found:
-            click.echo(finding.render(loaded.sources), err=True)
+            say(finding.render(loaded.sources))
         _print(loaded.model, ranks, played, asked, len(found))
     else:
         shown = [*map(to_json, loaded.warnings), *(to_json(f.diagnostic) for f in found)]
-        checked = {"beliefs": _numbers(ranks, played, asked, interrupted)}
+        checked = {"beliefs": _numbers(ranks, played, asked, interrupted is not None)}
         click.echo(json.dumps({"ok": not found, "diagnostics": shown, **facts, **checked}, indent=2))
     if interrupted:
         say("interrupted")
-        return Exit.INTERRUPTED
+        return interrupt_code(interrupted)
     if found:
         return Exit.MISTAKE
     return Exit.DIFFERENT if strict and loaded.warnings else Exit.OK

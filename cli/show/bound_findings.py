@@ -14,6 +14,7 @@ import click
 from hypgen.cli.building import build
 from hypgen.cli.exit_codes import Exit
 from hypgen.cli.model_arguments import require_params
+from hypgen.cli.output import say
 from hypgen.dsl.messages import c_sampling
 from hypgen.dsl.messages.render import render, to_json
 
@@ -43,7 +44,7 @@ def run(
     found = findings(loaded.model, compared)
     if facts is None:
         for finding in found:
-            click.echo(render(finding, loaded.sources), err=True)
+            say(render(finding, loaded.sources))
         verdict = f"{len(found)} bound{'' if len(found) == 1 else 's'} wrong" if found else "nothing wrong"
         click.echo(f"{loaded.model.file}: bounds at {beliefs:,} beliefs, seed {seed}: {verdict}")
         click.echo(table(compared))

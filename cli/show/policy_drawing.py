@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
+import io
 import textwrap
 from collections.abc import Iterator
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 SUFFIXES = (".svg", ".pdf", ".png")
@@ -24,8 +24,8 @@ def missing_libraries() -> list[str]:
     return [name for name in ("matplotlib", "networkx") if find_spec(name) is None]
 
 
-def draw(graph: dict[str, Any], title: str, path: Path) -> None:
-    """Draw a graph; the suffix of the file says how. Equal graphs give equal SVG."""
+def draw(graph: dict[str, Any], title: str, suffix: str) -> bytes:
+    """Return the drawing of a graph; the suffix of its file says how. Equal graphs give equal SVG."""
     import matplotlib
     import networkx
     from matplotlib.figure import Figure
@@ -58,8 +58,10 @@ def draw(graph: dict[str, Any], title: str, path: Path) -> None:
             axes.text(x, y, text, ha="center", va="center", fontsize=9, bbox=box, parse_math=False)
         axes.set_xlim(-widest / 2, widest / 2)
         axes.set_ylim(0.5 - len(layers), 0.5)
-        metadata = {"Date": None} if path.suffix == ".svg" else None
-        figure.savefig(path, bbox_inches="tight", metadata=metadata, dpi=min(100.0, _PIXELS / max(size)))
+        drawing, dpi = io.BytesIO(), min(100.0, _PIXELS / max(size))
+        metadata = {"Date": None} if suffix == ".svg" else None
+        figure.savefig(drawing, format=suffix[1:], bbox_inches="tight", metadata=metadata, dpi=dpi)
+    return drawing.getvalue()
 
 
 def _edges(graph: dict[str, Any]) -> Iterator[tuple[int | str, int | str, str]]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hypgen.cli.exit_codes import Exit
+from hypgen.cli.interrupts import interrupt_code
 from hypgen.cli.model_arguments import require_params
 from hypgen.cli.output import progress_bar, say
 from hypgen.dsl.interpret.sampling.sample_laws import check_densities, check_returns
@@ -23,14 +24,14 @@ def run(loaded: Loaded, samples: int, seed: int, facts: dict[str, Any] | None, s
     """Check a model by sampling; print findings, or with ``facts`` everything, warnings too, as JSON."""
     require_params(loaded)
     walk = Walk(loaded.model, samples, seed)
-    interrupted = False
+    interrupted: KeyboardInterrupt | None = None
     try:
         with progress_bar() as progress:
             walk.run(progress)
             check_densities(walk, progress)
             check_returns(walk, progress)
-    except KeyboardInterrupt:
-        interrupted = True
+    except KeyboardInterrupt as error:
+        interrupted = error
     findings = walk.findings
     wrong = any(not f.is_warning for f in findings)
     if facts is not None:
@@ -38,13 +39,13 @@ def run(loaded: Loaded, samples: int, seed: int, facts: dict[str, Any] | None, s
             "states": walk.visited,
             "episodes": walk.episodes,
             "seed": seed,
-            "interrupted": interrupted,
+            "interrupted": interrupted is not None,
         }
         found = [*map(to_json, loaded.warnings), *(f.to_json() for f in findings)]
         click.echo(json.dumps({"ok": not wrong, "diagnostics": found, **facts, "samples": sampled}, indent=2))
     else:
         for finding in findings:
-            click.echo(finding.render(loaded.sources), err=True)
+            say(finding.render(loaded.sources))
         visited = f"{walk.visited:,} states in {walk.episodes:,} episodes, seed {seed}"
         mistakes = sum(not f.is_warning for f in findings)
         warnings = len(findings) - mistakes
@@ -53,7 +54,7 @@ def run(loaded: Loaded, samples: int, seed: int, facts: dict[str, Any] | None, s
         click.echo(f"{loaded.model.file}: {visited}: {verdict}")
     if interrupted:
         say("interrupted")
-        return Exit.INTERRUPTED
+        return interrupt_code(interrupted)
     if strict and not wrong and (findings or loaded.warnings):
         return Exit.DIFFERENT
     return Exit.MISTAKE if wrong else Exit.OK

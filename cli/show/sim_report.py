@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import click
 
+from hypgen.cli.output import say
 from hypgen.dsl import ir
 from hypgen.dsl.interpret.value_text import (
     action_text,
@@ -244,7 +245,7 @@ class JsonReport:
 
     def note(self, text: str) -> None:
         """Print a text to standard error."""
-        click.echo(text, err=True)
+        say(text)
 
     def end(self) -> None:
         """Print what the episode earned."""

@@ -15,7 +15,7 @@ from hypgen.codegen.cpp.key_codes import KeyLayout
 from hypgen.codegen.cpp.text import Code, from_int32, value_of, wrapped
 from hypgen.codegen.layout.naming import Scope
 from hypgen.codegen.model.c_header import CHeader
-from hypgen.codegen.model.value_fields import hidden_fields, number, seen_fields, visible_fields
+from hypgen.codegen.model.value_fields import hidden_fields, number, places, seen_fields, visible_fields
 from hypgen.dsl import ir
 from hypgen.dsl.ir.rounding import Rounding
 from hypgen.dsl.ir.undefined import may_be_undefined
@@ -291,13 +291,11 @@ class _Descriptor:
 
     def _hidden_variables(self) -> Iterator[str]:
         """Yield C++ for the name, place and kind of each hidden variable."""
-        first = 0
-        for variable in self.model.variables:
+        firsts = places(self.model)
+        for variable in (v for v in self.model.variables if not v.visible):
             count = length_of(variable.indices)
-            if not variable.visible:
-                is_float = "true" if isinstance(variable.type, Float) else "false"
-                yield f"{{{_string(variable.name)}, {first}, {count}, {is_float}}}"
-            first += count
+            is_float = "true" if isinstance(variable.type, Float) else "false"
+            yield f"{{{_string(variable.name)}, {firsts[variable.name]}, {count}, {is_float}}}"
 
     def _variable_names(self) -> itertools.chain[str]:
         def entries(variable: ir.Variable) -> list[str]:

@@ -14,12 +14,13 @@ from hypgen.codegen.cpp.text import from_int32, scalar, shifted, value_of
 from hypgen.codegen.model.model_functions import (
     PartNames,
     arguments,
-    assigned,
     density_needs,
+    first_assigned,
     key_of,
     position,
     update_needs,
 )
+from hypgen.codegen.model.value_fields import places
 from hypgen.codegen.passes.guards import Guards
 from hypgen.codegen.passes.partition import ElementUpdate
 from hypgen.dsl import ir
@@ -76,14 +77,14 @@ class Interface:
         if visible:
             builder.code.add("fixed = Fixed{};")
             builder.code.add("state = State{};")
+        firsts = places(self.model)
         for group in self.model.init_groups(visible):
             members = group[0].binders[:1] if len(group) > 1 else ()
             with builder.printer.loops(members):
                 for assign in group:
-                    variable = self.model.variable(assign.variable)
                     builder.code.add(f"// {origin(assign.span)}: {assign.variable}")
                     with builder.printer.loops(assign.binders[len(members) :]):
-                        assigned(assign, "fixed" if variable.fixed else "state", builder)
+                        first_assigned(assign, firsts[assign.variable], builder)
         return builder.done("void", "init_visible" if visible else "init_hidden")
 
     def init_likelihood(self) -> list[template_data.Function]:

@@ -110,10 +110,26 @@ def element_update(update: ElementUpdate, name: str, context: Context) -> templa
 
 def assigned(assign: ir.Assign, owner: str, builder: Builder) -> None:
     """Append the draw of one entry of a variable into ``owner``."""
+    kept = shape(own_value(assign)) if owner == "next" else None
+    _assigned(assign, owner, builder, "", kept)
+
+
+def first_assigned(assign: ir.Assign, first: int, builder: Builder) -> None:
+    """Append the first value of one entry of a variable, whose entries are exported from ``first`` on.
+
+    The draws may give another value than the model does.
+    """
+    variable = builder.context.model.variable(assign.variable)
+    entry = f"{first} + {position(assign.binders, builder.printer)}" if assign.binders else str(first)
+    given = f"first_value<{scalar(variable.type)}>(draws, {entry}, "
+    _assigned(assign, "fixed" if variable.fixed else "state", builder, given)
+
+
+def _assigned(assign: ir.Assign, owner: str, builder: Builder, around: str, kept: object = None) -> None:
     names, printer = builder.context.names, builder.printer
     indices = "".join(f"{printer.locals[b.name]}, " for b in assign.binders)
-    kept = shape(own_value(assign)) if owner == "next" else None
-    sink = Sink(f"{owner}.{names.setters[assign.variable]}({indices}", ");", kept)
+    end = "));" if around else ");"
+    sink = Sink(f"{owner}.{names.setters[assign.variable]}({indices}{around}", end, kept)
     builder.sampled(
         assign.dist, names.sites.get(assign.site.path, ""), position(assign.binders, printer), sink
     )

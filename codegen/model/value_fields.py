@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from collections.abc import Mapping
 
 from hypgen.dsl import ir
 from hypgen.dsl.ir.reads import reached
-from hypgen.dsl.types import Bool, Enum, Float, Record, Type, flat_indices, low_of, size_of
+from hypgen.dsl.types import Bool, Enum, Float, Record, Type, flat_indices, length_of, low_of, size_of
 
 _CHOOSES = (ir.Certain, ir.IfDist, ir.LetDist)  # distributions that draw only where one inside them does
 
@@ -21,6 +22,12 @@ def number(value: bool | int | float) -> str:
     if isinstance(value, int):
         return str(int(value)) + (".0" if abs(int(value)) >= 2**31 else "")
     return repr(value)
+
+
+def places(model: ir.Model) -> dict[str, int]:
+    """Return where the values of each variable begin among those of all, as ``export_state`` writes them."""
+    ends = itertools.accumulate((length_of(v.indices) for v in model.variables), initial=0)
+    return {variable.name: first for variable, first in zip(model.variables, ends, strict=False)}
 
 
 def visible_fields(model: ir.Model, name_functions: Mapping[str, str]) -> list[str]:

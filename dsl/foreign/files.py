@@ -8,6 +8,7 @@ import os
 from hypgen.dsl.foreign.recognise import recognise
 from hypgen.dsl.messages import e09_other_formats
 from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.messages.input_file import read_file
 from hypgen.dsl.messages.source import Source
 
 MAX_BYTES = 32_000_000
@@ -20,11 +21,10 @@ def read(path: str | os.PathLike[str]) -> bytes | None:
     if not os.path.isfile(name):
         return None  # missing, a folder, or a pipe, which can be read once only
     try:
-        with open(name, "rb") as stream:
-            head = stream.read(_HEAD)
-            if b"\0" in head or recognise(source_of(name, head)) is None:
-                return None
-            content = head + stream.read(MAX_BYTES + 1 - len(head))
+        head = read_file(name, _HEAD)
+        if b"\0" in head or recognise(source_of(name, head)) is None:
+            return None
+        content = read_file(name, MAX_BYTES)
     except OSError:
         return None
     if len(content) > MAX_BYTES:

@@ -24,7 +24,7 @@ def folder(path: str, span: Span | None) -> Diagnostic:
     return Diagnostic("E0002", f"'{path}' is a folder, not a file", span, "name a .pomdp file in it")
 
 
-def unreadable(path: str, reason: str | None, span: Span | None) -> Diagnostic:
+def unreadable(path: str, reason: str, span: Span | None) -> Diagnostic:
     """A file that the operating system does not give."""
     message = f"'{path}' cannot be read: {reason}"
     return Diagnostic("E0003", message, span, "check the path and its permissions")

@@ -1,23 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Text to syntax tree: lark's LALR(1) parser, with its tables cached between processes."""
+"""Text to syntax tree, by lark's LALR(1) parser."""
 
 from __future__ import annotations
 
-import os
 import re
 from functools import cache
-from importlib import resources
 from typing import cast
 
 from lark import Lark, Token, Tree, UnexpectedInput
 
-from hypgen.cache_folder import cache_folder
 from hypgen.dsl.foreign.recognise import recognise
 from hypgen.dsl.messages import e01_syntax
 from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
 from hypgen.dsl.messages.source import Source, Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.syntax.errors.describe import explain
+from hypgen.dsl.syntax.parser_tables import load_parser
 from hypgen.dsl.syntax.tree_builder import build
 
 # Later passes recurse over the tree, so its depth has a limit that is far above what a person writes.
@@ -97,26 +95,4 @@ def _check_depth(tree: Tree[Token], source: Source) -> None:
 
 @cache
 def _load_lark() -> Lark:
-    """Build the parser, or read its tables from the cache: 10 ms instead of 150 ms."""
-    grammar = resources.files("hypgen.dsl.syntax").joinpath("pomdp.lark").read_text(encoding="utf-8")
-    return Lark(
-        grammar,
-        parser="lalr",
-        lexer="basic",
-        start=["file", "expression"],
-        propagate_positions=True,
-        cache=_cache_file() or False,
-    )
-
-
-def _cache_file() -> str | None:
-    """Return where the tables are kept, or None if nothing can be written there.
-
-    Lark compares the file with the grammar and its own version, and rebuilds what does not match.
-    """
-    try:
-        directory = cache_folder()
-        directory.mkdir(parents=True, exist_ok=True)
-    except (OSError, RuntimeError):
-        return None
-    return str(directory / "grammar.lark-tables") if os.access(directory, os.W_OK) else None
+    return load_parser()

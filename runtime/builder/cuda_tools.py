@@ -135,10 +135,17 @@ def parse_architectures(arch: str) -> tuple[int, ...]:
     return tuple(sorted(named))
 
 
+def driver_cuda() -> tuple[int, int] | None:
+    """Return the newest version of CUDA that the driver of the GPU runs, None if it does not tell."""
+    path = _smi()
+    found = re.search(r"CUDA Version:\s*(\d+)\.(\d+)", (run([path]) or "") if path else "")
+    return (int(found[1]), int(found[2])) if found else None
+
+
 @functools.cache
 def find_gpus() -> tuple[Gpu, ...]:
     """Return the GPUs that the driver lists."""
-    path = shutil.which("nvidia-smi") or (str(WSL_SMI) if WSL_SMI.is_file() else None)
+    path = _smi()
     query = "--query-gpu=name,driver_version,memory.total,compute_cap"
     output = run([path, query, "--format=csv,noheader"]) if path else None
     rows = [[cell.strip() for cell in line.split(",")] for line in (output or "").splitlines()]
@@ -160,6 +167,10 @@ def nvcc_command(build: CudaBuild, flags: list[str], compiler: Path, host_flags:
         command += ["-ccbin", str(compiler)]
     passed = (flag.replace(",", r"\,") for flag in host_flags if not flag.startswith("-std="))
     return command + [f"-Xcompiler={flag}" for flag in passed]  # which splits at commas
+
+
+def _smi() -> str | None:
+    return shutil.which("nvidia-smi") or (str(WSL_SMI) if WSL_SMI.is_file() else None)
 
 
 def _gpus_here() -> tuple[Gpu, ...]:

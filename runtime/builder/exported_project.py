@@ -3,25 +3,36 @@
 
 from __future__ import annotations
 
-import filecmp
+import hashlib
 import importlib.metadata
 import json
 import os
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from hypgen import __version__
 from hypgen.runtime.builder.errors import ToolchainError
 from hypgen.runtime.builder.solver import runtime_files, runtime_id, solver_name
 from hypgen.runtime.builder.tools import find_json
+from hypgen.whole_files import sync
 
-# Names hypgen's version and the files that it wrote, so that only those are ever replaced.
+# Names hypgen's version and the files that it wrote, with their digests: only those that are still the same
+# are ever replaced.
 MARKER = ".hypgen-project"
 TARGET_FILE = "target.cmake"
 ID_FILE = "id.cmake"  # in the runtime's folder: tells its version
 SYSTEM_LICENCE = Path("/usr/share/doc/nlohmann-json3-dev/copyright")
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A file that is not what hypgen wrote, and so was left alone; ``new`` is hypgen's, if there is one."""
+
+    path: Path
+    new: Path | None
 
 
 def export(
@@ -30,33 +41,34 @@ def export(
     executable: Path | None = None,
     architectures: tuple[int, ...] = (),
     project: str = "",
-) -> None:
+) -> list[Kept]:
     """Write the project, the runtime's sources and the third-party header to ``directory``.
 
     With ``architectures``, its own build compiles for those GPUs unless told otherwise. ``project`` is the
-    folder of the project, where the files are more than that.
+    folder of the project, where the files are more than that. Returns what the user has changed and stays.
     """
     target = {str(PurePosixPath(project, name)): text for name, text in _target(architectures).items()}
-    _replace(directory, lambda stage: _stage({**files, **target}, executable, stage, project))
+    return _replace(directory, lambda stage: _stage({**files, **target}, executable, stage, project))
 
 
-def export_library(library: Path, directory: Path) -> Path:
-    """Copy a library with its headers and pages to ``directory``; return its path there."""
+def export_library(library: Path, directory: Path) -> tuple[Path, list[Kept]]:
+    """Copy a library with its headers and pages to ``directory``; return its path there, and what stays."""
     package = library.parent.parent
 
-    def stage(to: Path) -> list[str]:
-        shutil.copytree(package, to)
+    def stage(to: Path) -> None:
+        for path in sorted(package.rglob("*")):
+            if path.is_file():
+                _copy(path, _parent(to / path.relative_to(package)))
         licence = _json_licence()
         if licence is not None:
             shutil.copyfile(licence, to / "LICENSE.nlohmann-json")
-        return _mark(to)
 
-    _replace(directory, stage)
-    return directory / library.relative_to(package)
+    kept = _replace(directory, stage)
+    return directory / library.relative_to(package), kept
 
 
-def _replace(directory: Path, make: Callable[[Path], list[str]]) -> None:
-    """Put what ``make`` writes to a folder, and lists, into the place of what hypgen wrote before.
+def _replace(directory: Path, make: Callable[[Path], None]) -> list[Kept]:
+    """Put what ``make`` writes to a folder into the place of what hypgen wrote before; return what stays.
 
     Everything is staged first and then moved into place, so that a failure leaves no half-written
     project. Unchanged files keep their times (a CMake build in the folder stays incremental), files of
@@ -68,39 +80,83 @@ def _replace(directory: Path, make: Callable[[Path], list[str]]) -> None:
         inside = directory if directory.exists() else directory.parent
         with tempfile.TemporaryDirectory(prefix=".hypgen-", dir=inside) as temporary:
             stage = Path(temporary) / "project"
-            written = make(stage)
-            if not directory.exists():
-                stage.rename(directory)
-                return
-            for name in written:
-                _move(stage / name, directory / name)
-            for name in set(old) - set(written):
-                (directory / name).unlink(missing_ok=True)
+            make(stage)
+            new = {name: _digest(stage / name) for name in _names(stage)}
+            if directory.exists():
+                return _merge(stage, directory, old, new)
+            _mark(stage, new)
+            for name in (*new, MARKER):
+                sync(stage / name)
+            stage.rename(directory)
+            sync(directory.parent)
+            return []
     except OSError as error:
         raise ToolchainError(
             f"cannot write '{directory}': {error.strerror}", "name another folder with -o"
         ) from error
 
 
-def check_target(directory: Path) -> list[str]:
-    """Return the files that hypgen wrote to ``directory`` before; refuse a folder that is not hypgen's."""
+def _merge(stage: Path, directory: Path, old: Mapping[str, set[str]], new: Mapping[str, str]) -> list[Kept]:
+    """Move files into the folder, each beside what is not hypgen's there; return what stays."""
+    kept, places, written = [], {}, dict(new)
+    for name, digest in new.items():
+        place = name
+        while not _may_go(directory / place, {*old.get(place, ()), digest}):
+            place += ".new"
+        places[name] = place
+        written[place] = digest
+        if place != name:
+            kept.append(Kept(directory / name, directory / place))
+    _mark(stage, written, old)  # a kill from here on must not make hypgen's files look like the user's
+    _move(stage / MARKER, directory / MARKER)
+    for name, place in places.items():
+        if not (directory / place).exists() or _digest(directory / place) != new[name]:
+            _move(stage / name, directory / place)
+    for name in sorted(old.keys() - written.keys()):
+        path = directory / name
+        if _may_go(path, old[name]):
+            path.unlink(missing_ok=True)
+        else:
+            kept.append(Kept(path, None))
+    for folder in sorted({(directory / place).parent for place in places.values()}):
+        sync(folder)
+    _mark(stage, written)
+    _move(stage / MARKER, directory / MARKER)
+    return kept
+
+
+def _may_go(path: Path, digests: set[str]) -> bool:
+    """Return whether a file is absent, or one that hypgen wrote and nobody has changed."""
+    if not path.exists() or path.is_symlink():
+        return not path.is_symlink()
+    return path.is_dir() or _digest(path) in digests
+
+
+def check_target(directory: Path) -> dict[str, set[str]]:
+    """Return the files that hypgen wrote to ``directory`` before, with the digests that are hypgen's.
+
+    A folder that is not hypgen's is refused.
+    """
     marker = directory / MARKER
     if marker.is_file():
         try:
-            names = [str(name) for name in json.loads(marker.read_text(encoding="utf-8"))["files"]]
-            # The folder may come from someone else: its list must not reach outside it.
-            return [name for name in names if not name.startswith("/") and ".." not in name.split("/")]
-        except (ValueError, KeyError, TypeError):
-            return []
+            listing = json.loads(marker.read_text(encoding="utf-8"))
+            found = {str(name): {str(digest)} for name, digest in listing["files"].items()}
+            for name, digests in listing.get("before", {}).items():
+                found.setdefault(str(name), set()).update(map(str, digests))
+        except (ValueError, KeyError, TypeError, AttributeError):
+            return {}
+        # The folder may come from someone else: its list must not reach outside it.
+        return {n: d for n, d in found.items() if not n.startswith("/") and ".." not in n.split("/")}
     if directory.exists() and (not directory.is_dir() or any(directory.iterdir())):
         raise ToolchainError(
             f"'{directory}' exists and was not written by hypgen", "name a new or an empty folder with -o"
         )
-    return []
+    return {}
 
 
-def _stage(files: Mapping[str, str], executable: Path | None, stage: Path, project: str) -> list[str]:
-    """Write all files to ``stage``; return their names, the marker last. ``project`` is a folder in it."""
+def _stage(files: Mapping[str, str], executable: Path | None, stage: Path, project: str) -> None:
+    """Write all files to ``stage``. ``project`` is a folder in it."""
     for name, text in files.items():
         _parent(stage / name).write_text(text, encoding="utf-8")
     for name, path in runtime_files().items():
@@ -114,16 +170,24 @@ def _stage(files: Mapping[str, str], executable: Path | None, stage: Path, proje
     if licence is not None:
         shutil.copyfile(licence, third_party / "LICENSE")
     if executable is not None:
-        shutil.copy(executable, _parent(stage / "bin" / solver_name(files)))
-    return _mark(stage)
+        _copy(executable, _parent(stage / "bin" / solver_name(files)))
 
 
-def _mark(stage: Path) -> list[str]:
-    """Write the marker; return the names of all files, the marker last."""
-    written = sorted(path.relative_to(stage).as_posix() for path in stage.rglob("*") if path.is_file())
-    listing = json.dumps({"hypgen": __version__, "files": [*written, MARKER]}, indent=1)
-    (stage / MARKER).write_text(listing + "\n", encoding="utf-8")
-    return [*written, MARKER]
+def _mark(directory: Path, files: Mapping[str, str], before: Mapping[str, set[str]] | None = None) -> None:
+    """Write the marker: the digest of each file, and while files are moved, those of the files before."""
+    listing: dict[str, object] = {"hypgen": __version__, "files": dict(sorted(files.items()))}
+    if before is not None:
+        listing["before"] = {name: sorted(digests) for name, digests in sorted(before.items())}
+    (directory / MARKER).write_text(json.dumps(listing, indent=1) + "\n", encoding="utf-8")
+
+
+def _names(folder: Path) -> list[str]:
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+
+
+def _digest(path: Path) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _target(architectures: tuple[int, ...]) -> dict[str, str]:
@@ -144,10 +208,17 @@ def _parent(path: Path) -> Path:
     return path
 
 
+def _copy(source: Path, target: Path) -> None:
+    """Copy a file out of the cache. Others may read and run the copy if the umask lets them."""
+    shutil.copyfile(source, target)
+    if os.access(source, os.X_OK):
+        mode = target.stat().st_mode
+        target.chmod(mode | (mode & 0o444) >> 2)
+
+
 def _move(source: Path, target: Path) -> None:
-    """Put ``source`` in the place of ``target`` unless they are the same."""
-    if target.is_file() and filecmp.cmp(source, target, shallow=False):
-        return
+    """Put a file into the place of another, once a crash of the machine cannot lose it."""
+    sync(source)
     os.replace(source, _parent(target))
 
 

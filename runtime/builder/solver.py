@@ -20,7 +20,17 @@ from hypgen.runtime.builder import cache
 from hypgen.runtime.builder.commands import call
 from hypgen.runtime.builder.compile_flags import nvcc_flags
 from hypgen.runtime.builder.cuda_tools import CudaBuild, nvcc_command
-from hypgen.runtime.builder.tools import Tools, cpu_features, find_archiver, find_eigen, find_json, find_tools
+from hypgen.runtime.builder.preflight import require_current_folder, require_room
+from hypgen.runtime.builder.process_group import ProcessGroup
+from hypgen.runtime.builder.tools import (
+    Tools,
+    cpu_features,
+    find_archiver,
+    find_eigen,
+    find_json,
+    find_tools,
+    user_flags,
+)
 
 RUNTIME_FOLDER = Path(__file__).parent.parent
 RUNTIME_PARTS = ("CMakeLists.txt", "LICENSE", "NOTICE", "cmake", "include", "src")
@@ -74,25 +84,30 @@ def build_solver(
     reported: measured against the origin's last build, and telling its text from its generated code.
     ``cuda``, if given, compiles the model for GPUs too. ``again`` builds the model's part in any case.
     """
+    require_current_folder()
     tools = find_tools()
     name = solver_name(files)
     base = _components(tools)
-    libraries = _libraries(files)
-    folders = [_library(library, tools, base, report) for library in libraries]
     code = cache.digest(*(part for item in sorted(files.items()) for part in item))
     components = {"model": model, "code": code, **base, "target": _target(cuda)}
     key = cache.digest(code, *base.values(), components["target"])
     record = cache.digest(origin, name)
     found = None if again else cache.entry("solvers", key)
     reason = "as asked for" if again else _reason(components, cache.read_record("records", record))
-    report(Step(f"{Path(name).name}{_suffix(cuda)}", "" if found else reason))
+    step = Step(f"{Path(name).name}{_suffix(cuda)}", "" if found else reason)
     if found is None:
+        require_room()  # what is missing is said before anything is compiled
+        libraries = _libraries(files)
+        folders = [_library(library, tools, base, report) for library in libraries]
+        report(step)
         found = cache.make(
             "solvers",
             key,
             lambda to: _compile(files, tools, libraries, folders, cuda, to / name),
             again=again,
         )
+    else:
+        report(step)
     cache.write_record("records", record, components)
     return found / name
 
@@ -130,7 +145,7 @@ def _components(tools: Tools) -> dict[str, str]:
     return {
         "runtime": runtime_id(),
         "compiler": f"{tools.compiler.version} ({tools.compiler.path})",
-        "flags": " ".join(os.environ.get(name, "") for name in ("CXXFLAGS", "LDFLAGS")).strip(),
+        "flags": " ".join([*user_flags("CXXFLAGS"), *user_flags("LDFLAGS")]),
         "cpu": cpu_features(),
     }
 
@@ -156,7 +171,7 @@ def _reason(components: Mapping[str, str], before: Mapping[str, str]) -> str:
     changed = [name for name, value in components.items() if before.get(name) != value]
     if "model" in changed:  # then its code is another one as a matter of course
         changed = [name for name in changed if name != "code"]
-    return ", ".join(CHANGES[name] for name in changed) or "no longer in the cache"
+    return ", ".join(CHANGES[name] for name in changed) or "no longer whole in the cache"
 
 
 def _libraries(files: Mapping[str, str]) -> list[Library]:
@@ -174,6 +189,7 @@ def _library(library: Library, tools: Tools, components: dict[str, str], report:
     key = cache.digest(library.target, str(library.eigen), *components.values())
     found = cache.entry("runtime", key)
     if found is None:
+        require_room()
         report(Step(library.what, _reason(components, cache.read_record("records", library.target))))
         found = cache.make("runtime", key, lambda to: _build_library(library, tools, to))
         cache.write_record("records", library.target, components)
@@ -196,8 +212,10 @@ def _build_library(library: Library, tools: Tools, to: Path) -> None:
         settings["HYPGEN_EIGEN_INCLUDE_DIR"] = library.eigen
     definitions = [f"-D{name}={value}" for name, value in settings.items()]
     configure = [str(tools.cmake.path), "-S", str(RUNTIME_FOLDER), "-B", str(build), *generator, *definitions]
-    call(configure, library.what, tools)
-    call([str(tools.cmake.path), "--build", str(build), "--target", library.target], library.what, tools)
+    with ProcessGroup() as group:
+        call(group, configure, library.what, tools)
+        command = [str(tools.cmake.path), "--build", str(build), "--target", library.target]
+        call(group, command, library.what, tools)
     archive = _archive(library)
     shutil.copy(next(build.rglob(archive)), to / archive)
     commands = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
@@ -252,22 +270,27 @@ def _compile(
         units |= {name: device for name in sorted(files) if name.endswith(".cu")}
         link += [f"-L{cuda.nvcc.library}", "-lcudart_static", "-ldl", "-lrt"]
 
-    def compile_unit(name: str) -> str:
-        unit = str(project / f"{name}.o")
-        call([*units[name], "-c", str(project / name), "-o", unit], "the model", tools, cuda)
-        return unit
-
-    with ThreadPoolExecutor() as pool:
-        objects = list(pool.map(compile_unit, units))
-    link += shlex.split(os.environ.get("LDFLAGS", ""))
+    link += user_flags("LDFLAGS")
     if _is_library(files):
         symbols = RUNTIME_FOLDER / "cmake" / "exported_symbols.map"
         link += ["-shared", f"-Wl,--version-script={symbols}", f"-Wl,-soname,{executable.name}"]
-    call([str(tools.compiler.path), *flags, *objects, *link, "-o", str(executable)], "the model", tools)
+
+    # Left first, the group ends the compilers that the pool's threads wait for.
+    with ThreadPoolExecutor() as pool, ProcessGroup() as group:
+
+        def compile_unit(name: str) -> str:
+            unit = str(project / f"{name}.o")
+            call(group, [*units[name], "-c", str(project / name), "-o", unit], "the model", tools, cuda)
+            return unit
+
+        objects = list(pool.map(compile_unit, units))
+        words = [str(tools.compiler.path), *flags, *objects, *link, "-o", str(executable)]
+        call(group, words, "the model", tools)
+        if _is_library(files):
+            static = [unit for unit in objects if unit != str(project / f"{SHARED}.o")]
+            archive = executable.with_suffix(".a")
+            call(group, [str(find_archiver()), "rcs", str(archive), *static], "the model", tools)
     if _is_library(files):
-        static = [unit for unit in objects if unit != str(project / f"{SHARED}.o")]
-        archive = executable.with_suffix(".a")
-        call([str(find_archiver()), "rcs", str(archive), *static], "the model", tools)
         shutil.copy(archives[-1], executable.parent / f"libhypgen_runtime-{runtime_id()}.a")
         _pack(project, files, cuda, executable.parent.parent)
     shutil.rmtree(project)

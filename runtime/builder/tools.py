@@ -7,6 +7,7 @@ among the wheels of this Python environment, which need not be activated.
 
 from __future__ import annotations
 
+import errno
 import functools
 import hashlib
 import importlib.metadata
@@ -14,6 +15,7 @@ import importlib.util
 import os
 import platform
 import re
+import shlex
 import shutil
 import subprocess
 import sysconfig
@@ -82,6 +84,17 @@ def find_ninja() -> Program | None:
     return next((p for c in _candidates("ninja") if (p := _program(c)) is not None), None)
 
 
+def require_builder() -> str:
+    """Return what runs the commands of a CMake build."""
+    found = find_ninja()
+    if found is not None:
+        return f"{found.version} ({found.path})"
+    make = shutil.which("make") or shutil.which("gmake")
+    if make is None:
+        raise ToolchainError("neither Ninja nor make found", "run `pip install ninja`")
+    return f"not found; {make} is used"
+
+
 def find_archiver() -> Path:
     """Return the program that makes static libraries."""
     found = shutil.which("ar")
@@ -126,13 +139,29 @@ def cpu_features() -> str:
     return f"{platform.machine()}-{digest[:12]}"
 
 
+def user_flags(variable: str) -> list[str]:
+    """Return the words of CXXFLAGS or LDFLAGS."""
+    try:
+        return shlex.split(os.environ.get(variable, ""))
+    except ValueError as error:
+        problem = str(error).lower()  # "no closing quotation"
+        raise ToolchainError(f"{variable} has {problem}", f"mend or unset {variable}") from None
+
+
 def run(command: list[str]) -> str | None:
-    """Return the standard output of a short command, or None if it cannot run or fails."""
+    """Return the standard output of a short command, or None if it cannot run or fails.
+
+    Raises ``OSError`` where the system has nothing left to start a program with.
+    """
     try:
         done = subprocess.run(
             command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=30, check=True
         )
-    except (OSError, subprocess.SubprocessError):
+    except OSError as error:
+        if error.errno in (errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.EAGAIN):
+            raise
+        return None
+    except subprocess.SubprocessError:
         return None
     return done.stdout
 

@@ -26,4 +26,6 @@ function(hypgen_compile_options target)
     $<$<BOOL:${HYPGEN_WERROR}>:-Werror>)
   # clang++ warns of signs with -Wconversion; g++ does not, and sizes are computed from ints all over.
   target_compile_options(${target} PRIVATE -Wno-sign-conversion)
+  # clang++ 17 and newer report that std::stable_sort of libstdc++ 12 calls a function that C++17 deprecates.
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:Clang>:-Wno-deprecated-declarations>)
 endfunction()

@@ -11,6 +11,8 @@
  * - No exception leaves a call, and no call prints or ends the process.
  * - A planner takes one call at a time: a second thread's call is refused with HYPGEN_BUSY. Several planners
  *   may be at work at the same time.
+ * - A call with a handle that was destroyed, or that another library has made, is refused with
+ *   HYPGEN_WRONG_ARGUMENT.
  * - A process that forks leaves its planners to the parent: the child's calls are refused.
  * - Arrays and texts that a call takes are read during the call alone.
  * - Only hypgen_create and the first step reserve memory for planning. Later plans and updates allocate nothing,
@@ -100,7 +102,7 @@ HYPGEN_API hypgen_status hypgen_describe(const hypgen_model* model, char** json,
 /* Makes a planner; `options` may be NULL. */
 HYPGEN_API hypgen_status hypgen_create(const hypgen_model* model, const hypgen_options* options,
                                        hypgen_planner** planner, char** error);
-/* Does nothing where `planner` is NULL or busy. */
+/* Does nothing where `planner` is NULL, busy or destroyed; the last is HYPGEN_WRONG_ARGUMENT. */
 HYPGEN_API hypgen_status hypgen_destroy(hypgen_planner* planner);
 
 /* The planner as a JSON object: mode, threads, device, and why that is no GPU where one was asked for. Each of its
@@ -181,7 +183,8 @@ HYPGEN_API hypgen_status hypgen_probability(hypgen_planner* planner, const char*
  *
  * - Worlds take one call at a time: a second thread's call is refused with HYPGEN_BUSY. They have no threads of
  *   their own, so that several of them may be stepped by as many threads.
- * - The caller has the arrays that calls read and write. Only hypgen_worlds_create allocates.
+ * - The caller has the arrays that calls read and write. Only hypgen_worlds_create and
+ *   hypgen_worlds_start allocate.
  * - `count` is the number of worlds, as a check of the arrays' length. */
 
 typedef struct hypgen_worlds hypgen_worlds;
@@ -210,11 +213,16 @@ typedef struct hypgen_worlds_results {
 /* Makes worlds without episodes. */
 HYPGEN_API hypgen_status hypgen_worlds_create(const hypgen_model* model, const hypgen_worlds_options* options,
                                               hypgen_worlds** worlds, char** error);
-/* Does nothing where `worlds` is NULL or busy. */
+/* Does nothing where `worlds` is NULL, busy or destroyed; the last is HYPGEN_WRONG_ARGUMENT. */
 HYPGEN_API hypgen_status hypgen_worlds_destroy(hypgen_worlds* worlds);
 
 /* Ends all episodes. Later ones draw by this seed, and are numbered afresh. */
 HYPGEN_API hypgen_status hypgen_worlds_seed(hypgen_worlds* worlds, uint64_t seed, char** error);
+
+/* Episodes that begin later start with the values of a JSON object: visible and hidden variables by name, such as
+ * {"rock.good": [true, ..]}, or single entries, {"rock.good[3]": true}. What it leaves out is drawn, and what
+ * depends on given values follows from these. NULL: as the model says. */
+HYPGEN_API hypgen_status hypgen_worlds_start(hypgen_worlds* worlds, const char* start, char** error);
 
 /* Starts an episode in each world whose entry of `mask` is not 0; NULL: in all. `episodes` has the number for each
  * world, below 2^32, from which its next ones count on; NULL: its next one. */

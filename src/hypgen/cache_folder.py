@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The folder of what hypgen makes once and keeps: the parser's tables, libraries, solvers."""
+"""The folder of what hypgen makes once and keeps: libraries and solvers."""
 
 from __future__ import annotations
 

@@ -106,8 +106,8 @@ def test_an_exported_project_builds_for_gpus_with_plain_cmake(cuda: CudaBuild, t
     subprocess.run([*command, *options], check=True, capture_output=True)
     cmake = str(tools.find_cmake().path)
     solver.build_solver(generate(load(TIGER).model), "device/tiger", lambda step: None)
-    libraries = cache.folder("runtime").glob("*/libhypgen_runtime.a")
-    library = max(libraries, key=lambda path: path.parent.stat().st_mtime)  # the one used last
+    libraries = cache.folder("runtime").glob(f"*/{cache.FILES}/libhypgen_runtime.a")
+    library = max(libraries, key=lambda path: path.parent.parent.stat().st_mtime)  # the one used last
     for arguments in (
         ["-B", "build", f"-DCMAKE_CUDA_COMPILER={cuda.nvcc.path}", f"-DHYPGEN_RUNTIME_LIBRARY={library}"],
         ["--build", "build", "--parallel", "2"],

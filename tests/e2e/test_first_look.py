@@ -120,3 +120,14 @@ def test_a_search_earns_what_the_first_look_is_worth(model: str, belief: str) ->
     assert {line["belief"] for line in starts} == {"ok"}
     summary = lines[-1]
     assert summary["discounted_return"] == pytest.approx(VALUE, abs=2 * summary["interval95"])
+
+
+@pytest.mark.cxx
+def test_what_is_seen_first_follows_from_a_given_start(model: str, tmp_path: Path) -> None:
+    start = tmp_path / "start.json"
+    start.write_text('{"room.tiger": "left"}')
+    options = ["--mode", "default", "--runs", "300", "--steps", "1", "--json", "-", "--quiet"]
+    done = hypgen("run", model, "--", *options, "--start", str(start))
+    assert done.returncode == Exit.OK, done.stderr
+    seen = [line["observation"] for line in rows(done.stdout) if line["type"] == "start"]
+    assert seen.count("left") == pytest.approx(0.85 * 300, abs=25)

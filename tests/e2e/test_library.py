@@ -10,10 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.native import exported_by
+from support.native import c_names_of, exported_by
 
 from hypgen.api import Planner, PlannerError, Solver
+from hypgen.api.programs import files
+from hypgen.dsl.load import load
 from hypgen.runtime.builder import tools
+from hypgen.runtime.builder.solver import build_solver
 
 pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
@@ -72,6 +75,14 @@ def test_the_library_exports_the_interface_alone(package: Path) -> None:
     assert "RPATH" not in dynamic and "RUNPATH" not in dynamic and "hypgen" not in dynamic
 
 
+def test_no_other_name_could_meet_one_of_the_users(package: Path) -> None:
+    """As a program has one set of names with C linkage, those of static libraries too."""
+    program = build_solver(files(load(ROCKS), "solver"), ROCKS, lambda step: None)
+    for built in (program, *(package / "lib").glob("*.a")):
+        names = c_names_of(built)
+        assert names and all(name.startswith("hypgen_") for name in names), built
+
+
 def test_the_library_decides_as_the_solver_does(planner: Planner, tmp_path: Path) -> None:
     lines = tmp_path / "lines.jsonl"
     options = [f"--{name}={value}" for name, value in SETTINGS.items()]
@@ -113,11 +124,11 @@ def test_mistakes_are_refused(solver: Solver, planner: Planner) -> None:
     planner.reset()
     with pytest.raises(PlannerError, match="seconds: expected"):
         planner.plan(float("nan"))
-    with pytest.raises(PlannerError, match="reading: expected a name such as"):
+    with pytest.raises(PlannerError, match="reading: expected one of nothing, looks_good, looks_bad, found"):
         planner.update(5, {"reading": "looks"})
     with pytest.raises(PlannerError, match="key: no observation of the model has it"):
         planner.update(5, 99)
-    with pytest.raises(PlannerError, match="action: expected a number from 0 to 12"):
+    with pytest.raises(PlannerError, match="action: expected an integer from 0 to 12, found 99"):
         planner.update(99, 0)
     with pytest.raises(PlannerError, match="no setting is named scenario; the settings are: mode"):
         solver.planner(scenario=3)

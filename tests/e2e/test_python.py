@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import hypgen
@@ -115,7 +116,7 @@ def test_a_plan_ends_at_a_time_or_when_cancelled(solver: hypgen.Solver) -> None:
         is_over.set()
         other.join()
         assert decision.status in ("deadline", "converged") and decision.seconds < 30
-        with pytest.raises(hypgen.PlannerError, match="deadline: expected a time"):
+        with pytest.raises(hypgen.PlannerError, match="deadline: expected a number, found nan"):
             planner.plan(deadline=float("nan"))
     planner.cancel()  # of a planner that is closed: nothing
 
@@ -192,8 +193,13 @@ def test_wrong_calls_are_raised(planner: hypgen.Planner) -> None:
     ):
         with pytest.raises(hypgen.PlannerError, match=wrong):
             call()
-    with pytest.raises(hypgen.PlannerError, match="no action is named fly"):
+    with pytest.raises(hypgen.PlannerError, match="no action is named fly; the actions are: north, south"):
         planner.update("fly", 0)
+    with pytest.raises(hypgen.PlannerError, match="no hidden variable is named good; the names are: rock.go"):
+        planner.probability("good", True)
+    with pytest.raises(hypgen.PlannerError, match="seen: expected values by name, or a key, found None"):
+        planner.update(5, None)  # type: ignore[arg-type]
+    assert planner.update(np.int64(5), {"reading": np.int32(1)}) == "ok"
     with pytest.raises(hypgen.PlannerError, match="no value is named smell; the names are: reading"):
         planner.update(5, {"smell": 1})
     with pytest.raises(hypgen.PlannerError, match="words: expected 1, found 2"):

@@ -101,7 +101,7 @@ WRONG = {
     '{"do": "update", "action": "listen"}': "it takes action, and seen or key",
     '{"do": "update", "action": "lissen", "seen": {"heard": "left"}}': "no action is named lissen",
     '{"do": "update", "action": 99, "seen": {"heard": "left"}}': "expected a number from 0 to 2",
-    '{"do": "update", "action": 0, "seen": {"heard": "up"}}': "heard: expected a name",
+    '{"do": "update", "action": 0, "seen": {"heard": "up"}}': "heard: expected one of left, right",
     '{"do": "update", "action": 0, "key": 77}': "no observation of the model has it",
     '{"do": "update", "action": 0, "key": "left"}': "key: expected",
 }

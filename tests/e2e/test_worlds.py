@@ -187,6 +187,23 @@ def test_a_policy_is_a_function(solver: hypgen.Solver) -> None:
         list(solver.simulate(lambda _: "fly", runs=1))
 
 
+def test_wrong_simulations_are_refused_at_once(solver: hypgen.Solver, cart: hypgen.Solver) -> None:
+    wrong: list[tuple[Any, dict[str, Any], str]] = [
+        (lambda _: EAST, {"runs": 0}, "runs: expected an integer from 1 to 1000000, found 0"),
+        (lambda _: EAST, {"runs": "3"}, "runs: expected an integer from 1 to 1000000, found '3'"),
+        (lambda _: EAST, {"runs": 1, "steps": 0}, "steps: expected an integer from 1"),
+        (solver, {"runs": 1}, "planner: expected a planner or a policy, found"),
+    ]
+    for planner, arguments, text in wrong:
+        with pytest.raises(hypgen.PlannerError, match=text):
+            solver.simulate(planner, **arguments)
+    with (
+        cart.planner(mode="default", memory=64) as of_another,
+        pytest.raises(hypgen.PlannerError, match="planner: its model has other actions"),
+    ):
+        solver.simulate(of_another, runs=1)
+
+
 def test_values_have_the_types_of_the_model(cart: hypgen.Solver) -> None:
     with cart.worlds(2, seed=1) as worlds:
         worlds.reset()
@@ -302,6 +319,8 @@ def test_wrong_calls_of_a_vector_are_refused(solver: hypgen.Solver) -> None:
         envs.step(np.array([EAST, -1]))
     with pytest.raises(hypgen.PlannerError, match="an environment starts episodes itself"):
         envs.step(np.array([EAST, hypgen.Worlds.NEXT_EPISODE]))
+    with pytest.raises(hypgen.PlannerError, match=r"actions: expected 2 integers, found shape \(1,\)"):
+        envs.step(np.array([EAST]))
     with pytest.raises(ValueError, match="seed: expected one integer for all worlds"):
         envs.reset(seed=[1, 2])
     envs.close()
@@ -347,3 +366,49 @@ def test_a_key_with_any_float_has_worlds() -> None:
         worlds.reset()
         worlds.step([0, 0, 0])
         assert worlds.seen.any()
+
+
+GOOD = {"rock.good": [True, False] * 4, "rover.x": 1}
+
+
+def test_a_start_is_that_of_the_command_line(solver: hypgen.Solver, tmp_path: Path) -> None:
+    start = tmp_path / "start.json"
+    start.write_text(json.dumps(GOOD))
+    options = [f"--{name}={value}" for name, value in SETTINGS.items()]
+    options += ["--runs=2", "--steps=6", f"--start={start}", "--json=-", "--quiet"]
+    command = [*HYPGEN, "run", str(ROCKS), "--target", "cpu", "--", *options]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    told = [json.loads(line) for line in done.stdout.splitlines()]
+    assert told[0]["start"] == str(start)
+    with solver.planner(**SETTINGS) as planner:
+        found = list(solver.simulate(planner, runs=2, steps=6, start=GOOD))
+    records = [record for record in found if isinstance(record, StepRecord)]
+    actions = [(line["action"], line["reward"]) for line in told if line["type"] == "step"]
+    assert actions == [(record.action, record.reward) for record in records]
+
+
+def test_episodes_start_where_they_are_told_to(solver: hypgen.Solver) -> None:
+    with solver.worlds(3, seed=5, start=GOOD) as worlds:
+        for _ in range(2):
+            worlds.reset()
+            assert worlds.visible.tolist() == [[1, 3]] * 3
+        worlds.start({"rock.good[2]": False})
+        worlds.reset()
+        assert worlds.visible.tolist() == [[0, 3]] * 3
+        for wrong, text in (
+            ({"rock": 1}, "no variable is named rock; the variables are: rover.x, rover.y, rock.good"),
+            ({"rock.good": 1}, "rock.good: expected an array of 8, found 1"),
+            ({"rover.x": 8}, "rover.x: expected an integer from 0 to 7, found 8"),
+        ):
+            with pytest.raises(hypgen.PlannerError, match=text):
+                worlds.start(wrong)
+    ends = [list(solver.simulate(lambda _: EAST, runs=1, start={"rover.x": x}))[-1] for x in (0, 6)]
+    assert [end.steps for end in ends if isinstance(end, EpisodeRecord)] == [7, 1]
+
+
+def test_a_given_float_is_that_of_the_start(cart: hypgen.Solver) -> None:
+    given = {"cart.at": 1.25, "cart.flags": [True, True, False], "cart.good": True}
+    with cart.worlds(start=given) as worlds:
+        worlds.reset()
+        assert worlds.visible_by_name() == {"cart.at": 1.25, "cart.flags": [True, True, False]}

@@ -7,8 +7,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "hypgen/embed/value_text.hpp"
 #include "hypgen/math/float_bits.hpp"
+#include "hypgen/model/value_text.hpp"
 #include "hypgen/solver/step_details.hpp"
 #include "test_solvers.hpp"
 

@@ -139,6 +139,21 @@ TEST(ApplPolicy, RefusesWhatIsNotAPolicyOfTheModel) {
   EXPECT_NE(problem_of(replaced(bare, "<Vector ", "<SparseVector "), model), "");
 }
 
+TEST(ApplPolicy, RefusesWhatIsHostile) {
+  const ExactModel model = make_tiger();
+  const std::string text = written(model, solve(model));
+  EXPECT_NE(problem_of("<" + std::string(17'000'000, 'x'), model).find("larger than 16 MB"),
+            std::string::npos);
+  EXPECT_NE(problem_of("<!-- hypgen " + std::string(100000, '['), model), "");
+  EXPECT_NE(problem_of("<!-- hypgen " + std::string(100000, '[') + "--><Policy>", model), "");
+  EXPECT_NE(problem_of("<!-- hypgen -->" + text, model), "");
+  const std::size_t names = text.find("\"actions\":[");
+  ASSERT_NE(names, std::string::npos);
+  const std::size_t end = text.find(']', names);
+  EXPECT_NE(problem_of(text.substr(0, names) + "\"actions\":{\"a\":1" + "}" + text.substr(end + 1), model),
+            "");
+}
+
 TEST(ApplPolicy, IsRefusedWhereItIsTooLarge) {
   const ExactModel model = make_tiger();
   EXPECT_EQ(appl_policy_problem(model, solve(model)), "");

@@ -340,6 +340,73 @@ TEST_F(CApiTest, RefusesAForkedProcess) {
   EXPECT_LT(plan(), HYPGEN_FAILED);
 }
 
+// A handle's number is never used again, so the next planner does not get the calls of the last one.
+TEST_F(CApiTest, RefusesWhatWasDestroyed) {
+  make(rocks, kFew);
+  ASSERT_EQ(made, HYPGEN_OK) << error;
+  hypgen_planner* const old = planner;
+  EXPECT_EQ(hypgen_destroy(old), HYPGEN_OK);
+  EXPECT_EQ(hypgen_destroy(old), HYPGEN_WRONG_ARGUMENT);
+  make(rocks, kFew);
+  ASSERT_EQ(made, HYPGEN_OK) << error;
+  EXPECT_NE(old, planner);
+  EXPECT_EQ(hypgen_plan(old, 0.1, &decision, fresh()), HYPGEN_WRONG_ARGUMENT);
+  EXPECT_STREQ(error, "planner: was destroyed, or another library has made it");
+  EXPECT_EQ(hypgen_reset_named(old, nullptr, 0, fresh()), HYPGEN_WRONG_ARGUMENT);
+  EXPECT_EQ(hypgen_update_named(old, 0, "{}", fresh()), HYPGEN_WRONG_ARGUMENT);
+  EXPECT_EQ(hypgen_cancel(old), HYPGEN_WRONG_ARGUMENT);
+  EXPECT_EQ(hypgen_destroy(old), HYPGEN_WRONG_ARGUMENT);
+  auto* const worlds = reinterpret_cast<hypgen_worlds*>(planner);
+  EXPECT_EQ(hypgen_worlds_destroy(worlds), HYPGEN_WRONG_ARGUMENT);
+  EXPECT_EQ(hypgen_reset(planner, nullptr, 0, 0, fresh()), HYPGEN_OK);
+}
+
+// Threads call a planner that one of them destroys: each call is served or refused.
+TEST(CApi, DestroysWhileOthersCall) {
+  const hypgen_model model = {&hypgen::this_runtime, rocks};
+  const hypgen_options options = {sizeof(hypgen_options), kFew, nullptr};
+  for (int round = 0; round < 5; ++round) {
+    hypgen_planner* planner = nullptr;
+    ASSERT_EQ(hypgen_create(&model, &options, &planner, nullptr), HYPGEN_OK);
+    std::atomic<bool> is_alive{true};
+    std::vector<std::thread> callers;
+    for (int i = 0; i < 2; ++i) {
+      callers.emplace_back([&] {
+        while (is_alive) {
+          hypgen_cancel(planner);
+          const hypgen_status status = hypgen_reset(planner, nullptr, 0, 0, nullptr);
+          EXPECT_TRUE(status == HYPGEN_OK || status == HYPGEN_BUSY || status == HYPGEN_WRONG_ARGUMENT);
+        }
+      });
+    }
+    while (hypgen_destroy(planner) == HYPGEN_BUSY) std::this_thread::yield();
+    is_alive = false;
+    for (std::thread& caller : callers) caller.join();
+  }
+}
+
+// A fork that comes while another thread looks up a handle does not wait for that thread, which it has not.
+TEST_F(CApiTest, ForksWhileAnotherThreadCalls) {
+  make(rocks, kFew);
+  ASSERT_EQ(made, HYPGEN_OK) << error;
+  std::atomic<bool> is_over{false};
+  std::thread other([&] {
+    while (!is_over) hypgen_cancel(planner);
+  });
+  for (int round = 0; round < 20; ++round) {
+    const pid_t child = fork();
+    if (child == 0) {
+      alarm(20);
+      _exit(hypgen_plan(planner, 0.1, &decision, nullptr) == HYPGEN_WRONG_ARGUMENT ? 0 : 1);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  }
+  is_over = true;
+  other.join();
+}
+
 // Twenty planners at a time, of two models, each in a thread of its own.
 TEST(CApi, HasSeveralPlanners) {
   std::vector<std::thread> threads;

@@ -220,4 +220,30 @@ TEST_F(CWorldsTest, RefusesASecondThread) {
   EXPECT_GT(taken, 0);
 }
 
+TEST_F(CWorldsTest, StartWhereTheyAreToldTo) {
+  ASSERT_EQ(make(rocks, 2), HYPGEN_OK) << error;
+  ASSERT_EQ(hypgen_worlds_start(worlds, R"({"x": 3, "good[0]": true})", fresh()), HYPGEN_OK) << error;
+  ASSERT_EQ(reset(), HYPGEN_OK);
+  ASSERT_EQ(hypgen_worlds_visible(worlds, visible.data(), count, fresh()), HYPGEN_OK);
+  EXPECT_EQ(visible, (std::vector<int32_t>{3, 2, 3, 2}));
+  EXPECT_EQ(hypgen_worlds_start(worlds, R"({"x": 4})", fresh()), HYPGEN_WRONG_ARGUMENT);
+  EXPECT_STREQ(error, "x: expected an integer from 0 to 3, found 4");
+  ASSERT_EQ(step({HYPGEN_NEXT_EPISODE, HYPGEN_NEXT_EPISODE}), HYPGEN_OK);
+  EXPECT_EQ(visible, (std::vector<int32_t>{3, 2, 3, 2}));  // what was refused has changed nothing
+  ASSERT_EQ(hypgen_worlds_start(worlds, nullptr, fresh()), HYPGEN_OK);
+  ASSERT_EQ(step({HYPGEN_NEXT_EPISODE, HYPGEN_NEXT_EPISODE}), HYPGEN_OK);
+  EXPECT_EQ(visible, (std::vector<int32_t>{0, 2, 0, 2}));
+}
+
+TEST_F(CWorldsTest, AreRefusedOnceTheyAreDestroyed) {
+  ASSERT_EQ(make(rocks, 2), HYPGEN_OK) << error;
+  hypgen_worlds* const old = worlds;
+  EXPECT_EQ(hypgen_worlds_destroy(old), HYPGEN_OK);
+  EXPECT_EQ(hypgen_worlds_destroy(old), HYPGEN_WRONG_ARGUMENT);
+  EXPECT_EQ(hypgen_worlds_seed(old, 1, fresh()), HYPGEN_WRONG_ARGUMENT);
+  EXPECT_STREQ(error, "worlds: were destroyed, or another library has made them");
+  EXPECT_EQ(step({kNorth, kNorth}), HYPGEN_WRONG_ARGUMENT);
+  worlds = nullptr;
+}
+
 }  // namespace

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "hypgen/embed/embedded_model.hpp"
+#include "hypgen/model/embedded_model.hpp"
 #include "test_solvers.hpp"
 
 namespace hypgen::testing {

@@ -75,6 +75,7 @@ TEST(Episode, EndsWithANamedStatus) {
 class OddWorld final : public World {
  public:
   void reset(std::uint64_t) override {}
+  void set_start(StartValues) override {}
   void export_visible(std::int32_t* out) const override { out[0] = 25; }
   void export_state(std::int32_t*) const override {}
   bool is_legal(int) const override { return true; }

@@ -285,7 +285,7 @@ TEST(ManyThreads, KeepTheDeadline) {
   }
   // Of the fastest, as other processes may hold the processor.
   const double best = *std::min_element(seconds.begin(), seconds.end());
-  EXPECT_GE(best, 0.01);
+  EXPECT_GE(best, 0.005);  // a plan may end before a pause that it expects, but uses half of its time
   EXPECT_LT(best, 0.011);
 }
 

@@ -69,6 +69,20 @@ TEST(Options, TheModeMakesTheMostOfTheMachine) {
   for (const char* words : {"--mode=despot", "--help", "--version"}) mode(unasked, {words});
 }
 
+TEST(Options, RequiringAGpuContradictsWhatUsesNone) {
+  EXPECT_EQ(error_of({"--require-gpu", "--device", "cpu"}), "--require-gpu: contradicts --device cpu");
+  EXPECT_EQ(error_of({"--mode", "rollout", "--require-gpu"}),
+            "--require-gpu: mode rollout does not use a GPU");
+}
+
+TEST(Options, MessagesShowBadValuesHarmlessly) {
+  EXPECT_EQ(error_of({"--runs", "\x1b[2J\xff"}),
+            "--runs: bad value \" [2J?\"; expected an integer from 1 to 1000000");
+  const std::string dashes(5000, '-');
+  EXPECT_EQ(error_of({dashes.c_str()}),
+            "unknown option " + std::string(60, '-') + "...; --help lists the options");
+}
+
 TEST(Options, APeriodReplacesTheTimeLimit) {
   SolverOptions options;
   std::string error;

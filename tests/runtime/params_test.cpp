@@ -2,6 +2,13 @@
 #include "hypgen/model/params.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <string>
+#include <thread>
 
 namespace hypgen {
 namespace {
@@ -104,13 +111,64 @@ TEST(Params, MissesValuesWithoutDefault) {
   EXPECT_NE(error.find("2 x 3"), std::string::npos);
 }
 
-TEST(Params, NamesAFileThatCannotBeRead) {
+TEST(Params, RefusesJsonThatIsHostile) {
+  const std::string deep(100000, '['), deep_objects = "{\"rocks\":" + std::string(100000, '[');
+  EXPECT_EQ(error_of(deep), "has values nested deeper than 100 levels");
+  EXPECT_EQ(error_of(deep_objects), "has values nested deeper than 100 levels");
+  EXPECT_EQ(error_of(R"({"hearing": 0.1, "hearing": 0.2})"), "\"hearing\" is given twice in one object");
+  EXPECT_EQ(error_of(R"({"wet": {"a": 1, "a": 2}})"), "\"a\" is given twice in one object");
+  EXPECT_EQ(error_of(R"({"hearing": NaN})").find("not valid JSON"), 0U);
+  EXPECT_EQ(error_of("{\"hearing\": Infinity}").find("not valid JSON"), 0U);
+  EXPECT_EQ(error_of("{\"h\xff\": 1}").find("not valid JSON"), 0U);
+  EXPECT_EQ(error_of("{\"h\xff\": 1}").find('\xff'), std::string::npos);  // messages are UTF-8
+  EXPECT_EQ(error_of(R"({"hearing": 99999999999999999999999999})"),
+            "param \"hearing\": expected probability from 0 to 1, found 1e+26");
+  EXPECT_EQ(error_of(R"({"rocks": [1, 2, 3, 4, 5, 18446744073709551615]})"),
+            "param \"rocks\": expected integer from 0 to 6, found 18446744073709551615");
+  EXPECT_EQ(error_of("{\"" + std::string(100000, 'a') + "\": 1}").size(),
+            error_of("{\"" + std::string(60, 'a') + "\": 1}").size() + 3);
+}
+
+// What a message shows of a text is short, on one line, and UTF-8.
+TEST(Params, ShowsWhatWasFoundHarmlessly) {
+  const std::string shown = error_of(R"({"wind": "\u001b[2J\u0085\r\nx"})");
+  EXPECT_EQ(std::count_if(shown.begin(), shown.end(), [](char c) { return '\0' <= c && c < ' '; }), 0);
+  const std::string cut = error_of("{\"wind\": \"" + std::string(58, 'a') + "\u2195\u2195\"}");
+  EXPECT_NE(cut.find(std::string(58, 'a') + "..."), std::string::npos) << cut;
+}
+
+std::string problem_of_file(const std::string& file) {
   ParamValues values(kSpecs);
   std::string error;
-  EXPECT_FALSE(read_param_file("/nonexistent/params.json", kSpecs, values, error));
-  EXPECT_EQ(error, "/nonexistent/params.json: cannot be read");
-  EXPECT_FALSE(read_param_file("/", kSpecs, values, error));
-  EXPECT_EQ(error, "/: cannot be read");
+  EXPECT_FALSE(read_param_file(file, kSpecs, values, error));
+  return error;
+}
+
+TEST(Params, NamesAFileThatCannotBeRead) {
+  EXPECT_EQ(problem_of_file("/nonexistent/params.json"),
+            "/nonexistent/params.json: cannot be read: No such file or directory");
+  EXPECT_EQ(problem_of_file("/"), "/: cannot be read: Is a directory");
+}
+
+TEST(Params, RefusesFilesThatAreNoText) {
+  EXPECT_EQ(problem_of_file("/dev/zero"), "/dev/zero: is a binary file, not a text");
+  EXPECT_EQ(problem_of_file("/dev/null").find("/dev/null: is empty"), 0U);
+  const std::string large = testing::TempDir() + "params_large";
+  std::ofstream(large) << std::string(16'000'001, ' ');
+  EXPECT_EQ(problem_of_file(large), large + ": is larger than 16 MB");
+  std::remove(large.c_str());
+}
+
+TEST(Params, ReadsAPipeThatSomebodyWritesInto) {
+  const std::string pipe = testing::TempDir() + "params_written";
+  std::remove(pipe.c_str());
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  std::thread writer([&] { std::ofstream(pipe) << R"({"hearing": 0.25})"; });
+  ParamValues values(kSpecs);
+  std::string error;
+  EXPECT_TRUE(read_param_file(pipe, kSpecs, values, error)) << error;
+  writer.join();
+  std::remove(pipe.c_str());
 }
 
 }  // namespace

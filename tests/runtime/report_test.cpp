@@ -29,11 +29,15 @@ TEST(Statistics, MeansAndQuantiles) {
   EXPECT_EQ(histogram_median({0, 3, 0, 2}), 1.0);
 }
 
-int solve(const ModelDescriptor& model, std::vector<std::string> words) {
+int solve(const EmbeddedModel& model, std::vector<std::string> words) {
   words.insert(words.begin(), "solver");
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   return solver_main(model, static_cast<int>(arguments.size()), arguments.data());
+}
+
+int solve(const ModelDescriptor& model, std::vector<std::string> words) {
+  return solve(EmbeddedModel{model}, std::move(words));
 }
 
 std::vector<nlohmann::json> json_lines(const std::string& file) {

@@ -12,6 +12,7 @@
 #include "hypgen/math/scalar_functions.hpp"
 #include "hypgen/model/descriptor.hpp"
 #include "hypgen/model/model.hpp"
+#include "hypgen/model/start_values.hpp"
 
 namespace hypgen::testing {
 
@@ -124,15 +125,16 @@ struct RockSample : NoHistory, NotFactored {
   };
 
   template <class D>
-  static void init_visible(const Params&, D&, Fixed& fixed, State& state) {
+  static void init_visible(const Params&, D& draws, Fixed& fixed, State& state) {
     fixed = {};
     state = {};
-    state.place(0, N / 2);
+    state.place(first_value<int>(draws, 0, 0), first_value<int>(draws, 1, N / 2));
   }
   template <class D>
   static void init_hidden(const Params&, D& draws, Fixed&, State& state) {
     for (int r = 0; r < K; ++r) {
-      state.words[1] |= (draws.word(kGoodSite, static_cast<std::uint32_t>(r)) >> 31) << r;
+      const std::uint32_t drawn = draws.word(kGoodSite, static_cast<std::uint32_t>(r)) >> 31;
+      state.words[1] |= std::uint32_t{first_value<bool>(draws, 2 + r, drawn != 0)} << r;
     }
   }
   static void export_visible(const Fixed&, const State& state, std::int32_t* out) {

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.cxx
 HERE = Path(__file__).parent
 
 
-def configure(build: Path) -> None:
+def configure(build: Path, *settings: str) -> None:
     """Configure the tests, or skip where GoogleTest is not installed."""
     tools = toolchain.find_tools()
     generator = ["-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={tools.ninja.path}"] if tools.ninja else []
@@ -26,6 +26,7 @@ def configure(build: Path) -> None:
         "-DCMAKE_BUILD_TYPE=Quick",
         "-DCMAKE_CXX_FLAGS_QUICK=-O1 -DNDEBUG",
         "-DHYPGEN_WERROR=ON",
+        *settings,
     ]
     command = [str(tools.cmake.path), "-S", str(HERE), "-B", str(build), *generator, *definitions]
     done = subprocess.run(command, capture_output=True, text=True)
@@ -82,5 +83,19 @@ def test_threads_do_not_race(build: Path) -> None:
     settings = {"TSAN_OPTIONS": "halt_on_error=1", "HYPGEN_TEST_SECONDS": seconds}
     # Deadlines are not kept where everything takes ten times as long.
     command = [str(build / "race_tests"), "--gtest_brief=1", "--gtest_filter=-*Deadline*"]
+    done = subprocess.run(command, env=os.environ | settings, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout[-10000:] + done.stderr[-10000:]
+
+
+@pytest.mark.slow
+def test_nothing_leaks(tmp_path: Path) -> None:
+    """Nor reads or writes what it may not, nor does what C++ leaves undefined."""
+    sanitize = "-fsanitize=address,undefined -fno-sanitize-recover=undefined -g1"
+    configure(tmp_path, f"-DCMAKE_CXX_FLAGS={sanitize}", "-DHYPGEN_WERROR=OFF")
+    compile_target(tmp_path, "runtime_tests")
+    # Some tests ask for more memory than there is.
+    settings = {"ASAN_OPTIONS": "detect_leaks=1:allocator_may_return_null=1"}
+    # Deadlines are not kept where everything takes three times as long.
+    command = [str(tmp_path / "runtime_tests"), "--gtest_brief=1", "--gtest_filter=-*Deadline*"]
     done = subprocess.run(command, env=os.environ | settings, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-10000:] + done.stderr[-10000:]

@@ -50,7 +50,7 @@ TEST(VerifyMain, ATraceHasARowForEachLaneAndStep) {
   EXPECT_EQ(in.tellg(), 3 * 5 * (1 + 10 + 1) * 8);
   const Ended ended = run({"--trace", "/nonexistent/folder/file"});
   EXPECT_EQ(ended.code, 1);
-  EXPECT_EQ(ended.err, "Tiger: /nonexistent/folder/file: cannot be written\n");
+  EXPECT_EQ(ended.err, "Tiger: /nonexistent/folder/file: cannot be written: No such file or directory\n");
 }
 
 TEST(VerifyMain, SamplesBoundsTheSameWithAnyThreads) {

@@ -24,6 +24,18 @@ def build_with_cmake(source: Path, build: Path, *settings: str) -> Path:
     return build
 
 
+def c_names_of(program: Path) -> set[str]:
+    """Return the global names with C linkage that an archive, a library or a program defines itself."""
+    if shutil.which("nm") is None:
+        pytest.skip("needs nm")
+    command = ["nm", "-g", "--defined-only", "--format=posix", str(program)]
+    listed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    names = {line.split()[0] for line in listed.splitlines() if len(line.split()) > 1}
+    # C++ names begin with _Z, what compilers and the C library add with other underscores or DW.ref.
+    added = {"main", "data_start"}
+    return {name for name in names if not name.startswith(("_", "DW.ref."))} - added
+
+
 def exported_by(library: Path) -> tuple[set[str], str]:
     """Return the names that a shared library exports, and what it needs, as readelf shows it."""
     if shutil.which("nm") is None or shutil.which("readelf") is None:

@@ -8,12 +8,12 @@ from dataclasses import replace
 from hypgen.dsl import ir
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.unit_checks import require_same, require_target
-from hypgen.dsl.ir.operators import ends, join, measured, to_float
+from hypgen.dsl.ir.operators import ends, join, measured, to_float, unit_of
 from hypgen.dsl.messages import e03_types, e06_ranges
 from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.types import INT32_MAX, INT32_MIN, Float, Int, Type
+from hypgen.dsl.types import INT32_MAX, INT32_MIN, Float, Int, Type, units
 
 
 def check_as(
@@ -60,7 +60,10 @@ def unify(branches: list[tuple[ir.Expr, Span]], expected: Type | None) -> list[i
     """Return branches as one kind: floats if any is, the expected type where that is a float."""
     wide = isinstance(expected, Float) or any(isinstance(e.type, Float) for e, _ in branches)
     if wide and all(isinstance(e.type, Int | Float) for e, _ in branches):
-        require_same(branches, "mix in one value")
+        # The branch that has another unit than the place where the value goes is the wrong one.
+        right = expected.unit if isinstance(expected, Float) else None
+        first = sorted(branches, key=lambda branch: not units.agree(right, unit_of(branch[0])))
+        require_same(first, "mix in one value")
     result: list[ir.Expr] = []
     for e, span in branches:
         e = to_float(e) if wide and isinstance(e.type, Int) else e

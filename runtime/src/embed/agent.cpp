@@ -8,10 +8,11 @@
 #include <sstream>
 #include <utility>
 
+#include "../model/input_text.hpp"
 #include "../solver/marginal_json.hpp"
-#include "hypgen/embed/value_text.hpp"
 #include "hypgen/episode/world.hpp"
 #include "hypgen/model/params.hpp"
+#include "hypgen/model/value_text.hpp"
 #include "hypgen/solver/device_choice.hpp"
 #include "hypgen/solver/step_details.hpp"
 
@@ -40,7 +41,7 @@ bool read_settings(const std::string& text, const ModelDescriptor& model, Solver
   for (std::string word; words >> word;) {
     const std::string name = word.substr(0, word.find('='));
     if (std::find(std::begin(kSettings), std::end(kSettings), name) == std::end(kSettings)) {
-      error = "no setting is named " + name + "; the settings are:";
+      error = "no setting is named " + excerpt(name) + "; the settings are:";
       for (const char* known : kSettings) error += std::string(" ") + known;
       return false;
     }
@@ -271,7 +272,8 @@ Status Agent::decode(KeyWords key, std::string& seen, std::string& error) const 
 Status Agent::find_action(const std::string& name, int& action, std::string& error) const {
   const std::vector<std::string>& names = model_.descriptor.action_names;
   const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end()) return refuse("no action is named " + name, error);
+  if (found == names.end())
+    return refuse("no action is named " + excerpt(name) + "; the actions are: " + listed(names), error);
   action = static_cast<int>(found - names.begin());
   return Status::kOk;
 }
@@ -322,7 +324,11 @@ Status Agent::probability(const std::string& variable, const std::string& value,
       return Status::kOk;
     }
   }
-  return refuse("no hidden variable is named " + variable, error);
+  std::vector<std::string> names;
+  for (const HiddenVariable& hidden : model.hidden_variables) {
+    for (int i = 0; i < hidden.count; ++i) names.push_back(entry_name(model, hidden, i));
+  }
+  return refuse("no hidden variable is named " + variable + "; the names are: " + listed(names), error);
 }
 
 }  // namespace hypgen

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hypgen/embed/c_api.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
@@ -18,13 +15,6 @@
 
 #include "c_calls.hpp"
 #include "hypgen/embed/agent.hpp"
-
-struct hypgen_planner {
-  std::unique_ptr<hypgen::Agent> agent;
-  std::atomic<bool> is_busy{false};
-  std::vector<std::uint64_t> key{};  // scratch of updates
-  pid_t process = 0;                 // that the planner's threads belong to
-};
 
 namespace hypgen {
 
@@ -75,24 +65,29 @@ hypgen_status code_of(Status status) {
 
 namespace {
 
+// What a `hypgen_planner` stands for.
+struct LivePlanner : Handled {
+  static constexpr Kind kKind = Kind::kPlanner;
+  static constexpr const char* kIsNull = "planner: is NULL";
+  static constexpr const char* kIsUnknown = "planner: was destroyed, or another library has made it";
+  static constexpr const char* kIsBusy = "planner: another thread's call is under way";
+
+  LivePlanner() : Handled(kKind) {}
+
+  std::unique_ptr<Agent> agent;
+  std::vector<std::uint64_t> key{};  // scratch of updates
+};
+
 char* copied(const std::string& text) {
   char* const copy = strdup(text.c_str());
   if (copy == nullptr) throw std::bad_alloc();
   return copy;
 }
 
-// `guarded` with the planner's agent, unless another thread has it.
 template <class Run>
 hypgen_status with_agent(hypgen_planner* planner, char** error, const Run& run) {
-  if (error != nullptr) *error = nullptr;
-  if (planner == nullptr) return wrong("planner: is NULL", error);
-  if (planner->process != getpid())
-    return wrong("planner: belongs to the process that made it, of which this one is a fork", error);
-  if (planner->is_busy.exchange(true, std::memory_order_acquire))
-    return fail(HYPGEN_BUSY, "planner: another thread's call is under way", error);
-  const hypgen_status status = guarded(error, [&](std::string& text) { return run(*planner->agent, text); });
-  planner->is_busy.store(false, std::memory_order_release);
-  return status;
+  return with_handle<LivePlanner>(
+      planner, error, [&](LivePlanner& live, std::string& text) { return run(*live.agent, text); });
 }
 
 hypgen_status check_words(const Agent& agent, std::size_t words, std::string& text) {
@@ -127,10 +122,10 @@ hypgen_decision decision_of(const Agent& agent, const Decision& found, hypgen_st
 // Updates by what `encode` makes a key of.
 template <class Encode>
 hypgen_status update_encoded(hypgen_planner* planner, int32_t action, char** error, const Encode& encode) {
-  return with_agent(planner, error, [&](Agent& agent, std::string& text) {
-    std::vector<std::uint64_t>& key = planner->key;
-    const Status status = encode(agent, key, text);
-    return status == Status::kOk ? agent.update(action, {key.data(), key.size()}, text) : status;
+  return with_handle<LivePlanner>(planner, error, [&](LivePlanner& live, std::string& text) {
+    std::vector<std::uint64_t>& key = live.key;
+    const Status status = encode(*live.agent, key, text);
+    return status == Status::kOk ? live.agent->update(action, {key.data(), key.size()}, text) : status;
   });
 }
 
@@ -217,23 +212,17 @@ hypgen_status hypgen_create(const hypgen_model* model, const hypgen_options* opt
     if (options != nullptr && options->settings != nullptr) given.settings = options->settings;
     if (options != nullptr && options->params != nullptr) given.params = options->params;
     Status status = Status::kOk;
-    auto made = std::make_unique<hypgen_planner>();
+    auto made = std::make_unique<hypgen::LivePlanner>();
     made->agent = Agent::create(model->make(), given, status, text);
-    made->process = getpid();
     if (!made->agent) return status;
     made->key.resize(made->agent->model().key_words);
-    *planner = made.release();
+    *planner = static_cast<hypgen_planner*>(hypgen::LiveHandles::add(std::move(made)));
     return status;
   });
 }
 
 hypgen_status hypgen_destroy(hypgen_planner* planner) {
-  if (planner == nullptr || planner->process != getpid()) return HYPGEN_OK;
-  if (planner->is_busy.exchange(true, std::memory_order_acquire)) return HYPGEN_BUSY;
-  return hypgen::guarded(nullptr, [&](std::string&) {
-    delete planner;
-    return Status::kOk;
-  });
+  return hypgen::destroy(planner, hypgen::LivePlanner::kKind);
 }
 
 hypgen_status hypgen_info(hypgen_planner* planner, char** json, char** error) {
@@ -284,7 +273,8 @@ hypgen_status hypgen_plan(hypgen_planner* planner, double seconds, hypgen_decisi
   return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
     if (decision == nullptr) return text = "decision: is NULL", Status::kWrongArgument;
     if (decision->size != sizeof(hypgen_decision))
-      return text = "decision: its size is not sizeof(hypgen_decision)", Status::kWrongArgument;
+      return text = "decision: its size is not sizeof(hypgen_decision); set it before each call",
+             Status::kWrongArgument;
     hypgen::Decision found;
     const Status status = agent.plan(seconds, found, text);
     *decision = hypgen::decision_of(agent, found, hypgen::code_of(status));
@@ -302,9 +292,10 @@ hypgen_status hypgen_plan_until(hypgen_planner* planner, int64_t deadline, hypge
 }
 
 hypgen_status hypgen_cancel(hypgen_planner* planner) {
-  if (planner == nullptr || planner->process != getpid()) return HYPGEN_WRONG_ARGUMENT;
-  planner->agent->cancel();
-  return HYPGEN_OK;
+  using hypgen::LivePlanner;
+  const auto cancel = [](hypgen::Handled& live) { static_cast<LivePlanner&>(live).agent->cancel(); };
+  const hypgen::Refusal refusal = hypgen::LiveHandles::visit(planner, LivePlanner::kKind, cancel);
+  return refusal == hypgen::Refusal::kNone ? HYPGEN_OK : HYPGEN_WRONG_ARGUMENT;
 }
 
 hypgen_status hypgen_warm_up(hypgen_planner* planner, double seconds, char** error) {

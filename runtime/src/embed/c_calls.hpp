@@ -9,6 +9,7 @@
 #include <new>
 #include <string>
 
+#include "handles.hpp"
 #include "hypgen/core/status.hpp"
 #include "hypgen/embed/c_api.hpp"
 
@@ -45,6 +46,48 @@ hypgen_status guarded(char** error, const Run& run) {
 // Refuses a null pointer that stands for something.
 #define HYPGEN_NEED(argument) \
   if ((argument) == nullptr) return hypgen::wrong(#argument ": is NULL", error)
+
+// Calls `run` as `guarded` does, with what a handle stands for, which no other call has meanwhile.
+template <class Object, class Run>
+hypgen_status with_handle(const void* handle, char** error, const Run& run) {
+  if (error != nullptr) *error = nullptr;
+  if (handle == nullptr) return wrong(Object::kIsNull, error);
+  Handled* found = nullptr;
+  switch (LiveHandles::take(handle, Object::kKind, found)) {
+    case Refusal::kUnknown:
+      return wrong(Object::kIsUnknown, error);
+    case Refusal::kForked:
+      return wrong("planner: belongs to the process that made it, of which this one is a fork", error);
+    case Refusal::kBusy:
+      return fail(HYPGEN_BUSY, Object::kIsBusy, error);
+    case Refusal::kNone:
+      break;
+  }
+  auto& object = static_cast<Object&>(*found);
+  const hypgen_status status = guarded(error, [&](std::string& text) { return run(object, text); });
+  LiveHandles::give_back(object);
+  return status;
+}
+
+// Destroys what a handle stands for. A fork leaves that to its parent.
+inline hypgen_status destroy(const void* handle, Handled::Kind kind) {
+  if (handle == nullptr) return HYPGEN_OK;
+  Handled* found = nullptr;
+  switch (LiveHandles::take(handle, kind, found)) {
+    case Refusal::kUnknown:
+      return HYPGEN_WRONG_ARGUMENT;
+    case Refusal::kForked:
+      return HYPGEN_OK;
+    case Refusal::kBusy:
+      return HYPGEN_BUSY;
+    case Refusal::kNone:
+      break;
+  }
+  return guarded(nullptr, [&](std::string&) {
+    LiveHandles::end(*found);
+    return Status::kOk;
+  });
+}
 
 inline hypgen_status check_model(const hypgen_model* model, char** error) {
   HYPGEN_NEED(model);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The simulated worlds of hypgen.h.
 #include <algorithm>
-#include <atomic>
 #include <memory>
 #include <string>
 #include <utility>
@@ -11,19 +10,7 @@
 #include "hypgen/embed/key_codec.hpp"
 #include "hypgen/episode/worlds.hpp"
 #include "hypgen/model/params.hpp"
-
-struct hypgen_worlds {
-  explicit hypgen_worlds(hypgen::EmbeddedModel model_of_all)
-      : model(std::move(model_of_all)), codec(model.seen, model.key_words) {}
-
-  hypgen::EmbeddedModel model;
-  hypgen::KeyCodec codec;
-  std::size_t count = 0;
-  std::unique_ptr<hypgen::ModelInstance> instance;  // has what the worlds refer to
-  std::unique_ptr<hypgen::Worlds> worlds;
-  std::vector<std::uint64_t> keys;  // of the step, where the caller has no place for them
-  std::atomic<bool> is_busy{false};
-};
+#include "hypgen/model/start_text.hpp"
 
 namespace hypgen {
 
@@ -39,29 +26,39 @@ constexpr std::size_t kMostWorlds = std::size_t{1} << 24;
 
 static_assert(Worlds::kNextEpisode == HYPGEN_NEXT_EPISODE);
 
+// What a `hypgen_worlds` stands for.
+struct LiveWorlds : Handled {
+  static constexpr Kind kKind = Kind::kWorlds;
+  static constexpr const char* kIsNull = "worlds: is NULL";
+  static constexpr const char* kIsUnknown = "worlds: were destroyed, or another library has made them";
+  static constexpr const char* kIsBusy = "worlds: another thread's call is under way";
+
+  explicit LiveWorlds(EmbeddedModel model_of_all)
+      : Handled(kKind), model(std::move(model_of_all)), codec(model.seen, model.key_words) {}
+
+  EmbeddedModel model;
+  KeyCodec codec;
+  std::size_t count = 0;
+  std::unique_ptr<ModelInstance> instance;  // has what the worlds refer to
+  std::unique_ptr<Worlds> worlds;
+  std::vector<std::uint64_t> keys;  // of the step, where the caller has no place for them
+};
+
 Status refuse(std::string text, std::string& error) {
   error = std::move(text);
   return Status::kWrongArgument;
 }
 
-// `guarded` with the worlds, unless another thread has them.
+// `run` with the worlds, if the caller knows how many they are.
 template <class Run>
 hypgen_status with_worlds(hypgen_worlds* worlds, std::size_t count, char** error, const Run& run) {
-  if (error != nullptr) *error = nullptr;
-  HYPGEN_NEED(worlds);
-  if (worlds->is_busy.exchange(true, std::memory_order_acquire))
-    return fail(HYPGEN_BUSY, "worlds: another thread's call is under way", error);
-  const hypgen_status status = guarded(error, [&](std::string& text) {
-    if (count != worlds->count)
-      return refuse("count: expected " + std::to_string(worlds->count) + ", found " + std::to_string(count),
-                    text);
-    return run(*worlds, text);
+  return with_handle<LiveWorlds>(worlds, error, [&](LiveWorlds& all, std::string& text) {
+    if (count == all.count) return run(all, text);
+    return refuse("count: expected " + std::to_string(all.count) + ", found " + std::to_string(count), text);
   });
-  worlds->is_busy.store(false, std::memory_order_release);
-  return status;
 }
 
-Status make(hypgen_worlds& made, const hypgen_worlds_options& options, std::string& error) {
+Status make(LiveWorlds& made, const hypgen_worlds_options& options, std::string& error) {
   if (options.count < 1 || options.count > kMostWorlds)
     return refuse("count: expected 1 to 2^24 worlds, found " + std::to_string(options.count), error);
   const ModelDescriptor& descriptor = made.model.descriptor;
@@ -78,7 +75,7 @@ Status make(hypgen_worlds& made, const hypgen_worlds_options& options, std::stri
 }
 
 // Why a world does not do its action.
-std::string refusal_of(const hypgen_worlds& worlds, std::size_t world, std::int32_t action) {
+std::string refusal_of(const LiveWorlds& worlds, std::size_t world, std::int32_t action) {
   const std::string where = "world " + std::to_string(world) + ": ";
   const std::vector<std::string>& names = worlds.model.descriptor.action_names;
   if (action == Worlds::kNextEpisode) return where + "there is no next episode: their numbers end at 2^32";
@@ -95,7 +92,7 @@ std::string refusal_of(const hypgen_worlds& worlds, std::size_t world, std::int3
 }
 
 // Writes the values of what each world has shown.
-Status write_seen(hypgen_worlds& worlds, const std::uint64_t* keys, std::int32_t* out, std::string& error) {
+Status write_seen(LiveWorlds& worlds, const std::uint64_t* keys, std::int32_t* out, std::string& error) {
   const std::size_t words = worlds.codec.words();
   for (std::size_t i = 0; i < worlds.count; ++i, out += worlds.codec.values()) {
     if (!worlds.codec.decode({keys + i * words, words}, out))
@@ -107,6 +104,7 @@ Status write_seen(hypgen_worlds& worlds, const std::uint64_t* keys, std::int32_t
 }  // namespace
 }  // namespace hypgen
 
+using hypgen::LiveWorlds;
 using hypgen::Status;
 
 extern "C" {
@@ -122,31 +120,38 @@ hypgen_status hypgen_worlds_create(const hypgen_model* model, const hypgen_world
   if (options->size != sizeof(hypgen_worlds_options))
     return hypgen::wrong("options: its size is not sizeof(hypgen_worlds_options)", error);
   return hypgen::guarded(error, [&](std::string& text) {
-    auto made = std::make_unique<hypgen_worlds>(model->make());
+    auto made = std::make_unique<LiveWorlds>(model->make());
     const Status status = hypgen::make(*made, *options, text);
-    if (status == Status::kOk) *worlds = made.release();
+    if (status == Status::kOk)
+      *worlds = static_cast<hypgen_worlds*>(hypgen::LiveHandles::add(std::move(made)));
     return status;
   });
 }
 
 hypgen_status hypgen_worlds_destroy(hypgen_worlds* worlds) {
-  if (worlds == nullptr) return HYPGEN_OK;
-  if (worlds->is_busy.exchange(true, std::memory_order_acquire)) return HYPGEN_BUSY;
-  delete worlds;
-  return HYPGEN_OK;
+  return hypgen::destroy(worlds, LiveWorlds::kKind);
 }
 
 hypgen_status hypgen_worlds_seed(hypgen_worlds* worlds, uint64_t seed, char** error) {
-  const std::size_t count = worlds == nullptr ? 0 : worlds->count;
-  return hypgen::with_worlds(worlds, count, error, [&](hypgen_worlds& all, std::string&) {
+  return hypgen::with_handle<LiveWorlds>(worlds, error, [&](LiveWorlds& all, std::string&) {
     all.worlds->reseed(seed);
+    return Status::kOk;
+  });
+}
+
+hypgen_status hypgen_worlds_start(hypgen_worlds* worlds, const char* start, char** error) {
+  return hypgen::with_handle<LiveWorlds>(worlds, error, [&](LiveWorlds& all, std::string& text) {
+    hypgen::StartValues values;
+    if (start != nullptr && !hypgen::read_start(start, all.model, values, text))
+      return Status::kWrongArgument;
+    all.worlds->set_start(std::move(values));
     return Status::kOk;
   });
 }
 
 hypgen_status hypgen_worlds_reset(hypgen_worlds* worlds, const uint8_t* mask, const uint64_t* episodes,
                                   size_t count, char** error) {
-  return hypgen::with_worlds(worlds, count, error, [&](hypgen_worlds& all, std::string& text) {
+  return hypgen::with_worlds(worlds, count, error, [&](LiveWorlds& all, std::string& text) {
     for (std::size_t i = 0; i < count; ++i) {
       if (mask != nullptr && mask[i] == 0) continue;
       const std::uint64_t number = episodes != nullptr ? episodes[i] : all.worlds->next_episode(i);
@@ -161,7 +166,7 @@ hypgen_status hypgen_worlds_reset(hypgen_worlds* worlds, const uint8_t* mask, co
 }
 
 hypgen_status hypgen_worlds_visible(hypgen_worlds* worlds, int32_t* visible, size_t count, char** error) {
-  return hypgen::with_worlds(worlds, count, error, [&](hypgen_worlds& all, std::string& text) {
+  return hypgen::with_worlds(worlds, count, error, [&](LiveWorlds& all, std::string& text) {
     if (visible == nullptr) return hypgen::refuse("visible: is NULL", text);
     all.worlds->export_visible(visible);
     return Status::kOk;
@@ -169,7 +174,7 @@ hypgen_status hypgen_worlds_visible(hypgen_worlds* worlds, int32_t* visible, siz
 }
 
 hypgen_status hypgen_worlds_legal(hypgen_worlds* worlds, uint8_t* legal, size_t count, char** error) {
-  return hypgen::with_worlds(worlds, count, error, [&](hypgen_worlds& all, std::string& text) {
+  return hypgen::with_worlds(worlds, count, error, [&](LiveWorlds& all, std::string& text) {
     if (legal == nullptr) return hypgen::refuse("legal: is NULL", text);
     all.worlds->export_legal(legal);
     return Status::kOk;
@@ -178,7 +183,7 @@ hypgen_status hypgen_worlds_legal(hypgen_worlds* worlds, uint8_t* legal, size_t 
 
 hypgen_status hypgen_worlds_step(hypgen_worlds* worlds, const int32_t* actions, size_t count,
                                  const hypgen_worlds_results* out, char** error) {
-  return hypgen::with_worlds(worlds, count, error, [&](hypgen_worlds& all, std::string& text) {
+  return hypgen::with_worlds(worlds, count, error, [&](LiveWorlds& all, std::string& text) {
     if (actions == nullptr || out == nullptr) return hypgen::refuse("actions or out: is NULL", text);
     if (out->size != sizeof(hypgen_worlds_results))
       return hypgen::refuse("out: its size is not sizeof(hypgen_worlds_results)", text);

@@ -9,21 +9,22 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "../model/input_text.hpp"
 #include "hypgen/embed/c_api.hpp"
-#include "hypgen/model/json_depth.hpp"
 
 namespace hypgen {
 
 namespace {
 
 using Json = nlohmann::ordered_json;
+using InputJson = nlohmann::json;
 
 constexpr const char* kRequests = "describe, reset, plan, update, belief and quit";
 
 // A request in the making of its answer. Each part gives the status; the answer holds what it found.
 class Request {
  public:
-  Request(Agent& agent, const Json& json) : agent_(agent), json_(json) {}
+  Request(Agent& agent, const InputJson& json) : agent_(agent), json_(json) {}
 
   Status answer(Json& out, std::string& error, bool& ends) {
     const auto found = json_.find("do");
@@ -36,7 +37,8 @@ class Request {
     if (name == "update")
       return knows({"action", "seen", "key"}, error) ? update(error) : Status::kWrongArgument;
     if (name == "belief") return knows({}, error) ? belief(out, error) : Status::kWrongArgument;
-    if (name != "quit") return refuse("no request is named " + name + "; there are " + kRequests, error);
+    if (name != "quit")
+      return refuse("no request is named " + excerpt(name) + "; there are " + kRequests, error);
     ends = knows({}, error);
     return ends ? Status::kOk : Status::kWrongArgument;
   }
@@ -53,7 +55,7 @@ class Request {
       const std::string& key = item.key();
       if (key == "do" || key == "id" || std::find(members.begin(), members.end(), key) != members.end())
         continue;
-      error = key + ": this request has no such member";
+      error = excerpt(key) + ": this request has no such member";
       return false;
     }
     return true;
@@ -112,9 +114,14 @@ class Request {
       const Status status = agent_.find_action(action->get<std::string>(), number, error);
       if (status != Status::kOk) return status;
     } else if (action->is_number_integer()) {
-      // A number that is far out of range is wrong too.
       const double value = action->get<double>();
-      number = value >= 0.0 && value <= 1e9 ? static_cast<int>(value) : -1;
+      const int last = agent_.model().descriptor.action_count - 1;
+      if (!(0.0 <= value && value <= last)) {
+        return refuse(
+            "action: expected a number from 0 to " + std::to_string(last) + ", found " + action->dump(),
+            error);
+      }
+      number = static_cast<int>(value);
     } else {
       return refuse("action: expected its name or number", error);
     }
@@ -126,9 +133,9 @@ class Request {
   // The key of what was seen: that of named values, or a number or array of numbers as JSON lines have it.
   Status read_key(std::vector<std::uint64_t>& key, std::string& error) const {
     if (json_.contains("seen")) return agent_.encode(json_["seen"].dump(), key, error);
-    const Json& given = json_["key"];
-    const Json words = given.is_array() ? given : Json::array({given});
-    for (const Json& word : words) {
+    const InputJson& given = json_["key"];
+    const InputJson words = given.is_array() ? given : InputJson::array({given});
+    for (const InputJson& word : words) {
       if (!word.is_number_unsigned())
         return refuse("key: expected a number of 0 or more, or an array", error);
       key.push_back(word.get<std::uint64_t>());
@@ -144,7 +151,7 @@ class Request {
   }
 
   Agent& agent_;
-  const Json& json_;
+  const InputJson& json_;
 };
 
 }  // namespace
@@ -155,13 +162,15 @@ std::string answer(Agent& agent, const std::string& request, bool& ends) {
   std::string error;
   hypgen_status code = HYPGEN_INTERNAL_ERROR;
   try {
-    const Json json = is_too_deep(request) ? Json() : Json::parse(request, nullptr, false);
+    InputJson json;
     Status status = Status::kWrongArgument;
-    if (json.is_object()) {
+    if (!parse_json(request, json, error)) {
+      error = "expected a JSON object on one line: " + error;
+    } else if (json.is_object()) {
       if (json.contains("id")) out["id"] = json["id"];
       status = Request(agent, json).answer(out, error, ends);
     } else {
-      error = "expected a JSON object on one line, found " + request.substr(0, 60);
+      error = "expected a JSON object on one line, found " + excerpt(request);
     }
     code = code_of(status);
   } catch (const std::bad_alloc&) {

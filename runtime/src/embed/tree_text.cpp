@@ -6,7 +6,7 @@
 #include <numeric>
 #include <vector>
 
-#include "hypgen/embed/value_text.hpp"
+#include "hypgen/model/value_text.hpp"
 
 namespace hypgen {
 

@@ -2,7 +2,6 @@
 #include "hypgen/exact/dump.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "hypgen/exact/policy.hpp"
@@ -12,31 +11,6 @@ namespace hypgen::exact {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-class Lines {
- public:
-  explicit Lines(const std::string& file) : out_(file == "-" ? stdout : std::fopen(file.c_str(), "w")) {}
-  ~Lines() { close(); }
-  Lines(const Lines&) = delete;
-  Lines& operator=(const Lines&) = delete;
-
-  void write(const Json& json) {
-    if (out_ == nullptr) return;
-    const std::string line = json.dump() + "\n";
-    complete_ = std::fwrite(line.data(), 1, line.size(), out_) == line.size() && complete_;
-  }
-
-  // Whether all could be written.
-  bool close() {
-    const bool closed = out_ != nullptr && (out_ == stdout ? std::fflush(out_) : std::fclose(out_)) == 0;
-    out_ = nullptr;
-    return closed && complete_;
-  }
-
- private:
-  std::FILE* out_;
-  bool complete_ = true;
-};
 
 Json header(const ModelDescriptor& descriptor, const ExactModel& model) {
   Json observations = Json::array();
@@ -94,20 +68,20 @@ Json row_line(const ExactAction& action, int number, int state) {
 
 }  // namespace
 
-bool dump(const ExactDescriptor& descriptor, const ExactModel& model, const std::string& file) {
-  Lines lines(file);
-  lines.write(header(descriptor.descriptor, model));
-  for (const ExactStart& start : model.starts) lines.write(start_line(model, start));
-  for (int state = 0; state < model.states; ++state) lines.write(state_line(descriptor, model, state));
-  for (int state = 0; state < model.states; ++state) {
+bool dump(const ExactDescriptor& descriptor, const ExactModel& model, Output& out) {
+  const auto write = [&](const Json& line) { return out.write(line.dump() + "\n"); };
+  write(header(descriptor.descriptor, model));
+  for (const ExactStart& start : model.starts) write(start_line(model, start));
+  for (int state = 0; state < model.states && out.ok(); ++state) write(state_line(descriptor, model, state));
+  for (int state = 0; state < model.states && out.ok(); ++state) {
     for (std::size_t a = 0; a < model.actions.size(); ++a) {
       const ExactAction& action = model.actions[a];
       if (std::isinf(action.reward[state])) continue;
-      lines.write(row_line(action, static_cast<int>(a), state));
+      write(row_line(action, static_cast<int>(a), state));
     }
   }
-  lines.write({{"type", "end"}});
-  return lines.close();
+  write({{"type", "end"}});
+  return out.close();
 }
 
 }  // namespace hypgen::exact

@@ -6,18 +6,22 @@
 #include <chrono>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <fstream>
-#include <iostream>
 #include <new>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "../solver/option_table.hpp"
 #include "episodes.hpp"
 #include "exact_options.hpp"
 #include "graph_report.hpp"
 #include "hypgen/core/interrupt.hpp"
+#include "hypgen/core/output.hpp"
+#include "hypgen/core/program.hpp"
 #include "hypgen/exact/appl_policy.hpp"
 #include "hypgen/exact/dump.hpp"
 #include "hypgen/exact/enumeration.hpp"
@@ -30,13 +34,6 @@ namespace hypgen::exact {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-constexpr int kDone = 0, kFailed = 1, kWrongUse = 2, kInterrupted = 130;
-
-int complain(const ExactDescriptor& model, const std::string& message, int code) {
-  std::fprintf(stderr, "%s: %s\n", model.descriptor.name.c_str(), message.c_str());
-  return code;
-}
 
 // One line on a terminal that tells how far the work is.
 class StatusLine {
@@ -112,26 +109,16 @@ IntervalSolution solve_model(const ExactModel& model, const ExactOptions& option
   });
 }
 
-// A file, or standard output for "-".
-class OutputFile {
- public:
-  explicit OutputFile(const std::string& file) : out_(file == "-" ? stdout : std::fopen(file.c_str(), "w")) {}
-  ~OutputFile() {
-    if (out_ != nullptr && out_ != stdout) std::fclose(out_);
-  }
-  OutputFile(const OutputFile&) = delete;
-  OutputFile& operator=(const OutputFile&) = delete;
+// Of two exit codes the first that is a failure.
+int first_of(int code, int other) { return code != kDone ? code : other; }
 
-  bool is_open() const { return out_ != nullptr; }
-  // What was written before is there even if the next does not come.
-  bool write(const std::string& text) {
-    const bool written = std::fwrite(text.data(), 1, text.size(), out_) == text.size();
-    return std::fflush(out_) == 0 && written;
-  }
-
- private:
-  std::FILE* out_;
-};
+// Prints what a person reads, to standard error where JSON lines take standard output; gives the exit code.
+int show(const ExactDescriptor& model, const std::string& text, const ExactOptions& options) {
+  if (options.quiet) return kDone;
+  if (options.json_file != "-") return print(model.descriptor.name, text);
+  std::fputs(text.c_str(), stderr);
+  return kDone;
+}
 
 // Writes the policy in the format that was asked for; gives an exit code.
 int write(const ExactDescriptor& descriptor, const ExactModel& model, const AlphaPolicy& policy,
@@ -139,17 +126,16 @@ int write(const ExactDescriptor& descriptor, const ExactModel& model, const Alph
   const std::string& file = options.policy_file;
   if (options.appl_policy) {
     const std::string problem = appl_policy_problem(model, policy);
-    if (!problem.empty()) return complain(descriptor, file + ": not written: " + problem, kFailed);
+    if (!problem.empty())
+      return complain(descriptor.descriptor.name, file + ": not written: " + problem, kFailed);
   }
-  std::ofstream to_file;
-  if (file != "-") to_file.open(file);
-  std::ostream& out = file == "-" ? std::cout : to_file;
+  std::ostringstream text;
   if (options.appl_policy) {
-    write_appl_policy(out, descriptor, model, policy);
+    write_appl_policy(text, descriptor, model, policy);
   } else {
-    write_policy(out, model, policy);
+    write_policy(text, model, policy);
   }
-  return out.flush() ? kDone : complain(descriptor, file + ": cannot be written", kFailed);
+  return print(descriptor.descriptor.name, text.str(), file);
 }
 
 // A policy's graph as text and as JSON; empty where none is asked for.
@@ -167,44 +153,47 @@ ShownGraph graph_of(const ExactDescriptor& descriptor, const ExactModel& model, 
   return {graph_text(descriptor, model, graph), graph_json(descriptor, model, graph)};
 }
 
-bool write_graph(const ShownGraph& graph, const ExactOptions& options) {
-  if (options.graph_file.empty()) return true;
-  OutputFile out(options.graph_file);
-  return out.is_open() && out.write(graph.json.dump() + "\n");
+int write_graph(const ExactDescriptor& model, const ShownGraph& graph, const ExactOptions& options) {
+  if (options.graph_file.empty()) return kDone;
+  return print(model.descriptor.name, graph.json.dump() + "\n", options.graph_file);
 }
 
 // Plays what --runs asks for, says what it came to, and writes a line for each episode to the file of --json.
 int play(const ExactDescriptor& model, const ExactInstance& instance, const ExactModel& matrices,
-         const std::vector<NamedPolicy>& policies, const ExactOptions& options, OutputFile& out) {
+         const std::vector<NamedPolicy>& policies, const ExactOptions& options, Output& out) {
   for (const NamedPolicy& policy : policies) {
     Samples returns;
     const bool played =
         play_policy(model, instance, matrices, policy, options, returns,
                     [&](const std::string& line) { return options.json_file.empty() || out.write(line); });
-    if (!options.quiet) {
-      std::fputs(table(policy.first, returns).c_str(), options.json_file == "-" ? stderr : stdout);
-    }
-    if (!played)
-      return interrupted() ? kInterrupted
-                           : complain(model, options.json_file + ": cannot be written", kFailed);
+    if (out.reader_is_gone()) return kReaderIsGone;
+    const int shown = show(model, table(policy.first, returns), options);
+    if (!out.ok()) return complain(model.descriptor.name, out);
+    if (shown != kDone) return shown;
+    if (!played) break;
   }
-  return kDone;
+  if (!out.close()) return complain(model.descriptor.name, out);
+  return interrupted() ? interrupt_code() : kDone;
 }
 
 int play_loaded(const ExactDescriptor& model, const ExactInstance& instance, const ExactModel& matrices,
-                const ExactOptions& options, OutputFile& out) {
+                const ExactOptions& options, Output& out) {
+  std::error_code problem;
+  const auto status = std::filesystem::status(options.load_policy_file, problem);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))  // it may have no end
+    return complain(model.descriptor.name, options.load_policy_file + ": is no regular file", kWrongUse);
   std::ifstream file(options.load_policy_file);
-  if (!file) return complain(model, options.load_policy_file + ": cannot be read", kWrongUse);
+  if (!file) return complain(model.descriptor.name, options.load_policy_file + ": cannot be read", kWrongUse);
   try {
     const AlphaPolicy policy =
         is_appl_policy(file.peek()) ? read_appl_policy(file, model, matrices) : read_policy(file, matrices);
     const ShownGraph graph = graph_of(model, matrices, policy, options);
-    if (!options.quiet) std::fputs(graph.text.c_str(), options.json_file == "-" ? stderr : stdout);
-    if (!write_graph(graph, options))
-      return complain(model, options.graph_file + ": cannot be written", kFailed);
+    const int shown = show(model, graph.text, options);
+    const int written = first_of(shown, write_graph(model, graph, options));
+    if (written != kDone) return written;
     return play(model, instance, matrices, {{"loaded", &policy}}, options, out);
   } catch (const PolicyError& error) {
-    return complain(model, options.load_policy_file + ": " + error.what(), kWrongUse);
+    return complain(model.descriptor.name, options.load_policy_file + ": " + error.what(), kWrongUse);
   }
 }
 
@@ -212,78 +201,70 @@ int run(const ExactDescriptor& model, const ExactInstance& instance, const Exact
   catch_interrupts();
   SolveReport report;
   const Enumeration enumeration = enumerate_model(model, instance, options, report);
-  if (enumeration.stopped) return complain(model, enumeration.problem, kInterrupted);
+  if (enumeration.stopped) return complain(model.descriptor.name, enumeration.problem, interrupt_code());
   if (!enumeration.problem.empty()) {
-    return complain(model, enumeration.problem + place_of(enumeration.broken, model), kFailed);
+    return complain(model.descriptor.name, enumeration.problem + place_of(enumeration.broken, model),
+                    kFailed);
   }
-  const auto fail = [&](const std::string& file) {
-    return complain(model, file + ": cannot be written", kFailed);
-  };
+  const std::string& name = model.descriptor.name;
   if (!options.dump_file.empty()) {
-    return dump(model, enumeration.model, options.dump_file) ? kDone : fail(options.dump_file);
+    Output to(options.dump_file, Output::Kind::kWhole);
+    return dump(model, enumeration.model, to) ? kDone : complain(name, to);
   }
-  const std::string json_file = options.json_file.empty() ? "-" : options.json_file;
-  OutputFile out(json_file);
-  if (!out.is_open()) return fail(json_file);
+  Output out(options.json_file.empty() ? "-" : options.json_file, Output::Kind::kLines);
+  if (!out.ok()) return complain(name, out);
   if (!options.load_policy_file.empty()) return play_loaded(model, instance, enumeration.model, options, out);
   const IntervalSolution solution = solve_model(enumeration.model, options);
   report.result = solution.result;
   report.first = named_decisions(model, enumeration.model, solution.first);
   const ShownGraph graph = graph_of(model, enumeration.model, solution.alpha, options);
   report.graph = graph.json;
-  if (!options.quiet) {
-    const std::string text = table(model.descriptor, report) + graph.text;
-    std::fputs(text.c_str(), options.json_file == "-" ? stderr : stdout);
-  }
-  if (!options.json_file.empty() && !out.write(json(model.descriptor, report))) {
-    return fail(options.json_file);
-  }
-  if (!write_graph(graph, options)) return fail(options.graph_file);
-  if (!options.policy_file.empty()) {
-    const int written = write(model, enumeration.model, solution.alpha, options);
-    if (written != kDone) return written;
-  }
-  if (solution.result.end == IntervalEnd::kStopped) return kInterrupted;
+  // One file that cannot be written does not keep what was found out of the others.
+  int code = show(model, table(model.descriptor, report) + graph.text, options);
+  if (!options.json_file.empty() && !out.write(json(model.descriptor, report)))
+    code = first_of(code, complain(name, out));
+  code = first_of(code, write_graph(model, graph, options));
+  if (!options.policy_file.empty())
+    code = first_of(code, write(model, enumeration.model, solution.alpha, options));
+  if (code != kDone) return code;
   std::vector<NamedPolicy> policies;
-  for (const std::string& kind : options.policy_kinds) policies.push_back(policy_named(solution, kind));
-  return options.runs > 0 ? play(model, instance, enumeration.model, policies, options, out) : kDone;
+  if (options.runs > 0 && solution.result.end != IntervalEnd::kStopped) {
+    for (const std::string& kind : options.policy_kinds) policies.push_back(policy_named(solution, kind));
+  }
+  return play(model, instance, enumeration.model, policies, options, out);
 }
 
 int solve(const ExactDescriptor& model, int argc, char** argv) {
   const ModelDescriptor& descriptor = model.descriptor;
   ExactOptions options;
   std::string error;
-  if (!parse_options(argc, argv, options, error)) return complain(model, error, kWrongUse);
-  if (options.help) {
-    std::fputs(help_text(descriptor, argv[0]).c_str(), stdout);
-    return kDone;
-  }
-  if (options.version) {
-    std::printf("%s (model %s, descriptor %d)\n", descriptor.name.c_str(), descriptor.hash.c_str(),
-                descriptor.version);
-    return kDone;
-  }
+  if (!parse_options(argc, argv, options, error)) return complain(model.descriptor.name, error, kWrongUse);
+  if (options.help) return print(descriptor.name, help_text(descriptor, argv[0]));
+  if (options.version) return print(descriptor.name, version_text(descriptor));
   ParamValues values(descriptor.params);
   if (!options.param_file.empty() && !read_param_file(options.param_file, descriptor.params, values, error)) {
-    return complain(model, error, kWrongUse);
+    return complain(model.descriptor.name, error, kWrongUse);
   }
-  if (!check_complete(descriptor.params, values, error)) return complain(model, error, kWrongUse);
+  if (!check_complete(descriptor.params, values, error))
+    return complain(model.descriptor.name, error, kWrongUse);
   const auto instance = model.create(values, error);
-  if (!instance) return complain(model, error, kWrongUse);
+  if (!instance) return complain(model.descriptor.name, error, kWrongUse);
   return run(model, *instance, options);
 }
 
 }  // namespace
 
 int exact_main(const ExactDescriptor& model, int argc, char** argv) {
+  let_writes_fail();
   try {
     return solve(model, argc, argv);
   } catch (const std::bad_alloc&) {
-    return complain(model, "not enough memory; --memory and --max-outcomes lower the need", kFailed);
+    return complain(model.descriptor.name, "not enough memory; --memory and --max-outcomes lower the need",
+                    kFailed);
   } catch (const std::invalid_argument& problem) {
-    return complain(model, problem.what(), kWrongUse);
+    return complain(model.descriptor.name, problem.what(), kWrongUse);
   } catch (const std::exception& problem) {
-    return complain(model, std::string("internal error: ") + problem.what(), kFailed);
+    return complain(model.descriptor.name, std::string("internal error: ") + problem.what(), kFailed);
   }
 }
 

@@ -2,6 +2,7 @@
 #include "hypgen/exact/policy.hpp"
 
 #include <cstring>
+#include <iomanip>
 #include <istream>
 #include <limits>
 #include <locale>
@@ -178,8 +179,9 @@ void write_policy(std::ostream& out, const ExactModel& model, const AlphaPolicy&
 
 AlphaPolicy read_policy(std::istream& in, const ExactModel& model) {
   in.imbue(std::locale::classic());
-  std::string format;
-  if (!(in >> format) || format != kFormat) throw PolicyError("this is not a file of a policy");
+  std::string format;  // as long as the file's first word may be, whatever that is
+  if (!(in >> std::setw(static_cast<int>(std::strlen(kFormat)) + 1) >> format) || format != kFormat)
+    throw PolicyError("this is not a file of a policy");
   if (read_number<std::uint64_t>(in, "hash") != model_hash(model)) {
     throw PolicyError("the policy is of another model, or of other params");
   }

@@ -13,6 +13,7 @@
 #include <string>
 #include <utility>
 
+#include "../model/input_text.hpp"
 #include "exported_states.hpp"
 #include "hypgen/exact/appl_policy.hpp"
 
@@ -46,59 +47,76 @@ Tag parse_tag(const std::string& inside) {
     const std::size_t equals = begin == std::string::npos ? begin : inside.find('=', begin);
     if (equals == std::string::npos || equals + 1 >= inside.size()) break;
     const std::size_t end = inside.find(inside[equals + 1], equals + 2);
-    if (end == std::string::npos) damaged("an attribute of " + tag.name + " does not end");
+    if (end == std::string::npos) damaged("an attribute of " + excerpt(tag.name) + " does not end");
     tag.attributes[inside.substr(begin, equals - begin)] = inside.substr(equals + 2, end - equals - 2);
     at = end + 1;
   }
   return tag;
 }
 
-// Reads tag after tag, so that the whole text is never in memory twice.
+// Reads tag after tag, so that the whole text is never in memory twice. No part has more than `most` bytes.
 class Tags {
  public:
-  explicit Tags(std::istream& in) : in_(in) { std::getline(in_, before_, '<'); }
+  Tags(std::istream& in, std::size_t most) : in_(in), most_(most) { read_until('<', before_); }
 
   // The next tag, and none at the end. What `names` comments say is kept.
   std::optional<Tag> next() {
     std::string inside;
     while (true) {
-      if (!std::getline(in_, inside, '>')) return std::nullopt;
+      if (!read_until('>', inside)) return std::nullopt;
       if (inside.rfind("!--", 0) == 0) {
         take_comment(std::move(inside));
       } else if (inside.empty() || (inside[0] != '?' && inside[0] != '!')) {
         break;
       }
-      std::getline(in_, before_, '<');
+      read_until('<', before_);
     }
     Tag tag = parse_tag(inside);
-    std::getline(in_, tag.text, '<');
+    read_until('<', tag.text);
     return tag;
   }
 
   const std::optional<Json>& names() const { return names_; }
 
  private:
+  // As std::getline does.
+  bool read_until(char end, std::string& part) {
+    part.clear();
+    if (in_.eof()) return false;
+    constexpr int kEnd = std::char_traits<char>::eof();
+    int byte = in_.get();
+    for (; byte != kEnd && byte != end; byte = in_.get()) {
+      if (part.size() == most_) damaged("a part of it is larger than " + megabytes(most_));
+      part += static_cast<char>(byte);
+    }
+    return byte == end || !part.empty();
+  }
+
   void take_comment(std::string text) {
     const auto ends = [&] { return text.size() >= 5 && text.compare(text.size() - 2, 2, "--") == 0; };
-    for (std::string more; !ends() && std::getline(in_, more, '>');) text += ">" + more;
+    for (std::string more; !ends() && text.size() < most_ && read_until('>', more);) text += ">" + more;
     if (("<" + text).rfind(kComment, 0) != 0) return;
     const std::size_t begin = std::string(kComment).size() - 1;
-    const Json json = Json::parse(text.substr(begin, text.size() - 2 - begin), nullptr, false);
+    Json json;
+    std::string problem;
+    if (!ends() || !parse_json(text.substr(begin, text.size() - 2 - begin), json, problem))
+      damaged("its names cannot be read");
     if (!json.is_object()) damaged("its names cannot be read");
     names_ = json;
   }
 
   std::istream& in_;
+  std::size_t most_;
   std::string before_;
   std::optional<Json> names_;
 };
 
 std::size_t number_in(const Tag& tag, const char* attribute) {
   const auto found = tag.attributes.find(attribute);
-  if (found == tag.attributes.end()) damaged("a " + tag.name + " has no " + attribute);
+  if (found == tag.attributes.end()) damaged("a " + excerpt(tag.name) + " has no " + attribute);
   const std::string& text = found->second;
   if (text.empty() || text.size() > 18 || text.find_first_not_of("0123456789") != std::string::npos)
-    damaged(std::string(attribute) + "=\"" + text + "\" is no number");
+    damaged(std::string(attribute) + "=\"" + excerpt(text) + "\" is no number");
   return std::stoull(text);
 }
 
@@ -123,10 +141,11 @@ void check_names(const Json& names, const ExactDescriptor& descriptor, const Exa
     throw PolicyError("the policy is of another model, or of other params");
   const Json actions = names.value("actions", Json::array());
   const auto& ours = descriptor.descriptor.action_names;
+  if (!actions.is_array()) damaged("its names of actions are no array");
   for (std::size_t a = 0; a < std::max(actions.size(), ours.size()); ++a) {
     if (a < actions.size() && a < ours.size() && actions[a] == ours[a]) continue;
     throw PolicyError("action " + std::to_string(a) + " of the policy is " +
-                      (a < actions.size() ? actions[a].dump() : "missing") + ", and of the model " +
+                      (a < actions.size() ? excerpt(actions[a].dump()) : "missing") + ", and of the model " +
                       (a < ours.size() ? "\"" + ours[a] + "\"" : "missing"));
   }
 }
@@ -146,13 +165,13 @@ class Reader {
       : descriptor_(descriptor), model_(model), exported_(model), classes_(index(model.classes())) {}
 
   AlphaPolicy read(std::istream& in) {
-    Tags tags(in);
+    Tags tags(in, most_input(exported_.size()));
     read_head(tags);
     std::size_t vectors = 0;
     while (std::optional<Tag> tag = tags.next()) {
       if (tag->name == "/Vector") continue;
       if (tag->name != "Vector") {
-        if (tag->name != "/AlphaVector") damaged("it has <" + tag->name + "> where vectors stand");
+        if (tag->name != "/AlphaVector") damaged("it has <" + excerpt(tag->name) + "> where vectors stand");
         if (vectors != vectors_)
           damaged("it says that it has " + std::to_string(vectors_) + " vectors, and has " +
                   std::to_string(vectors));

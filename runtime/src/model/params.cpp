@@ -3,12 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "hypgen/model/json_depth.hpp"
+#include "input_text.hpp"
 
 namespace hypgen {
 
@@ -96,11 +95,7 @@ bool read_scalar(const Json& json, const ParamSpec& spec, double& value) {
 }
 
 // A short text of what was found.
-std::string excerpt(const Json& json) {
-  constexpr std::size_t kMost = 60;
-  const std::string text = json.dump();
-  return text.size() <= kMost ? text : text.substr(0, kMost) + "...";
-}
+std::string found(const Json& json) { return excerpt(json.dump()); }
 
 // The characters of a text in UTF-8.
 std::vector<std::string> characters(const std::string& text) {
@@ -121,14 +116,14 @@ bool read_row(const std::string& row, const ParamSpec& spec, std::vector<double>
   const std::vector<std::string> glyphs = characters(row);
   if (glyphs.size() != static_cast<std::size_t>(spec.dims.back())) {
     error = "expected a string of " + std::to_string(spec.dims.back()) + " glyphs, found " +
-            std::to_string(glyphs.size()) + " in " + excerpt(Json(row));
+            std::to_string(glyphs.size()) + " in " + found(Json(row));
     return false;
   }
   for (std::size_t i = 0; i < glyphs.size(); ++i) {
     const auto code = spec.glyphs.find(glyphs[i]);
     if (code == spec.glyphs.end()) {
       error = "'" + glyphs[i] + "' is no glyph of it (character " + std::to_string(i + 1) + " of " +
-              excerpt(Json(row)) + "); they are";
+              found(Json(row)) + "); they are";
       for (const auto& known : spec.glyphs) error += " '" + known.first + "'";
       return false;
     }
@@ -146,7 +141,7 @@ bool read_array(const Json& json, const ParamSpec& spec, std::size_t level, std:
   if (level == spec.dims.size() && !json.is_array()) {
     double value = 0.0;
     if (!read_scalar(json, spec, value)) {
-      error = "expected " + expected(spec) + ", found " + excerpt(json);
+      error = "expected " + expected(spec) + ", found " + found(json);
       return false;
     }
     out.push_back(value);
@@ -178,18 +173,8 @@ bool read_params(const std::string& text, const std::vector<ParamSpec>& specs, P
     error = "is empty; expected a JSON object {\"name\": value, ...}";
     return false;
   }
-  if (is_too_deep(text)) {
-    error = "is nested deeper than any param";
-    return false;
-  }
   Json json;
-  try {
-    json = Json::parse(text);
-  } catch (const Json::exception& problem) {
-    const std::string message = problem.what();  // "[json.exception.parse_error.101] parse error at ..."
-    error = "not valid JSON: " + message.substr(message.find("] ") + 2);
-    return false;
-  }
+  if (!parse_json(text, json, error)) return false;
   if (!json.is_object()) {
     error = "expected a JSON object {\"name\": value, ...}";
     return false;
@@ -198,13 +183,13 @@ bool read_params(const std::string& text, const std::vector<ParamSpec>& specs, P
     const auto spec = std::find_if(specs.begin(), specs.end(),
                                    [&name = name](const ParamSpec& s) { return s.name == name; });
     if (spec == specs.end()) {
-      error = "unknown param \"" + name + "\"; " + known_names(specs);
+      error = "unknown param \"" + excerpt(name) + "\"; " + known_names(specs);
       return false;
     }
     std::vector<double> entries;
     if (!read_array(value, *spec, 0, entries, error)) {
       if (error.empty())
-        error = "expected " + shape(*spec) + " (" + expected(*spec) + "), found " + excerpt(value);
+        error = "expected " + shape(*spec) + " (" + expected(*spec) + "), found " + found(value);
       error = "param \"" + name + "\": " + error;
       return false;
     }
@@ -215,15 +200,11 @@ bool read_params(const std::string& text, const std::vector<ParamSpec>& specs, P
 
 bool read_param_file(const std::string& file, const std::vector<ParamSpec>& specs, ParamValues& values,
                      std::string& error) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  in.peek();  // a folder opens, and shows only when it is read
-  if (!in.is_open() || in.bad()) {
-    error = file + ": cannot be read";
-    return false;
-  }
-  if (read_params(text.str(), specs, values, error)) return true;
+  std::size_t entries = 0;
+  for (const ParamSpec& spec : specs) entries += spec.length();
+  std::string text;
+  if (read_input_file(file, most_input(entries), text, error) && read_params(text, specs, values, error))
+    return true;
   error = file + ": " + error;
   return false;
 }

@@ -30,7 +30,9 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
   compare_actions(belief, key, start + (setup_.deadline.time() - start) / kComparedShare,
                   {kSurvivors, kComparedSamples * options_.scenarios}, decision);
   std::size_t count = affordable_scenarios(std::min(kSurvivors, candidates_.size()));
-  while (decision.status == Status::kOk && count < kLeastScenarios && !setup_.deadline.has_passed()) {
+  const auto has_trials = [&] { return decision.trials < options_.trial_limit; };
+  while (decision.status == Status::kOk && count < kLeastScenarios && has_trials() &&
+         !setup_.deadline.has_passed()) {
     sample_gains(belief, key, setup_.deadline.time(), decision);  // too dear for a tree
   }
   if (is_failure(decision.status) || decision.status == Status::kDeviceLost) return;
@@ -63,7 +65,8 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
     if (!has_looked_ahead || decision.status != Status::kConverged || count == options_.scenarios) return;
     count = std::min(2 * count, options_.scenarios);
   }
-  if (decision.status == Status::kOk) decision.status = Status::kDeadline;
+  if (decision.status == Status::kOk)
+    decision.status = has_trials() ? Status::kDeadline : Status::kTrialLimit;
 }
 
 // Lambda for the tree after a comparison. A group of one scenario knows its future, and promises what no policy

@@ -59,8 +59,6 @@ ChosenEvaluator choose_evaluator(const ModelDescriptor& model, const ModelInstan
       chosen.device = "cuda:" + std::to_string(index);
       return chosen;
     }
-  } else if (options.require_gpu) {
-    chosen.problem = "--require-gpu and --device cpu contradict each other";
   }
   chosen.evaluator = instance.make_evaluator(evaluator_options(options.planner, model));
   return chosen;

@@ -26,12 +26,6 @@ constexpr int kVersion = 1;
 
 using Json = nlohmann::ordered_json;
 
-std::string hexadecimal(std::uint64_t value) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-  return text;
-}
-
 Json counts(const std::map<Status, std::uint64_t>& statuses) {
   Json json = Json::object();
   for (const auto& [status, count] : statuses) json[status_name(status)] = count;
@@ -56,19 +50,12 @@ void add_details(const ModelDescriptor& model, const StepDetails& details, Json&
 
 }  // namespace
 
-JsonLines::~JsonLines() {
-  if (out_ != nullptr && out_ != stdout) std::fclose(out_);
-}
-
 bool JsonLines::open(const std::string& file) {
-  out_ = file == "-" ? stdout : std::fopen(file.c_str(), "w");
-  return out_ != nullptr;
+  out_ = std::make_unique<Output>(file, Output::Kind::kLines);
+  return out_->ok();
 }
 
-void JsonLines::write_line(const std::string& text) {
-  const bool written = std::fprintf(out_, "%s\n", text.c_str()) >= 0;
-  complete_ = std::fflush(out_) == 0 && written && complete_;
-}
+void JsonLines::write_line(const std::string& text) { out_->write(text + "\n"); }
 
 void JsonLines::write_run(const SolverOptions& options, const std::string& device, std::size_t threads) {
   if (out_ == nullptr) return;
@@ -99,11 +86,13 @@ void JsonLines::write_run(const SolverOptions& options, const std::string& devic
                {"time", nullptr},
                {"period", nullptr},
                {"world_param", nullptr},
+               {"start", nullptr},
                {"trials", nullptr}};
   if (planner.pruning != kAutoPruning) json["pruning"] = planner.pruning;
   if (planner.time_limit < 1e9) json["time"] = planner.time_limit;
   if (planner.period > 0.0) json["period"] = planner.period;
   if (!options.world_param_file.empty()) json["world_param"] = options.world_param_file;
+  if (!options.start_file.empty()) json["start"] = options.start_file;
   if (planner.trial_limit != UINT64_MAX) json["trials"] = planner.trial_limit;
   write_line(json.dump());
 }

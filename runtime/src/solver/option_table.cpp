@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "../model/input_text.hpp"
 #include "hypgen/solver/options.hpp"
 
 namespace hypgen {
@@ -114,7 +115,7 @@ bool read_options(const std::vector<Option>& table, int argc, const char* const*
     const auto found =
         std::find_if(table.begin(), table.end(), [&](const Option& o) { return name == o.name; });
     if (found == table.end()) {
-      error = "unknown option " + name + "; --help lists the options";
+      error = "unknown option " + excerpt(name) + "; --help lists the options";
       return false;
     }
     if (found->metavar == nullptr && joined) {
@@ -129,7 +130,7 @@ bool read_options(const std::vector<Option>& table, int argc, const char* const*
       value = argv[i];
     }
     if (!found->take(value)) {
-      error = name + ": bad value \"" + value + "\"; expected " + found->expected;
+      error = name + ": bad value \"" + excerpt(value) + "\"; expected " + found->expected;
       return false;
     }
     given.push_back(name);
@@ -146,6 +147,10 @@ std::string help_lines(const std::vector<Option>& table) {
     text += head + option.help + "\n";
   }
   return text;
+}
+
+std::string version_text(const ModelDescriptor& model) {
+  return model.name + " (model " + model.hash + ", descriptor " + std::to_string(model.version) + ")\n";
 }
 
 std::string help_params(const ModelDescriptor& model) {

@@ -59,4 +59,7 @@ bool read_options(const std::vector<Option>& table, int argc, const char* const*
 std::string help_lines(const std::vector<Option>& table);
 std::string help_params(const ModelDescriptor& model);
 
+// What --version prints.
+std::string version_text(const ModelDescriptor& model);
+
 }  // namespace hypgen

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "hypgen/leaves/device.hpp"
@@ -88,6 +89,14 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
         "--signature: trees of several threads differ from run to run; leave out --threads or name a --mode";
     return false;
   }
+  if (options.require_gpu && options.device == DeviceKind::kCpu) {
+    error = "--require-gpu: contradicts --device cpu";
+    return false;
+  }
+  if (options.require_gpu && (planner.mode == Mode::kRollout || planner.mode == Mode::kDefault)) {
+    error = std::string("--require-gpu: mode ") + mode_name(planner.mode) + " does not use a GPU";
+    return false;
+  }
   if (planner.threads > 1 && !may_have_threads(planner.mode)) {
     error = std::string("--threads: mode ") + mode_name(planner.mode) +
             " searches with one; modes parallel, hyp and pomcp with several";
@@ -100,8 +109,10 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
   if (planner.exploration < 0.0) planner.exploration = planner.mode == Mode::kPomcp ? kPomcpExploration : 0.0;
   if (planner.in_flight == 0) planner.in_flight = default_in_flight(options);
   planner.in_flight = std::max(planner.in_flight, planner.threads);  // a thread without a trial does nothing
-  if (options.serve && !options.world_param_file.empty()) {
-    error = "--world-param: it is for the world of episodes, and there are none to play";
+  for (const auto& [name, given] :
+       {std::pair("--world-param", &options.world_param_file), std::pair("--start", &options.start_file)}) {
+    if (!options.serve || given->empty()) continue;
+    error = std::string(name) + ": it is for the world of episodes, and there are none to play";
     return false;
   }
   if (options.serve && !options.json_file.empty()) {
@@ -198,6 +209,10 @@ std::vector<Option> option_table(SolverOptions& options) {
       file("--world-param",
            "JSON file of params for the world that is played in, where the model's are wrong",
            options.world_param_file),
+      file("--start",
+           "JSON file of the state that each episode starts in: variables by name; what it leaves out is "
+           "drawn",
+           options.start_file),
       file("--json", "write a JSON line for each step, episode and the whole run; - for standard output",
            options.json_file),
       toggle("--details",

@@ -168,6 +168,10 @@ void RunTotals::add(const EpisodeRecord& episode) {
   ++episode_statuses[episode.status];
 }
 
+std::string hexadecimal(std::uint64_t signature) {
+  return format("%016llx", static_cast<unsigned long long>(signature));
+}
+
 std::vector<std::string> faults(const RunTotals& totals, const ModelDescriptor& model) {
   if (totals.broken == 0) return {};
   const auto nan = totals.plan_statuses.find(Status::kModelNan);

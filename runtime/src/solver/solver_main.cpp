@@ -8,31 +8,31 @@
 #include <new>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "hypgen/core/interrupt.hpp"
+#include "hypgen/core/output.hpp"
+#include "hypgen/core/program.hpp"
 #include "hypgen/core/progress.hpp"
 #include "hypgen/episode/episode.hpp"
 #include "hypgen/model/params.hpp"
+#include "hypgen/model/start_text.hpp"
 #include "hypgen/solver/device_choice.hpp"
 #include "hypgen/solver/json_lines.hpp"
 #include "hypgen/solver/options.hpp"
 #include "hypgen/solver/run_report.hpp"
 #include "hypgen/solver/step_details.hpp"
+#include "option_table.hpp"
 
 namespace hypgen {
 
 namespace {
 
-constexpr int kDone = 0, kFailed = 1, kWrongUse = 2, kBrokenModel = 2, kInterrupted = 130;
-
-int complain(const ModelDescriptor& model, const std::string& message, int code) {
-  std::fprintf(stderr, "%s: %s\n", model.name.c_str(), message.c_str());
-  return code;
-}
+constexpr int kBrokenModel = 2;
 
 void tell_of_threads(const ModelDescriptor& model, std::size_t searching, std::size_t asked) {
   if (searching >= asked) return;
-  complain(model,
+  complain(model.name,
            "only " + std::to_string(searching) + " of " + std::to_string(asked) +
                " threads search: the system, or --memory for their leaves, gives no more",
            kDone);
@@ -46,16 +46,17 @@ std::unique_ptr<LeafEvaluator> cpu_fallback(const ModelDescriptor& model, const 
   const std::string lost = "the GPU was lost" + (problem.empty() ? "" : " (" + problem + ")");
   ends = options.require_gpu;
   if (ends) {
-    complain(model, lost, kFailed);
+    complain(model.name, lost, kFailed);
     return nullptr;
   }
   try {
     auto made = instance.make_evaluator(evaluator_options(options.planner, model));
-    complain(model, lost + "; planning on the CPU", kDone);
+    complain(model.name, lost + "; planning on the CPU", kDone);
     tell_of_threads(model, made->threads(), options.planner.threads);
     return made;
   } catch (const std::bad_alloc&) {
-    complain(model, lost + ", and there is no memory to plan on the CPU; the default policy acts", kDone);
+    complain(model.name, lost + ", and there is no memory to plan on the CPU; the default policy acts",
+             kDone);
     return nullptr;
   }
 }
@@ -67,20 +68,32 @@ BeliefKind belief_kind(const SolverOptions& options) {
   return is_read || options.belief != BeliefKind::kAuto ? options.belief : BeliefKind::kVisible;
 }
 
-// Runs the episodes and prints what they add up to. The planner believes `instance`; what happens is `truth`.
+// Prints the table, to standard error where JSON lines take standard output; gives the exit code.
+int show(const ModelDescriptor& model, const SolverOptions& options, const RunTotals& totals,
+         const std::vector<std::uint64_t>& leaf_sizes) {
+  std::string text = options.quiet ? "" : table(totals, model, leaf_sizes);
+  if (options.planner.signature) text += "signature " + hexadecimal(totals.signature) + "\n";
+  if (options.json_file != "-") return print(model.name, text);
+  std::fputs(text.c_str(), stderr);
+  return kDone;
+}
+
+// Runs the episodes and prints what they add up to. The planner believes `instance`; what happens is `truth`, from
+// `start` on.
 int run(const ModelDescriptor& model, const ModelInstance& instance, const ModelInstance& truth,
-        const SolverOptions& options) {
+        const StartValues& start, const SolverOptions& options) {
   JsonLines lines(model);
   if (!options.json_file.empty() && !lines.open(options.json_file)) {
-    return complain(model, options.json_file + ": cannot be written", kFailed);
+    return complain(model.name, lines.output());
   }
   const PlannerOptions& planning = options.planner;
   const auto belief = instance.make_belief(planning.seed, options.particles, belief_kind(options));
   const auto world = truth.make_world(planning.seed);
+  world->set_start(start);
   ChosenEvaluator chosen = choose_evaluator(model, instance, options);
   if (!chosen.problem.empty()) {
-    if (options.require_gpu) return complain(model, chosen.problem, kFailed);
-    complain(model, chosen.problem + "; planning on the CPU", kDone);
+    if (options.require_gpu) return complain(model.name, chosen.problem, kFailed);
+    complain(model.name, chosen.problem + "; planning on the CPU", kDone);
   }
   Planner planner(std::move(chosen.evaluator), model, planning);
   bool ends = false;  // for want of the GPU that is required
@@ -91,7 +104,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Model
 
   catch_interrupts();
   const int steps = model.horizon > 0 ? std::min(model.horizon, options.steps) : options.steps;
-  EpisodeLimits limits{steps, model.discount, [&] { return ends || interrupted(); },
+  EpisodeLimits limits{steps, model.discount, [&] { return ends || interrupted() || !lines.ok(); },
                        options.stop_on_depletion};
   limits.period = planning.period;
   StepDetails details;
@@ -117,7 +130,7 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Model
       totals.add(start);
       lines.write(start);
     };
-    for (std::uint64_t run = 0; run < options.runs && !ends && !interrupted(); ++run) {
+    for (std::uint64_t run = 0; run < options.runs && !limits.interrupted(); ++run) {
       const EpisodeRecord record = run_episode(planner, *belief, *world, model.visible_count,
                                                options.first_run + run, limits, report, report_start);
       lines.write(record);
@@ -127,18 +140,17 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Model
     totals.evaluator = planner.evaluator_stats();
     lines.write_summary(totals, planner.leaf_sizes());
   }
-  std::FILE* const out = options.json_file == "-" ? stderr : stdout;
-  if (!options.quiet) std::fputs(table(totals, model, planner.leaf_sizes()).c_str(), out);
-  if (planning.signature)
-    std::fprintf(out, "signature %016llx\n", static_cast<unsigned long long>(totals.signature));
-  if (!lines.complete())
-    return complain(model, options.json_file + ": some lines could not be written", kFailed);
+  const bool is_kept = lines.close();
+  if (!is_kept && lines.output().reader_is_gone()) return kReaderIsGone;
+  const int shown = show(model, options, totals, planner.leaf_sizes());
+  if (!is_kept) return complain(model.name, lines.output());
+  if (shown != kDone) return shown;
   if (ends) return kFailed;
-  if (interrupted()) return kInterrupted;
+  if (interrupted()) return interrupt_code();
   if (totals.broken == 0) return kDone;
   // The table has told it already.
   if (options.quiet) {
-    for (const std::string& line : faults(totals, model)) complain(model, line, kBrokenModel);
+    for (const std::string& line : faults(totals, model)) complain(model.name, line, kBrokenModel);
   }
   return kBrokenModel;
 }
@@ -151,42 +163,41 @@ std::unique_ptr<ModelInstance> create_instance(const ModelDescriptor& model, con
   return check_complete(model.params, values, error) ? model.create(values, error) : nullptr;
 }
 
-int solve(const ModelDescriptor& model, int argc, char** argv) {
+int solve(const EmbeddedModel& embedded, int argc, char** argv) {
+  const ModelDescriptor& model = embedded.descriptor;
   SolverOptions options;
   std::string error;
   if (!parse_options(argc, argv, this_machine(model.device), options, error))
-    return complain(model, error, kWrongUse);
-  if (options.help) {
-    std::fputs(help_text(model, argv[0]).c_str(), stdout);
-    return kDone;
-  }
-  if (options.version) {
-    std::printf("%s (model %s, descriptor %d)\n", model.name.c_str(), model.hash.c_str(), model.version);
-    return kDone;
-  }
+    return complain(model.name, error, kWrongUse);
+  if (options.help) return print(model.name, help_text(model, argv[0]));
+  if (options.version) return print(model.name, version_text(model));
   if (options.belief == BeliefKind::kFactored && !model.factored) {
-    return complain(model, "--belief: this model's belief does not factor; hypgen explain says why",
+    return complain(model.name, "--belief: this model's belief does not factor; hypgen explain says why",
                     kWrongUse);
   }
   ParamValues values(model.params);
   const auto instance = create_instance(model, options.param_file, values, error);
-  if (!instance) return complain(model, error, kWrongUse);
-  if (options.world_param_file.empty()) return run(model, *instance, *instance, options);
+  if (!instance) return complain(model.name, error, kWrongUse);
+  StartValues start;
+  if (!options.start_file.empty() && !read_start_file(options.start_file, embedded, start, error))
+    return complain(model.name, "--start: " + error, kWrongUse);
+  if (options.world_param_file.empty()) return run(model, *instance, *instance, start, options);
   const auto truth = create_instance(model, options.world_param_file, values, error);
-  return truth ? run(model, *instance, *truth, options)
-               : complain(model, "--world-param: " + error, kWrongUse);
+  return truth ? run(model, *instance, *truth, start, options)
+               : complain(model.name, "--world-param: " + error, kWrongUse);
 }
 
 }  // namespace
 
-int solver_main(const ModelDescriptor& descriptor, int argc, char** argv) {
+int solver_main(const EmbeddedModel& model, int argc, char** argv) {
+  let_writes_fail();
   try {
-    return solve(descriptor, argc, argv);
+    return solve(model, argc, argv);
   } catch (const std::bad_alloc&) {
-    return complain(descriptor, "not enough memory; --memory, --particles and --scenarios lower the need",
-                    kFailed);
+    return complain(model.descriptor.name,
+                    "not enough memory; --memory, --particles and --scenarios lower the need", kFailed);
   } catch (const std::exception& problem) {
-    return complain(descriptor, std::string("internal error: ") + problem.what(), kFailed);
+    return complain(model.descriptor.name, std::string("internal error: ") + problem.what(), kFailed);
   }
 }
 

@@ -14,6 +14,7 @@
 
 #include "hypgen/belief/belief.hpp"
 #include "hypgen/core/interrupt.hpp"
+#include "hypgen/core/program.hpp"
 #include "hypgen/episode/world.hpp"
 #include "hypgen/math/float_bits.hpp"
 #include "hypgen/random/philox.hpp"
@@ -166,14 +167,11 @@ std::string first_line(const ModelDescriptor& model, const BeliefCheckOptions& o
 
 int check_beliefs(const ModelDescriptor& model, const ModelInstance& instance,
                   const BeliefCheckOptions& options) {
-  const std::string& file = options.json_file;
-  std::FILE* const out = file.empty() || file == "-" ? stdout : std::fopen(file.c_str(), "w");
+  Output out(options.json_file.empty() ? "-" : options.json_file, Output::Kind::kLines);
   std::mutex guard;
-  bool complete = out != nullptr;
   const auto write = [&](const std::string& line) {
     const std::lock_guard<std::mutex> lock(guard);
-    complete = complete && std::fputs(line.c_str(), out) >= 0 && std::fflush(out) == 0;
-    return complete;
+    return out.write(line);
   };
   catch_interrupts();
   std::atomic<std::uint64_t> next{0};
@@ -190,12 +188,8 @@ int check_beliefs(const ModelDescriptor& model, const ModelInstance& instance,
     work(checkers[0]);
     for (std::thread& other : others) other.join();
   }
-  if (out != nullptr && out != stdout) complete = std::fclose(out) == 0 && complete;
-  if (!complete) {
-    std::fprintf(stderr, "%s: %s: cannot be written\n", model.name.c_str(), file.c_str());
-    return 1;
-  }
-  return interrupted() ? 130 : 0;
+  if (!out.close()) return complain(model.name, out);
+  return interrupted() ? interrupt_code() : kDone;
 }
 
 }  // namespace hypgen

@@ -8,6 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "hypgen/core/program.hpp"
+
 namespace hypgen {
 
 namespace {
@@ -76,13 +78,6 @@ std::string json_line(const ModelDescriptor& model, const BoundsCheckOptions& op
   return line.dump() + "\n";
 }
 
-bool write(const std::string& text, const std::string& file) {
-  std::FILE* const out = file.empty() || file == "-" ? stdout : std::fopen(file.c_str(), "w");
-  if (out == nullptr) return false;
-  const bool complete = std::fputs(text.c_str(), out) >= 0 && std::fflush(out) == 0;
-  return out == stdout ? complete : std::fclose(out) == 0 && complete;
-}
-
 }  // namespace
 
 int check_bounds(const ModelDescriptor& model, const VerifiableInstance& instance,
@@ -91,11 +86,8 @@ int check_bounds(const ModelDescriptor& model, const VerifiableInstance& instanc
   const bool hold =
       std::all_of(found.begin(), found.end(), [](const BoundSums& s) { return s.violations == 0; });
   const std::string text = options.json_file.empty() ? table(found) : json_line(model, options, found);
-  if (!write(text, options.json_file)) {
-    std::fprintf(stderr, "%s: %s: cannot be written\n", model.name.c_str(), options.json_file.c_str());
-    return 1;
-  }
-  return hold ? 0 : 1;
+  const int printed = print(model.name, text, options.json_file.empty() ? "-" : options.json_file);
+  return printed == kDone && !hold ? kFailed : printed;
 }
 
 }  // namespace hypgen

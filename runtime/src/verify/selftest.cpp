@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "hypgen/belief/belief.hpp"
+#include "hypgen/core/output.hpp"
+#include "hypgen/core/program.hpp"
 #include "hypgen/episode/episode.hpp"
 #include "hypgen/episode/world.hpp"
 #include "hypgen/leaves/device.hpp"
@@ -70,38 +72,24 @@ std::string describe(const ScheduleFault& fault) {
 class Report {
  public:
   explicit Report(const SelftestOptions& options)
-      : out_(stdout), json_(!options.json_file.empty()), shows_progress_(!options.quiet) {
-    shows_progress_ = shows_progress_ && isatty(STDERR_FILENO) != 0;
-    if (json_ && options.json_file != "-") out_ = std::fopen(options.json_file.c_str(), "w");
-    if (out_ != nullptr && !json_)
-      std::fprintf(out_, "%-10s%-12s%20s%11s\n", "check", "", "steps, rows, leaves", "differing");
-  }
-  Report(const Report&) = delete;
-  Report& operator=(const Report&) = delete;
-  ~Report() {
-    if (out_ != nullptr && out_ != stdout) std::fclose(out_);
+      : out_(options.json_file.empty() ? "-" : options.json_file, Output::Kind::kLines),
+        json_(!options.json_file.empty()),
+        shows_progress_(!options.quiet && isatty(STDERR_FILENO) != 0) {
+    if (!json_) out_.write("check                  steps, rows, leaves  differing\n");
   }
 
-  bool is_open() const { return out_ != nullptr; }
-  bool complete() const { return complete_; }
+  Output& output() { return out_; }
 
   void write(const Outcome& outcome) {
     clear_progress();
-    const auto steps = static_cast<unsigned long long>(outcome.steps);
     if (json_) {
       const Json line = {
           {"type", "check"},        {"check", outcome.check},         {"variant", outcome.variant},
           {"steps", outcome.steps}, {"differing", outcome.differing}, {"remark", outcome.remark}};
-      std::fprintf(out_, "%s\n", line.dump().c_str());
-    } else if (outcome.steps == 0) {
-      std::fprintf(out_, "%-10s%-12sleft out: %s\n", outcome.check.c_str(), outcome.variant.c_str(),
-                   outcome.remark.c_str());
+      out_.write(line.dump() + "\n");
     } else {
-      std::fprintf(out_, "%-10s%-12s%20llu%11u\n", outcome.check.c_str(), outcome.variant.c_str(), steps,
-                   outcome.differing);
-      if (!outcome.remark.empty()) std::fprintf(out_, "  %s\n", outcome.remark.c_str());
+      out_.write(row(outcome));
     }
-    complete_ = std::fflush(out_) == 0 && complete_;
   }
 
   void progress(const std::string& what, std::uint32_t done, std::uint32_t lanes) const {
@@ -111,14 +99,23 @@ class Report {
   }
 
  private:
+  static std::string row(const Outcome& outcome) {
+    char text[128];
+    std::snprintf(text, sizeof text, "%-10s%-12s", outcome.check.c_str(), outcome.variant.c_str());
+    const std::string what = text;
+    if (outcome.steps == 0) return what + "left out: " + outcome.remark + "\n";
+    std::snprintf(text, sizeof text, "%20llu%11u\n", static_cast<unsigned long long>(outcome.steps),
+                  outcome.differing);
+    return what + text + (outcome.remark.empty() ? "" : "  " + outcome.remark + "\n");
+  }
+
   void clear_progress() const {
     if (shows_progress_) std::fprintf(stderr, "\r\033[K");
   }
 
-  std::FILE* out_;
+  Output out_;
   bool json_;
   bool shows_progress_;
-  bool complete_ = true;
 };
 
 // The checks of one model, in order.
@@ -135,7 +132,10 @@ class Checks {
   bool all() {
     plain_ = host_digests("plain", 1);
     bool equal = true;
-    for (const int warps : tried_warps()) equal = check_schedule(warps) && equal;
+    for (const int warps : tried_warps()) {
+      if (!report_.output().ok()) return false;
+      equal = check_schedule(warps) && equal;
+    }
     return check_device() && equal;
   }
 
@@ -359,13 +359,9 @@ class Checks {
 int selftest(const VerifiableModel& model, const VerifiableInstance& instance,
              const SelftestOptions& options) {
   Report report(options);
-  if (!report.is_open()) {
-    std::fprintf(stderr, "%s: %s: cannot be written\n", model.descriptor.name.c_str(),
-                 options.json_file.c_str());
-    return 1;
-  }
   const bool equal = Checks(model, instance, options, report).all();
-  return equal && report.complete() ? 0 : 1;
+  if (!report.output().close()) return complain(model.descriptor.name, report.output());
+  return equal ? kDone : kFailed;
 }
 
 }  // namespace hypgen

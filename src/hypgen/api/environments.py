@@ -106,7 +106,7 @@ class WorldEnv(gymnasium.Env[Array, int]):
     def step(self, action: int) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Do an action, by its number."""
         worlds = self._worlds
-        worlds.step([worlds.action(int(action))])
+        worlds.step([worlds.action(action)])
         self._elapsed += 1
         terminated = bool(worlds.terminal[0])
         is_over = self._elapsed >= self._limit or not worlds.legal.any()
@@ -176,6 +176,9 @@ class WorldVectorEnv(VectorEnv[Array, Array, Array]):
     def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
         """Do an action in each world, by its number."""
         worlds = self._worlds
+        if np.shape(actions) != (self.num_envs,):  # which numpy would repeat for all worlds
+            text = f"actions: expected {self.num_envs} integers, found shape {np.shape(actions)}"
+            raise PlannerError("wrong_argument", text)
         given = np.where(self._is_over, NEXT_EPISODE, actions)
         if np.count_nonzero(given == NEXT_EPISODE) != np.count_nonzero(self._is_over):
             raise PlannerError(

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import ctypes
-import json
 import math
 import threading
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,7 +15,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from hypgen.api.arguments import encoded, encoded_object, in_range, real, words
 from hypgen.api.c_interface import CDecision, CLibrary, COptions, PlannerError
+from hypgen.api.fields import read_fields
 
 
 @dataclass(frozen=True)
@@ -54,17 +55,19 @@ class Planner:
     A wrong call raises ``PlannerError``. One thread uses a planner at a time.
     """
 
-    def __init__(self, library: CLibrary, settings: str, params: str | None) -> None:
+    def __init__(self, library: CLibrary, settings: str, params: bytes | None) -> None:
         self._library = library
         self._handle: ctypes.c_void_p | None = None
         self._lock = threading.Lock()  # held by each call that has the handle
         self._life = threading.RLock()  # held while the handle is freed, or used beside a call
         handle = ctypes.c_void_p()
-        text = None if params is None else params.encode()
-        options = COptions(ctypes.sizeof(COptions), _encoded("settings", settings), text)
+        options = COptions(ctypes.sizeof(COptions), encoded("settings", settings), params)
         description = library.json("describe", library.model)
         self._variables: int = description["variables"]
         self._hidden: list[dict[str, Any]] = description["hidden"]
+        self.actions: tuple[str, ...] = tuple(description["actions"])
+        self.visible_fields = read_fields(description["visible"])
+        self.seen_fields = read_fields(description["seen"])
         library.call("create", library.model, ctypes.byref(options), ctypes.byref(handle))
         self._handle = handle
 
@@ -74,13 +77,13 @@ class Planner:
         They come by name, or all of them as the numbers of the C interface. ``episode`` names the random
         numbers of belief and search.
         """
-        number = ctypes.c_uint64(_in_range("episode", episode, 0, 2**64 - 1))
+        number = ctypes.c_uint64(in_range("episode", episode, 0, 2**64 - 1))
         if isinstance(visible, Sequence):
-            codes = [_in_range("visible", value, -(2**31), 2**31 - 1) for value in visible]
+            codes = [in_range("visible", value, -(2**31), 2**31 - 1) for value in visible]
             return self._status(
                 "reset", (ctypes.c_int32 * len(codes))(*codes), ctypes.c_size_t(len(codes)), number
             )
-        text = json.dumps(dict(visible or {})).encode()
+        text = encoded_object("visible", {} if visible is None else visible)
         return self._status("reset_named", ctypes.c_char_p(text), number)
 
     def plan(self, seconds: float = 0.0, *, deadline: float | None = None) -> Decision:
@@ -91,9 +94,9 @@ class Planner:
         """
         found = CDecision(size=ctypes.sizeof(CDecision))
         if deadline is None:
-            status = self._status("plan", ctypes.c_double(seconds), ctypes.byref(found))
+            status = self._status("plan", ctypes.c_double(real("seconds", seconds)), ctypes.byref(found))
         else:
-            end = _in_range("deadline", _nanoseconds(deadline), -(2**63), 2**63 - 1)
+            end = in_range("deadline", int(real("deadline", deadline) * 1e9), -(2**63), 2**63 - 1)
             status = self._status("plan_until", ctypes.c_int64(end), ctypes.byref(found))
         return Decision(
             found.action,
@@ -122,7 +125,7 @@ class Planner:
 
         Memory has been touched then, and the device is awake: the first plan takes no longer than later ones.
         """
-        return self._status("warm_up", ctypes.c_double(seconds))
+        return self._status("warm_up", ctypes.c_double(real("seconds", seconds)))
 
     def update(self, action: int | str, seen: Mapping[str, Any] | Sequence[int] | int) -> str:
         """Take in an action, by number or name, and what was seen, as values by name or as a key.
@@ -130,29 +133,29 @@ class Planner:
         Return the status: ``ok``, or that nothing explains what was seen; the belief has moved on even so.
         """
         number = self.action(action) if isinstance(action, str) else action
-        done = ctypes.c_int32(_in_range("action", number, -(2**31), 2**31 - 1))
+        done = ctypes.c_int32(in_range("action", number, 0, len(self.actions) - 1))
         if isinstance(seen, Mapping):
-            return self._status("update_named", done, ctypes.c_char_p(json.dumps(dict(seen)).encode()))
-        return self._status("update", done, *_key(seen))
+            return self._status("update_named", done, ctypes.c_char_p(encoded_object("seen", seen)))
+        return self._status("update", done, *_key("seen", seen))
 
     def action(self, name: str) -> int:
         """Return the number of an action."""
         found = ctypes.c_int32()
-        self._status("find_action", ctypes.c_char_p(_encoded("action", name)), ctypes.byref(found))
+        self._status("find_action", ctypes.c_char_p(encoded("action", name)), ctypes.byref(found))
         return found.value
 
     def seen(self, key: Sequence[int] | int) -> dict[str, Any]:
         """Return the values by name that a key stands for."""
-        words = _key(key)
+        given = _key("key", key)
         with self._open() as handle:
-            found: dict[str, Any] = self._library.json("decode", handle, *words)
+            found: dict[str, Any] = self._library.json("decode", handle, *given)
         return found
 
     def probability(self, variable: str, value: str | bool | int) -> float:
         """Return the probability of a value of a hidden variable, such as ``rock.good[3]``."""
         text = str(value).lower() if isinstance(value, bool) else str(value)
         found = ctypes.c_double()
-        given = _encoded("variable", variable), _encoded("value", text)
+        given = encoded("variable", variable), encoded("value", text)
         self._status("probability", *given, ctypes.byref(found))
         return found.value
 
@@ -176,8 +179,8 @@ class Planner:
         what is ``seen``, those that most scenarios see, with their ``share``. Where ``pruning`` is above 0,
         bounds are less that for each node below, divided by the node's discount and share of all scenarios.
         """
-        levels = ctypes.c_int32(_in_range("depth", depth, 0, 2**31 - 1))
-        most = ctypes.c_int32(_in_range("top", top, 1, 2**31 - 1))
+        levels = ctypes.c_int32(in_range("depth", depth, 0, 2**31 - 1))
+        most = ctypes.c_int32(in_range("top", top, 1, 2**31 - 1))
         with self._open() as handle:
             found: dict[str, Any] = self._library.json("tree", handle, levels, most)
         return found
@@ -188,12 +191,12 @@ class Planner:
         An array variable has its dimensions after that of the states. Values of enums and records are
         codes: places in the "values" of ``Solver.description``.
         """
-        number = _in_range("count", count, 1, 2**31 - 1)
+        number = in_range("count", count, 1, 2**31 - 1)
         size = number * self._variables
         values = np.empty(size, np.int32)
         self._status(
             "sample_belief",
-            ctypes.c_uint64(_in_range("seed", seed, 0, 2**64 - 1)),
+            ctypes.c_uint64(in_range("seed", seed, 0, 2**64 - 1)),
             ctypes.c_size_t(number),
             values.ctypes.data_as(ctypes.POINTER(ctypes.c_int32)),
             ctypes.c_size_t(size),
@@ -265,29 +268,6 @@ def columns(
     return found
 
 
-def _key(key: Sequence[int] | int) -> tuple[Any, ctypes.c_size_t]:
-    words = [key] if isinstance(key, int) else list(key)
-    checked = [_in_range("key", word, 0, 2**64 - 1) for word in words]
+def _key(name: str, key: Sequence[int] | int) -> tuple[Any, ctypes.c_size_t]:
+    checked = words(name, key)
     return (ctypes.c_uint64 * len(checked))(*checked), ctypes.c_size_t(len(checked))
-
-
-def _nanoseconds(seconds: float) -> int:
-    if not math.isfinite(seconds):
-        raise PlannerError("wrong_argument", f"deadline: expected a time, found {seconds!r}")
-    return int(seconds * 1e9)
-
-
-def _encoded(name: str, text: str) -> bytes:
-    """Return ``text`` for C, where it would end at a NUL."""
-    if "\0" in text:
-        raise PlannerError("wrong_argument", f"{name}: has a NUL")
-    return text.encode()
-
-
-def _in_range(name: str, value: int, low: int, high: int) -> int:
-    """Return ``value``; ctypes would cut off what does not fit."""
-    if not isinstance(value, int) or not low <= value <= high:
-        raise PlannerError(
-            "wrong_argument", f"{name}: expected an integer from {low} to {high}, found {value!r}"
-        )
-    return value

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from hypgen.api.c_interface import PlannerError
 from hypgen.api.planner import Decision, Planner
 from hypgen.api.worlds import Worlds
 
@@ -66,10 +67,28 @@ Policy = Callable[[Observation], int | str]
 def simulate(
     worlds: Worlds, planner: Planner | Policy, episodes: range, steps: int | None
 ) -> Iterator[StepRecord | EpisodeRecord]:
-    """Yield the steps of each episode, and after them the episode, as the solver's command line plays it."""
+    """Return the steps of each episode, and after them the episode, as the solver's command line plays it.
+
+    A planner of another interface is refused at once; the world is closed at the end.
+    """
+    ours = (worlds.actions, worlds.visible_fields, worlds.seen_fields)
+    if (
+        isinstance(planner, Planner)
+        and (planner.actions, planner.visible_fields, planner.seen_fields) != ours
+    ):
+        worlds.close()
+        text = "planner: its model has other actions, visible variables or observations than the world's"
+        raise PlannerError("wrong_argument", text)
+    return _episodes(worlds, planner, episodes, steps)
+
+
+def _episodes(
+    worlds: Worlds, planner: Planner | Policy, episodes: range, steps: int | None
+) -> Iterator[StepRecord | EpisodeRecord]:
     limit = min(DEFAULT_STEPS if steps is None else steps, worlds.horizon or 2**31)
-    for episode in episodes:
-        yield from _play(worlds, planner, episode, limit)
+    with worlds:
+        for episode in episodes:
+            yield from _play(worlds, planner, episode, limit)
 
 
 def _play(

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import importlib.util
-import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hypgen.api.c_interface import CLibrary
+from hypgen.api.arguments import encoded_object, in_range
+from hypgen.api.c_interface import CLibrary, PlannerError
 from hypgen.api.planner import Planner
 from hypgen.api.simulation import EpisodeRecord, Policy, StepRecord, simulate
 from hypgen.api.worlds import Worlds
@@ -42,30 +42,52 @@ class Solver:
         words = (_setting(name.replace("_", "-"), value) for name, value in settings.items())
         return Planner(self._library, " ".join(word for word in words if word), _text(params))
 
-    def worlds(self, count: int = 1, *, seed: int = 0, params: Mapping[str, Any] | None = None) -> Worlds:
-        """Return so many simulated worlds side by side, which one call moves."""
-        return Worlds(self._library, count, seed, _text(params))
+    def worlds(
+        self,
+        count: int = 1,
+        *,
+        seed: int = 0,
+        params: Mapping[str, Any] | None = None,
+        start: Mapping[str, Any] | None = None,
+    ) -> Worlds:
+        """Return so many simulated worlds side by side, which one call moves.
+
+        ``params`` sets the model's params, and ``start`` what episodes start with, as ``Worlds.start`` does.
+        """
+        return Worlds(self._library, count, seed, _text(params), start)
 
     def env(
-        self, *, seed: int = 0, steps: int | None = None, params: Mapping[str, Any] | None = None
+        self,
+        *,
+        seed: int = 0,
+        steps: int | None = None,
+        params: Mapping[str, Any] | None = None,
+        start: Mapping[str, Any] | None = None,
     ) -> WorldEnv:
         """Return a simulated world as an environment of Gymnasium.
 
-        Episodes are truncated at the model's horizon, or after ``steps`` if that comes first.
+        Episodes are truncated at the model's horizon, or after ``steps`` if that comes first. ``start`` is
+        that of ``worlds``.
         """
         _need_gymnasium()
         from hypgen.api.environments import WorldEnv
 
-        return WorldEnv(self.worlds(1, seed=seed, params=params), steps)
+        return WorldEnv(self.worlds(1, seed=seed, params=params, start=start), steps)
 
     def vector_env(
-        self, count: int, *, seed: int = 0, steps: int | None = None, params: Mapping[str, Any] | None = None
+        self,
+        count: int,
+        *,
+        seed: int = 0,
+        steps: int | None = None,
+        params: Mapping[str, Any] | None = None,
+        start: Mapping[str, Any] | None = None,
     ) -> WorldVectorEnv:
         """Return so many simulated worlds as a vectorised environment of Gymnasium, one call of C a step."""
         _need_gymnasium()
         from hypgen.api.environments import WorldVectorEnv
 
-        return WorldVectorEnv(self.worlds(count, seed=seed, params=params), steps)
+        return WorldVectorEnv(self.worlds(count, seed=seed, params=params, start=start), steps)
 
     def simulate(
         self,
@@ -76,17 +98,25 @@ class Solver:
         first_run: int = 0,
         steps: int | None = None,
         params: Mapping[str, Any] | None = None,
+        start: Mapping[str, Any] | None = None,
     ) -> Iterator[StepRecord | EpisodeRecord]:
         """Play episodes in a simulated world; yield a record for each step, and one for each episode.
 
         ``planner`` is a planner, or a function from an ``Observation`` to an action's number or name. The
         arguments are those of the solver's command line, which plays the same episodes. Without ``seed``,
-        it is the planner's, or 0. ``params`` are the world's.
+        it is the planner's, or 0. ``params`` and ``start`` are the world's: the planner knows neither.
         """
+        count = in_range("runs", runs, 1, 1_000_000)
+        first = in_range("first_run", first_run, 0, 1_000_000_000)
+        limit = None if steps is None else in_range("steps", steps, 1, 1_000_000)
+        if not callable(planner) and not isinstance(planner, Planner):
+            raise PlannerError(
+                "wrong_argument", f"planner: expected a planner or a policy, found {planner!r}"
+            )
         if seed is None:
             seed = planner.info["seed"] if isinstance(planner, Planner) else 0
-        with self.worlds(1, seed=seed, params=params) as worlds:
-            yield from simulate(worlds, planner, range(first_run, first_run + runs), steps)
+        worlds = self.worlds(1, seed=seed, params=params, start=start)
+        return simulate(worlds, planner, range(first, first + count), limit)
 
 
 def _need_gymnasium() -> None:
@@ -95,8 +125,8 @@ def _need_gymnasium() -> None:
         raise ModuleNotFoundError(text, name="gymnasium")
 
 
-def _text(params: Mapping[str, Any] | None) -> str | None:
-    return None if params is None else json.dumps(dict(params))
+def _text(params: Mapping[str, Any] | None) -> bytes | None:
+    return None if params is None else encoded_object("params", params)
 
 
 def _setting(name: str, value: str | bool | int | float) -> str:

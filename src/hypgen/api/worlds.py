@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import ctypes
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from hypgen.api.arguments import encoded_object, in_range
 from hypgen.api.c_interface import CLibrary, CWorldsOptions, CWorldsResults, PlannerError
 from hypgen.api.fields import Codes, named, read_fields
 
@@ -31,7 +32,14 @@ class Worlds:
 
     NEXT_EPISODE = NEXT_EPISODE
 
-    def __init__(self, library: CLibrary, count: int, seed: int, params: str | None) -> None:
+    def __init__(
+        self,
+        library: CLibrary,
+        count: int,
+        seed: int,
+        params: bytes | None,
+        start: Mapping[str, Any] | None = None,
+    ) -> None:
         self._library = library
         self._handle: ctypes.c_void_p | None = None
         self._lock = threading.Lock()  # held by each call that has the handle
@@ -41,7 +49,7 @@ class Worlds:
         self.horizon: int | None = description["horizon"]
         self.visible_fields = read_fields(description["visible"])
         self.seen_fields = read_fields(description["seen"])
-        self.count = _checked("count", count, 1, 2**24)
+        self.count = in_range("count", count, 1, 2**24)
 
         def rows(width: int, kind: type[Any]) -> npt.NDArray[Any]:
             return np.zeros((count, width), kind)
@@ -74,16 +82,28 @@ class Worlds:
         options = CWorldsOptions(
             ctypes.sizeof(CWorldsOptions),
             count,
-            _checked("seed", seed, 0, 2**64 - 1),
-            None if params is None else params.encode(),
+            in_range("seed", seed, 0, 2**64 - 1),
+            params,
         )
         handle = ctypes.c_void_p()
         library.call("worlds_create", library.model, ctypes.byref(options), ctypes.byref(handle))
         self._handle = handle
+        if start is not None:
+            self.start(start)
+
+    def start(self, values: Mapping[str, Any] | None) -> None:
+        """Let episodes that begin later start with these values of variables, hidden ones too, by name.
+
+        A name is a variable's or an entry's, ``rock.good[3]``. What is left out is drawn, and what depends
+        on given values follows from these. None: as the model says.
+        """
+        text = None if values is None else encoded_object("start", values)
+        with self._open() as handle:
+            self._library.call("worlds_start", handle, ctypes.c_char_p(text))
 
     def seed(self, seed: int) -> None:
         """End all episodes. Later ones draw by this seed, and are numbered afresh."""
-        number = ctypes.c_uint64(_checked("seed", seed, 0, 2**64 - 1))
+        number = ctypes.c_uint64(in_range("seed", seed, 0, 2**64 - 1))
         with self._open() as handle:
             self._library.call("worlds_seed", handle, number)
         self.legal[:] = 0
@@ -97,7 +117,7 @@ class Worlds:
         chosen = None if mask is None else np.ascontiguousarray(np.broadcast_to(mask, self.count), bool)
         numbers = None
         if episodes is not None:
-            checked = [_checked("episode", int(number), 0, 2**32 - 1) for number in episodes]
+            checked = [in_range("episode", number, 0, 2**32 - 1) for number in episodes]
             if len(checked) != self.count:
                 text = f"episodes: expected {self.count} numbers, found {len(checked)}"
                 raise PlannerError("wrong_argument", text)
@@ -131,9 +151,10 @@ class Worlds:
     def action(self, action: int | str) -> int:
         """Return the number of an action that is given by number or name."""
         if not isinstance(action, str):
-            return _checked("action", int(action), 0, len(self.actions) - 1)
+            return in_range("action", action, 0, len(self.actions) - 1)
         if action not in self.actions:
-            raise PlannerError("wrong_argument", f"no action is named {action}")
+            some = ", ".join(self.actions[:10]) + (", ..." if len(self.actions) > 10 else "")
+            raise PlannerError("wrong_argument", f"no action is named {action}; the actions are: {some}")
         return self.actions.index(action)
 
     def visible_by_name(self, world: int = 0) -> dict[str, Any]:
@@ -179,11 +200,3 @@ class Worlds:
 def _pointer(array: npt.NDArray[Any] | None) -> ctypes.c_void_p | None:
     """Return where an array's values lie; it must outlive the call."""
     return None if array is None else ctypes.c_void_p(array.ctypes.data)
-
-
-def _checked(name: str, value: int, low: int, high: int) -> int:
-    """Return ``value``, an integer within its limits."""
-    if not isinstance(value, int) or not low <= value <= high:
-        text = f"{name}: expected an integer from {low} to {high}, found {value!r}"
-        raise PlannerError("wrong_argument", text)
-    return value

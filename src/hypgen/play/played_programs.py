@@ -14,6 +14,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from pathlib import Path
 from typing import Any
 
+from hypgen.play import signals
 from hypgen.play.paired_statistics import differences, interval, with_interval
 
 PLANNERS = ("default", "rollout", "despot", "parallel", "pomcp")
@@ -80,20 +81,21 @@ class Comparison:
 def lines_of(command: Sequence[str], seconds: float | None = None) -> Iterator[dict[str, Any]]:
     """Yield a program's JSON lines; raise RuntimeError with what it said if it fails.
 
-    On Ctrl-C the program ends as it likes, and ``KeyboardInterrupt`` comes after its last line. After
-    ``seconds`` it ends in the same way, and nothing is raised.
+    A signal that ends a run reaches the program, which ends as it likes. After its last line this process
+    gets the signal: Ctrl-C raises ``KeyboardInterrupt``. After ``seconds`` the program ends in the same way,
+    and nothing is raised.
     """
     program = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, process_group=0
     )
-    with program as process, _passing_interrupts_to(process) as interrupts:
+    with program as process, signals.passed_to(process) as received:
         assert process.stdout is not None and process.stderr is not None
         with _limiting(process, seconds) as is_over:
             for text in process.stdout:
                 yield json.loads(text)
             complaint = process.stderr.read().strip()
-    if interrupts:
-        raise KeyboardInterrupt
+    if received:
+        signal.raise_signal(received[0])
     if process.returncode == _BROKEN:
         raise BrokenModelError(complaint)
     if process.returncode != 0 and not is_over.is_set():
@@ -101,32 +103,13 @@ def lines_of(command: Sequence[str], seconds: float | None = None) -> Iterator[d
 
 
 @contextlib.contextmanager
-def _passing_interrupts_to(process: subprocess.Popen[str]) -> Iterator[list[int]]:
-    """Send interrupts on to a program in a process group of its own; the list has those that came."""
-    interrupts: list[int] = []
-
-    def pass_on(number: int, _: object) -> None:
-        interrupts.append(number)
-        process.send_signal(number)
-
-    if threading.current_thread() is not threading.main_thread():  # where no handler can be set
-        yield interrupts
-        return
-    before = signal.signal(signal.SIGINT, pass_on)
-    try:
-        yield interrupts
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-@contextlib.contextmanager
 def _limiting(process: subprocess.Popen[str], seconds: float | None) -> Iterator[threading.Event]:
-    """Interrupt a program once its time is over, and tell so."""
+    """End a program once its time is over, and tell so."""
     is_over = threading.Event()
 
     def stop() -> None:
         is_over.set()
-        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGTERM)  # a shell's background ignores SIGINT
 
     limit = threading.Timer(seconds or 0, stop)
     if seconds is not None:

@@ -12,6 +12,7 @@ from hypgen.cli import main
 from hypgen.runtime.builder import commands, cuda_tools, tools
 from hypgen.runtime.builder.cuda_tools import CudaBuild, Nvcc
 from hypgen.runtime.builder.errors import ToolchainError
+from hypgen.runtime.builder.process_group import ProcessGroup
 
 TIGER = str(EXAMPLES / "tiger.pomdp")
 MakeNvcc = Callable[..., Path]
@@ -194,13 +195,18 @@ def test_a_host_flag_with_a_comma_stays_one() -> None:
     assert command[-1] == r"-Xcompiler=-fsanitize=address\,undefined"
 
 
+def call(command: list[str], build: CudaBuild) -> None:
+    with ProcessGroup() as group:
+        commands.call(group, command, "the model", tools.find_tools(), build)
+
+
 def test_a_host_compiler_that_nvcc_does_not_take_is_named(
     make_nvcc: MakeNvcc, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("HYPGEN_CACHE_DIR", str(tmp_path / "cache"))
     build = CudaBuild(cuda_tools.find_nvcc(str(make_nvcc())), (90,))
     with pytest.raises(ToolchainError, match="its host compiler: unsupported GNU version; see") as error:
-        commands.call([str(build.nvcc.path), "-c"], "the model", tools.find_tools(), build)
+        call([str(build.nvcc.path), "-c"], build)
     assert "NVCC_CCBIN" in error.value.remedy and "--nvcc" in error.value.remedy
 
 
@@ -218,7 +224,7 @@ def test_a_machine_at_its_limits_is_told_from_a_bug(
     build = CudaBuild(cuda_tools.find_nvcc(str(make_nvcc())), (90,))
     script(build.nvcc.path, f'echo "{output}"; exit 1')
     with pytest.raises(ToolchainError, match=message):
-        commands.call([str(build.nvcc.path), "-c"], "the model", tools.find_tools(), build)
+        call([str(build.nvcc.path), "-c"], build)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Finding tools, the cache, and exporting projects; with a tiny runtime in place of hypgen's own."""
 
+import hashlib
 import json
 import os
 import subprocess
@@ -245,6 +246,59 @@ def test_exporting_again_touches_only_what_changed(target: Path) -> None:
     ]
 
 
+def test_what_the_user_has_changed_stays_and_the_new_one_is_written_beside(target: Path) -> None:
+    main, beside = target / "src" / "main.cpp", target / "src" / "main.cpp.new"
+    old = {**FILES, "src/old.hpp": "\n", "src/older.hpp": "\n"}
+    assert exported_project.export(old, target) == []
+    main.write_text("mine")
+    (target / "src" / "old.hpp").write_text("mine too")
+    (target / "src" / "notes.hpp").write_text("of another origin")
+    new = {**FILES, "src/notes.hpp": "generated"}
+    for _ in range(2):  # what is beside is hypgen's, and so are files with hypgen's text
+        assert exported_project.export(new, target) == [
+            exported_project.Kept(main, beside),
+            exported_project.Kept(target / "src" / "notes.hpp", target / "src" / "notes.hpp.new"),
+            *[exported_project.Kept(target / "src" / "old.hpp", None)] * ("src/old.hpp" in old),
+        ]
+        old = new
+        assert main.read_text() == "mine" and beside.read_text() == FILES["src/main.cpp"]
+        assert (target / "src" / "old.hpp").read_text() == "mine too"
+        assert (target / "src" / "notes.hpp").read_text() == "of another origin"
+        assert not (target / "src" / "older.hpp").exists()
+    beside.write_text("merged")
+    (again,) = (kept for kept in exported_project.export(new, target) if kept.path == main)
+    assert again.new == target / "src" / "main.cpp.new.new" and beside.read_text() == "merged"
+    main.write_text(FILES["src/main.cpp"])
+    assert all(kept.path != main for kept in exported_project.export(new, target))
+    assert not (target / "src" / "main.cpp.new.new").exists()
+
+
+def test_a_kill_makes_no_file_of_hypgens_look_like_the_users(
+    target: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def killed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    exported_project.export(FILES, target)
+    new = {**FILES, "src/toy.hpp": "#pragma once\n", "src/main.cpp": "int main() {}\n"}
+    with monkeypatch.context() as patch:
+        moves = iter((os.replace, killed))
+        patch.setattr(exported_project.os, "replace", lambda a, b: next(moves)(a, b))
+        with pytest.raises(KeyboardInterrupt):
+            exported_project.export(new, target)
+    assert exported_project.export({**new, "src/toy.hpp": "\n"}, target) == []
+    assert (target / "src" / "main.cpp").read_text() == "int main() {}\n"
+
+
+def test_the_marker_is_the_same_for_the_same_project(target: Path) -> None:
+    exported_project.export(FILES, target)
+    other = target.with_name("other")
+    exported_project.export(FILES, other)
+    text = (target / exported_project.MARKER).read_text()
+    assert text == (other / exported_project.MARKER).read_text()
+    assert str(target) not in text and "before" not in json.loads(text)
+
+
 def test_a_folder_of_someone_elses_is_refused(target: Path) -> None:
     target.mkdir(parents=True)
     exported_project.check_target(target)
@@ -258,7 +312,9 @@ def test_a_marker_cannot_reach_outside_its_folder(target: Path) -> None:
     exported_project.export(FILES, target)
     victim = target.parent / "victim"
     victim.write_text("precious")
-    (target / exported_project.MARKER).write_text(json.dumps({"files": ["../victim", str(victim)]}))
+    digest = hashlib.sha256(b"precious").hexdigest()
+    names = ["../victim", str(victim)]
+    (target / exported_project.MARKER).write_text(json.dumps({"files": dict.fromkeys(names, digest)}))
     exported_project.export(FILES, target)
     assert victim.exists()
 

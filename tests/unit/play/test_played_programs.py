@@ -3,7 +3,6 @@
 
 import signal
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -24,6 +23,7 @@ from hypgen.play.played_programs import (
 # Plays two episodes; mode "broken" fails after the first, mode "slow" waits there for an interrupt.
 PROGRAM = """#!{python}
 import json, os, signal, sys, time
+signal.signal(signal.SIGTERM, signal.default_int_handler)
 options = dict(zip(sys.argv[1::2], sys.argv[2::2]))
 gain = {{"default": 0.0, "despot": 3.0}}
 if "--policy-kind" in options:
@@ -114,15 +114,6 @@ def test_policies_of_the_exact_solver_play_too(program: Path) -> None:
     assert numbers(comparison)["policies"][0]["return"] == {"mean": 4.5, "half": None}
 
 
-@pytest.fixture
-def _interruptible() -> Iterator[None]:
-    """A process that a shell started in the background ignores interrupts."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
-@pytest.mark.usefixtures("_interruptible")
 def test_an_interrupt_keeps_what_has_been_played(program: Path) -> None:
     comparison = Comparison()
     play_mode(program, comparison.add("default"), [], ignore)
@@ -161,7 +152,6 @@ def test_an_interval_is_printed_outwards() -> None:
     assert outwards(0.0, 1234567.0) == "0 .. 1.23457e+06"
 
 
-@pytest.mark.usefixtures("_interruptible")
 def test_a_program_ends_when_its_time_is_over(program: Path) -> None:
     assert len(list(lines_of([str(program), "--mode", "endless"], 2))) < 4  # fewer than two whole episodes
     assert len(list(lines_of([str(program), "--mode", "despot"], 60))) == 4

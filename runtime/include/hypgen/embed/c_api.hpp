@@ -5,7 +5,7 @@
 #include <hypgen.h>
 
 #include "hypgen/core/status.hpp"
-#include "hypgen/embed/embedded_model.hpp"
+#include "hypgen/model/embedded_model.hpp"
 
 // What tells two versions of the runtime apart, as an identifier; a build sets it.
 #ifndef HYPGEN_RUNTIME_ID

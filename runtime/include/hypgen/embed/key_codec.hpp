@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "hypgen/core/span.hpp"
-#include "hypgen/embed/embedded_model.hpp"
+#include "hypgen/model/embedded_model.hpp"
 #include "hypgen/model/key.hpp"
 
 namespace hypgen {

@@ -2,12 +2,12 @@
 // The whole command line of a generated program.
 #pragma once
 
-#include "hypgen/embed/embedded_model.hpp"
+#include "hypgen/model/embedded_model.hpp"
 
 namespace hypgen {
 
-// Serves an agent on standard input and output if the options say --serve, and is `solver_main` otherwise. 0: done;
-// 1: could not run; 2: wrong options or params.
+// Serves an agent on standard input and output if the options say --serve, and is `solver_main` otherwise. Ends as
+// that does.
 int program_main(EmbeddedModel model, int argc, char** argv);
 
 }  // namespace hypgen

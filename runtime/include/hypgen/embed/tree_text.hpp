@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <string>
 
-#include "hypgen/embed/embedded_model.hpp"
 #include "hypgen/embed/key_codec.hpp"
 #include "hypgen/leaves/scenario_walk.hpp"
+#include "hypgen/model/embedded_model.hpp"
 #include "hypgen/search/tree.hpp"
 
 namespace hypgen {

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 
 #include "hypgen/model/key.hpp"
 #include "hypgen/model/model.hpp"
+#include "hypgen/model/start_values.hpp"
 #include "hypgen/random/philox.hpp"
 
 namespace hypgen {
@@ -24,6 +26,8 @@ class World {
 
   // Starts episode `run`. Episodes of the same number draw the same words whatever the agent does.
   virtual void reset(std::uint64_t run) = 0;
+  // Later episodes start with these values, and draw the others.
+  virtual void set_start(StartValues start) = 0;
   virtual void export_visible(std::int32_t* out) const = 0;
   virtual void export_state(std::int32_t* out) const = 0;  // of which the agent knows a part
   virtual bool is_legal(int action) const = 0;
@@ -38,10 +42,10 @@ struct SimulatedEpisode {
   typename M::Fixed fixed{};
   typename M::State state{};
 
-  void begin(const typename M::Params& params, StreamKey key, std::uint64_t run) {
+  void begin(const typename M::Params& params, StreamKey key, std::uint64_t run, const StartValues& start) {
     number = static_cast<std::uint32_t>(run);
     time = 0;
-    PhiloxDraws draws(key, number, 0);
+    StartDraws draws(key, number, start);
     M::init_visible(params, draws, fixed, state);
     M::init_hidden(params, draws, fixed, state);
   }
@@ -65,7 +69,9 @@ class ModelWorld final : public World {
   ModelWorld(const typename M::Params& params, std::uint64_t seed)
       : params_(params), key_(derive(seed, StreamKind::kWorld, 0)) {}
 
-  void reset(std::uint64_t run) override { now_.begin(params_, key_, run); }
+  void reset(std::uint64_t run) override { now_.begin(params_, key_, run, start_); }
+
+  void set_start(StartValues start) override { start_ = std::move(start); }
 
   void export_visible(std::int32_t* out) const override { M::export_visible(now_.fixed, now_.state, out); }
 
@@ -81,6 +87,7 @@ class ModelWorld final : public World {
  private:
   const typename M::Params& params_;
   StreamKey key_;
+  StartValues start_;
   SimulatedEpisode<M> now_;
   typename M::Key seen_{};
 };

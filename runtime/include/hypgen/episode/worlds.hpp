@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "hypgen/episode/world.hpp"
@@ -34,6 +35,9 @@ class Worlds {
 
   // Ends all episodes. Later ones draw by this seed, and are numbered afresh: world i of n plays i, i + n, ...
   virtual void reseed(std::uint64_t seed) = 0;
+
+  // Episodes that begin later start with these values, and draw the others.
+  virtual void set_start(StartValues start) = 0;
 
   // Starts an episode in each world whose entry of `mask` is not 0; null: in all. `episodes` has the number for
   // each world, from which its next ones count on; null: the next ones.
@@ -69,6 +73,8 @@ class ModelWorlds final : public Worlds {
       worlds_[i].is_playing = false;
     }
   }
+
+  void set_start(StartValues start) override { start_ = std::move(start); }
 
   void reset(const std::uint8_t* mask, const std::uint64_t* episodes) override {
     for (std::size_t i = 0; i < worlds_.size(); ++i) {
@@ -133,7 +139,7 @@ class ModelWorlds final : public Worlds {
   };
 
   void begin(OneWorld& world) {
-    world.episode.begin(params_, key_, world.next);
+    world.episode.begin(params_, key_, world.next, start_);
     world.next += worlds_.size();
     world.is_playing = true;
   }
@@ -155,6 +161,7 @@ class ModelWorlds final : public Worlds {
 
   const typename M::Params& params_;
   StreamKey key_{};
+  StartValues start_;
   std::vector<OneWorld> worlds_;
 };
 

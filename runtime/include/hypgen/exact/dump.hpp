@@ -14,14 +14,13 @@
 // States, actions and observations are numbered from 0. States of one class agree in all that is visible.
 #pragma once
 
-#include <string>
-
+#include "hypgen/core/output.hpp"
 #include "hypgen/exact/exact_instance.hpp"
 #include "hypgen/exact/exact_model.hpp"
 
 namespace hypgen::exact {
 
-// False if the file cannot be written; "-" is standard output.
-bool dump(const ExactDescriptor& descriptor, const ExactModel& model, const std::string& file);
+// Writes all and closes `out`; false if that fails.
+bool dump(const ExactDescriptor& descriptor, const ExactModel& model, Output& out);
 
 }  // namespace hypgen::exact

@@ -35,7 +35,8 @@
 //   bool load(const ParamValues&, Params&, std::string& error);  // false: bad values, named in `error`
 //
 // Initial state. `init_visible` comes first and zeroes both blocks. `init_hidden` leaves what is visible. Both
-// get the same draws: `init_visible` draws hidden variables too where visible ones depend on them.
+// get the same draws: `init_visible` draws hidden variables too where visible ones depend on them. Each value goes
+// through `first_value` (start_values.hpp), so that a world may start where it is told to.
 //   void init_visible(P, D&, Fixed&, State&);
 //   void init_hidden(P, D&, Fixed&, State&);
 //   double init_likelihood(P, F, S);  // optional: of the visible variables that depend on hidden ones, their

@@ -4,10 +4,11 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdio>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "hypgen/core/output.hpp"
 #include "hypgen/model/descriptor.hpp"
 #include "hypgen/solver/options.hpp"
 #include "hypgen/solver/run_report.hpp"
@@ -15,20 +16,21 @@
 
 namespace hypgen {
 
-// Writes and flushes each line as it happens, so that an interrupted run leaves whole lines.
+// Writes each line as it happens, so that an interrupted run leaves whole lines. None follows one that did not fit.
 class JsonLines {
  public:
   explicit JsonLines(const ModelDescriptor& model) : model_(model) {}
-  ~JsonLines();
-  JsonLines(const JsonLines&) = delete;
-  JsonLines& operator=(const JsonLines&) = delete;
 
   // Lines go to `file`, or to standard output for "-"; without a call nothing is written. False if it cannot
   // be opened.
   bool open(const std::string& file);
 
-  // Whether all lines so far could be written: a full disk loses some.
-  bool complete() const { return complete_; }
+  // Whether all lines so far could be written; if not, `output` says why.
+  bool ok() const { return out_ == nullptr || out_->ok(); }
+  const Output& output() const { return *out_; }
+
+  // Syncs the lines; false if that fails.
+  bool close() { return out_ == nullptr || out_->close(); }
 
   void write_run(const SolverOptions& options, const std::string& device, std::size_t threads);
   void write(const StartRecord& start);  // nothing unless the model has a first observation
@@ -40,8 +42,7 @@ class JsonLines {
   void write_line(const std::string& text);
 
   const ModelDescriptor& model_;
-  std::FILE* out_ = nullptr;
-  bool complete_ = true;
+  std::unique_ptr<Output> out_;
 };
 
 }  // namespace hypgen

@@ -29,6 +29,7 @@ struct SolverOptions {
   bool stop_on_depletion = false;
   std::string param_file;
   std::string world_param_file;  // empty: the world has the model's params
+  std::string start_file;        // empty: episodes start as the world's model says
   std::string json_file;
   bool details = false;  // of each step, in the JSON lines
   bool quiet = false;

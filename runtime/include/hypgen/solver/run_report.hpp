@@ -79,6 +79,9 @@ struct RunTotals {
 // What is wrong with the model, in lines; empty where no bound and reward was anything but a number.
 std::vector<std::string> faults(const RunTotals& totals, const ModelDescriptor& model);
 
+// A signature as reports have it.
+std::string hexadecimal(std::uint64_t signature);
+
 // The table at the end of a run.
 std::string table(const RunTotals& totals, const ModelDescriptor& model,
                   const std::vector<std::uint64_t>& leaf_sizes);

@@ -25,7 +25,7 @@ struct BeliefCheckOptions {
 };
 
 // Writes a JSON line with the ranks of each episode, in the order in which they are done. Gives 0; 1 if the
-// lines could not be written; 130 if it was interrupted.
+// lines could not be written; 128 and the signal's number if it was interrupted.
 int check_beliefs(const ModelDescriptor& model, const ModelInstance& instance,
                   const BeliefCheckOptions& options);
 

@@ -4,10 +4,10 @@
 
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <string>
 #include <vector>
 
+#include "hypgen/core/output.hpp"
 #include "hypgen/math/scalar_functions.hpp"
 #include "hypgen/model/key.hpp"
 #include "hypgen/model/model.hpp"
@@ -37,17 +37,16 @@ class Tracer {
         lanes_(options.scenarios) {}
 
   bool write(std::string& error) {
-    std::ofstream out(options_.file, std::ios::binary);
+    Output out(options_.file, Output::Kind::kWhole);
     for (std::uint32_t i = 0; i < lanes_.size(); ++i) restart(i, 0);
-    for (std::uint32_t t = 0; t < options_.steps; ++t) {
+    for (std::uint32_t t = 0; t < options_.steps && out.ok(); ++t) {
       for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
         row_.clear();
         if (!step(i, t)) restart(i, t + 1);
         write_row(out);
       }
     }
-    out.close();
-    if (!out) error = options_.file + ": cannot be written";
+    if (!out.close()) error = out.problem();
     if (!histories_agree_) error = "a bug of hypgen: rollouts keep another history than the agent";
     return error.empty();
   }
@@ -169,12 +168,12 @@ class Tracer {
       put(static_cast<std::int64_t>(math::canonical_bits(values[i])));
   }
 
-  void write_row(std::ofstream& out) const {
+  void write_row(Output& out) const {
+    std::string bytes;
     for (const std::int64_t value : row_) {
-      char bytes[8];
-      for (int i = 0; i < 8; ++i) bytes[i] = static_cast<char>(static_cast<std::uint64_t>(value) >> (8 * i));
-      out.write(bytes, sizeof bytes);
+      for (int i = 0; i < 64; i += 8) bytes += static_cast<char>(static_cast<std::uint64_t>(value) >> i);
     }
+    out.write(bytes);
   }
 
   const typename M::Params& params_;

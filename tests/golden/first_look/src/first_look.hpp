@@ -14,6 +14,7 @@
 #include <hypgen/model/key.hpp>
 #include <hypgen/model/model.hpp>
 #include <hypgen/model/part.hpp>
+#include <hypgen/model/start_values.hpp>
 #include <hypgen/random/distributions.hpp>
 
 namespace hypgen::models {
@@ -280,17 +281,18 @@ struct FirstLook {
     state = State{};
     // first_look.pomdp:19: chest.full
     for (std::int32_t c = 0; c <= 1; ++c) {
-      fixed.set_chest_full(c, dist::bernoulli(draws.word(Site::init_chest_full, c), 0.5f));
+      fixed.set_chest_full(c, first_value<bool>(draws, 1 + c,
+          dist::bernoulli(draws.word(Site::init_chest_full, c), 0.5f)));
     }
     // first_look.pomdp:12: bell.rings
-    state.set_bell_rings(dist::noisy(draws.word(Site::init_bell_rings, 0),
-        static_cast<std::int32_t>(fixed.chest_full(1)), 0.6f, 2) != 0);
+    state.set_bell_rings(first_value<bool>(draws, 0, dist::noisy(draws.word(Site::init_bell_rings, 0),
+        static_cast<std::int32_t>(fixed.chest_full(1)), 0.6f, 2) != 0));
     // first_look.pomdp:20: chest.done
-    for (std::int32_t c = 0; c <= 1; ++c) state.set_chest_done(c, false);
+    for (std::int32_t c = 0; c <= 1; ++c) state.set_chest_done(c, first_value<bool>(draws, 3 + c, false));
     // first_look.pomdp:22: chest.glint
     for (std::int32_t c = 0; c <= 1; ++c) {
-      fixed.set_chest_glint(c, dist::noisy(draws.word(Site::init_chest_glint, c),
-          static_cast<std::int32_t>(fixed.chest_full(c)), 0.7f, 2) != 0);
+      fixed.set_chest_glint(c, first_value<bool>(draws, 5 + c, dist::noisy(draws.word(Site::init_chest_glint,
+          c), static_cast<std::int32_t>(fixed.chest_full(c)), 0.7f, 2) != 0));
     }
   }
 
@@ -298,7 +300,8 @@ struct FirstLook {
   HYPGEN_FN static void init_hidden(const Params&, D& draws, Fixed& fixed, State&) {
     // first_look.pomdp:19: chest.full
     for (std::int32_t c = 0; c <= 1; ++c) {
-      fixed.set_chest_full(c, dist::bernoulli(draws.word(Site::init_chest_full, c), 0.5f));
+      fixed.set_chest_full(c, first_value<bool>(draws, 1 + c,
+          dist::bernoulli(draws.word(Site::init_chest_full, c), 0.5f)));
     }
   }
 

@@ -14,6 +14,7 @@
 #include <hypgen/model/key.hpp>
 #include <hypgen/model/model.hpp>
 #include <hypgen/model/part.hpp>
+#include <hypgen/model/start_values.hpp>
 #include <hypgen/random/distributions.hpp>
 
 namespace hypgen::models {
@@ -339,20 +340,21 @@ struct RockSample {
   // What the runtime calls ------------------------------------------------------------------------------
 
   template <class D>
-  HYPGEN_FN static void init_visible(const Params& params, D&, Fixed& fixed, State& state) {
+  HYPGEN_FN static void init_visible(const Params& params, D& draws, Fixed& fixed, State& state) {
     fixed = Fixed{};
     state = State{};
     // rock_sample.pomdp:40: rover.x
-    state.set_rover_x(0);
+    state.set_rover_x(first_value<std::int32_t>(draws, 0, 0));
     // rock_sample.pomdp:41: rover.y
-    state.set_rover_y(params.start_row);
+    state.set_rover_y(first_value<std::int32_t>(draws, 1, params.start_row));
   }
 
   template <class D>
   HYPGEN_FN static void init_hidden(const Params&, D& draws, Fixed&, State& state) {
     // rock_sample.pomdp:49: rock.good
     for (std::int32_t r = 0; r <= 7; ++r) {
-      state.set_rock_good(r, dist::bernoulli(draws.word(Site::init_rock_good, r), 0.5f));
+      state.set_rock_good(r, first_value<bool>(draws, 2 + r, dist::bernoulli(draws.word(Site::init_rock_good,
+          r), 0.5f)));
     }
   }
 

@@ -14,6 +14,7 @@
 #include <hypgen/model/key.hpp>
 #include <hypgen/model/model.hpp>
 #include <hypgen/model/part.hpp>
+#include <hypgen/model/start_values.hpp>
 #include <hypgen/random/distributions.hpp>
 
 namespace hypgen::models {
@@ -172,18 +173,19 @@ struct SmallRocks : NoHistory, NotFactored {
   // What the runtime calls ------------------------------------------------------------------------------
 
   template <class D>
-  HYPGEN_FN static void init_visible(const Params&, D&, Fixed& fixed, State& state) {
+  HYPGEN_FN static void init_visible(const Params&, D& draws, Fixed& fixed, State& state) {
     fixed = Fixed{};
     state = State{};
     // sample.pomdp:14: rover.x
-    state.set_rover_x(0);
+    state.set_rover_x(first_value<std::int32_t>(draws, 0, 0));
   }
 
   template <class D>
   HYPGEN_FN static void init_hidden(const Params&, D& draws, Fixed&, State& state) {
     // sample.pomdp:20: rock.good
     for (std::int32_t r = 0; r <= 1; ++r) {
-      state.set_rock_good(r, dist::bernoulli(draws.word(Site::init_rock_good, r), 0.5f));
+      state.set_rock_good(r, first_value<bool>(draws, 1 + r, dist::bernoulli(draws.word(Site::init_rock_good,
+          r), 0.5f)));
     }
   }
 

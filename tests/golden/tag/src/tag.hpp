@@ -14,6 +14,7 @@
 #include <hypgen/model/key.hpp>
 #include <hypgen/model/model.hpp>
 #include <hypgen/model/part.hpp>
+#include <hypgen/model/start_values.hpp>
 #include <hypgen/random/distributions.hpp>
 
 namespace hypgen::models {
@@ -324,11 +325,11 @@ struct Tag : NoHistory {
     // tag.pomdp:39: robot.cell
     const std::int32_t entry = dist::uniform(draws.word(Site::init_robot_cell, 0),
         params.robot_cell_count_table);
-    state.set_robot_cell(params.robot_cell_table[entry]);
+    state.set_robot_cell(first_value<std::int32_t>(draws, 0, params.robot_cell_table[entry]));
     // tag.pomdp:40: robot.seen
-    state.set_robot_seen(false);
+    state.set_robot_seen(first_value<bool>(draws, 1, false));
     // tag.pomdp:41: robot.heading
-    state.set_robot_heading(Dir::north);
+    state.set_robot_heading(first_value<std::int32_t>(draws, 2, Dir::north));
   }
 
   template <class D>
@@ -336,7 +337,7 @@ struct Tag : NoHistory {
     // tag.pomdp:49: opponent.cell
     const std::int32_t entry = dist::uniform(draws.word(Site::init_opponent_cell, 0),
         params.opponent_cell_count_table);
-    state.set_opponent_cell(params.opponent_cell_table[entry]);
+    state.set_opponent_cell(first_value<std::int32_t>(draws, 3, params.opponent_cell_table[entry]));
   }
 
   HYPGEN_FN static void export_visible(const Fixed&, const State& state, std::int32_t* out) {

@@ -14,6 +14,7 @@
 #include <hypgen/model/key.hpp>
 #include <hypgen/model/model.hpp>
 #include <hypgen/model/part.hpp>
+#include <hypgen/model/start_values.hpp>
 #include <hypgen/random/distributions.hpp>
 
 namespace hypgen::models {
@@ -261,7 +262,8 @@ struct TigerMemory {
   template <class D>
   HYPGEN_FN static void init_hidden(const Params&, D& draws, Fixed&, State& state) {
     // tiger_memory.pomdp:14: room.tiger
-    state.set_room_tiger(dist::uniform(draws.word(Site::init_room_tiger, 0), 2));
+    state.set_room_tiger(first_value<std::int32_t>(draws, 0, dist::uniform(draws.word(Site::init_room_tiger,
+        0), 2)));
   }
 
   HYPGEN_FN static void export_visible(const Fixed&, const State&, std::int32_t*) {

@@ -15,6 +15,7 @@
 #include <hypgen/model/key.hpp>
 #include <hypgen/model/model.hpp>
 #include <hypgen/model/part.hpp>
+#include <hypgen/model/start_values.hpp>
 #include <hypgen/random/distributions.hpp>
 
 namespace hypgen::models {
@@ -429,20 +430,23 @@ struct TwoRobotRockSample {
   }
 
   template <class D>
-  HYPGEN_FN static void init_visible(const Params& params, D&, Fixed& fixed, State& state) {
+  HYPGEN_FN static void init_visible(const Params& params, D& draws, Fixed& fixed, State& state) {
     fixed = Fixed{};
     state = State{};
     // two_robot_rock_sample.pomdp:48: bot.x
-    for (std::int32_t b = 0; b <= 1; ++b) state.set_bot_x(b, 0);
+    for (std::int32_t b = 0; b <= 1; ++b) state.set_bot_x(b, first_value<std::int32_t>(draws, 0 + b, 0));
     // two_robot_rock_sample.pomdp:49: bot.y
-    for (std::int32_t b = 0; b <= 1; ++b) state.set_bot_y(b, params.start_row[b]);
+    for (std::int32_t b = 0; b <= 1; ++b) {
+      state.set_bot_y(b, first_value<std::int32_t>(draws, 2 + b, params.start_row[b]));
+    }
   }
 
   template <class D>
   HYPGEN_FN static void init_hidden(const Params&, D& draws, Fixed&, State& state) {
     // two_robot_rock_sample.pomdp:62: rock.good
     for (std::int32_t r = 0; r <= 19; ++r) {
-      state.set_rock_good(r, dist::bernoulli(draws.word(Site::init_rock_good, r), 0.5f));
+      state.set_rock_good(r, first_value<bool>(draws, 4 + r, dist::bernoulli(draws.word(Site::init_rock_good,
+          r), 0.5f)));
     }
   }
 

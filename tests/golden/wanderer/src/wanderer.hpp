@@ -15,6 +15,7 @@
 #include <hypgen/model/key.hpp>
 #include <hypgen/model/model.hpp>
 #include <hypgen/model/part.hpp>
+#include <hypgen/model/start_values.hpp>
 #include <hypgen/random/distributions.hpp>
 
 namespace hypgen::models {
@@ -195,18 +196,19 @@ struct WandererOf : NoHistory, NotFactored {
   }
 
   template <class D>
-  HYPGEN_FN static void init_visible(const Params&, D&, Fixed& fixed, State& state) {
+  HYPGEN_FN static void init_visible(const Params&, D& draws, Fixed& fixed, State& state) {
     fixed = Fixed{};
     state = State{};
     // sample.pomdp:16: bot.seen
-    for (std::int32_t b = 0; b <= 1; ++b) state.set_bot_seen(b, 1);
+    for (std::int32_t b = 0; b <= 1; ++b) state.set_bot_seen(b, first_value<std::int32_t>(draws, 7 + b, 1));
   }
 
   template <class D>
   HYPGEN_FN static void init_hidden(const Params&, D& draws, Fixed& fixed, State& state) {
     // sample.pomdp:8: map.wall
     for (std::int32_t p = 1; p <= 5; ++p) {
-      fixed.set_map_wall(p, dist::bernoulli(draws.word(Site::init_map_wall, p - 1), 0.25f));
+      fixed.set_map_wall(p, first_value<bool>(draws, 0 + p - 1,
+          dist::bernoulli(draws.word(Site::init_map_wall, p - 1), 0.25f)));
     }
     // sample.pomdp:15: bot.at
     for (std::int32_t b = 0; b <= 1; ++b) {
@@ -215,7 +217,7 @@ struct WandererOf : NoHistory, NotFactored {
         if (!fixed.map_wall(p)) ++count;
       }
       if (count == 0) {
-        state.set_bot_at(b, 1);
+        state.set_bot_at(b, first_value<std::int32_t>(draws, 5 + b, 1));
       } else {
         std::int32_t left = dist::uniform(draws.word(Site::init_bot_at, b), count);
         std::int32_t picked{};
@@ -224,7 +226,7 @@ struct WandererOf : NoHistory, NotFactored {
             if (left-- == 0) picked = p;
           }
         }
-        state.set_bot_at(b, picked);
+        state.set_bot_at(b, first_value<std::int32_t>(draws, 5 + b, picked));
       }
     }
   }

@@ -9,7 +9,6 @@ from support.paths import EXAMPLES
 from hypgen.dsl.messages.diagnostic import ModelError
 from hypgen.dsl.messages.source import Source, Span
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.syntax import parse as parser
 from hypgen.dsl.syntax.parse import parse, parse_expression
 
 MODELS = sorted(EXAMPLES.glob("*.pomdp"))
@@ -228,26 +227,3 @@ def test_instance_keeps_order_and_the_place_of_its_model() -> None:
 def test_a_trailing_text_is_no_expression() -> None:
     with pytest.raises(ModelError):
         expression("3 4")
-
-
-@pytest.mark.parametrize("home", ["missing/parent", "file"])
-def test_parser_works_where_its_cache_cannot_be_written(
-    home: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "file").write_text("")
-    (tmp_path / "missing").mkdir(mode=0o500)
-    monkeypatch.setenv("HYPGEN_CACHE_DIR", str(tmp_path / home))
-    parser._load_lark.cache_clear()
-    assert shape(expression("a")) == "a"
-    parser._load_lark.cache_clear()
-
-
-def test_a_broken_cache_is_rebuilt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HYPGEN_CACHE_DIR", str(tmp_path))
-    tables = tmp_path / "grammar.lark-tables"
-    tables.write_bytes(b"broken")
-    for _ in range(2):
-        parser._load_lark.cache_clear()
-        assert shape(expression("a")) == "a"
-    assert tables.stat().st_size > 1000
-    parser._load_lark.cache_clear()

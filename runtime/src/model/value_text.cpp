@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hypgen/embed/value_text.hpp"
+#include "hypgen/model/value_text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,13 +8,14 @@
 #include <nlohmann/json.hpp>
 
 #include "hypgen/math/float_bits.hpp"
-#include "hypgen/model/json_depth.hpp"
+#include "input_text.hpp"
 
 namespace hypgen {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Json = nlohmann::json;                 // of what is read
+using OrderedJson = nlohmann::ordered_json;  // of what is written
 
 float float_of(std::int32_t value) { return math::from_bits(static_cast<std::uint32_t>(value)); }
 
@@ -22,6 +23,9 @@ bool is_in_range(const ValueField& field, std::int32_t value) {
   const double number = field.kind == ValueKind::kFloat ? double{float_of(value)} : value;
   return std::isfinite(number) && field.low <= number && number <= field.high;
 }
+
+// Names of so many values fit in a message.
+constexpr std::size_t kMostNames = 10;
 
 std::string text_of(double number) { return Json(number).dump(); }
 
@@ -36,6 +40,11 @@ std::string range_of(const ValueField& field) {
       if (std::isinf(field.low) && std::isinf(field.high)) return "a number";
       return "a number from " + text_of(field.low) + " to " + text_of(field.high);
     case ValueKind::kNamed:
+      if (field.high < kMostNames) {
+        std::vector<std::string> names;
+        for (std::int32_t code = 0; code <= field.high; ++code) names.push_back(field.value_name(code));
+        return "one of " + listed(names);
+      }
       return "a name such as \"" + field.value_name(0) + "\", of code 0 to " +
              std::to_string(static_cast<std::int64_t>(field.high));
   }
@@ -84,7 +93,7 @@ void flatten(const Json& json, std::vector<Json>& out) {
   for (const Json& entry : json) flatten(entry, out);
 }
 
-Json json_of(const ValueField& field, std::int32_t value) {
+OrderedJson json_of(const ValueField& field, std::int32_t value) {
   switch (field.kind) {
     case ValueKind::kBool:
       return value != 0;
@@ -99,12 +108,19 @@ Json json_of(const ValueField& field, std::int32_t value) {
 }
 
 std::string names_of(const std::vector<ValueField>& fields) {
-  std::string names;
-  for (const ValueField& field : fields) names += (names.empty() ? "" : ", ") + field.name;
-  return names.empty() ? "none" : names;
+  std::vector<std::string> names;
+  for (const ValueField& field : fields) names.push_back(field.name);
+  return names.empty() ? "none" : listed(names);
 }
 
 }  // namespace
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size() && i < kMostNames; ++i) text += (i == 0 ? "" : ", ") + names[i];
+  const std::size_t rest = names.size() - std::min(names.size(), kMostNames);
+  return rest == 0 ? text : text + " and " + std::to_string(rest) + " more";
+}
 
 bool check_values(const std::vector<ValueField>& fields, Span<const std::int32_t> values,
                   std::string& error) {
@@ -126,9 +142,10 @@ bool check_values(const std::vector<ValueField>& fields, Span<const std::int32_t
 
 bool read_values(const std::string& text, const std::vector<ValueField>& fields,
                  std::vector<std::int32_t>& values, std::vector<bool>& given, std::string& error) {
-  const Json json = is_too_deep(text) ? Json() : Json::parse(text, nullptr, false);
+  Json json;
+  if (!parse_json(text, json, error)) return false;
   if (!json.is_object()) {
-    error = "expected a JSON object with values by name, found " + text.substr(0, 60);
+    error = "expected a JSON object with values by name, found " + excerpt(text);
     return false;
   }
   given.assign(fields.size(), false);
@@ -144,37 +161,39 @@ bool read_values(const std::string& text, const std::vector<ValueField>& fields,
     if (entries.size() != field.length() || found->is_array() == field.dims.empty()) {
       error = field.name + ": expected " +
               (field.dims.empty() ? "one value" : "an array of " + std::to_string(field.length())) +
-              ", found " + found->dump().substr(0, 60);
+              ", found " + excerpt(found->dump());
       return false;
     }
     for (std::size_t i = 0; i < entries.size(); ++i) {
-      if (!read_value(field, entries[i], values[first + i])) return refuse(field, entries[i].dump(), error);
+      if (!read_value(field, entries[i], values[first + i]))
+        return refuse(field, excerpt(entries[i].dump()), error);
     }
   }
   if (known == json.size()) return true;
   for (const auto& [name, value] : json.items()) {
     bool is_known = false;
     for (const ValueField& field : fields) is_known = is_known || field.name == name;
-    if (!is_known) error = "no value is named " + name + "; the names are: " + names_of(fields);
+    if (!is_known) error = "no value is named " + excerpt(name) + "; the names are: " + names_of(fields);
   }
   return false;
 }
 
 bool read_value_name(const ValueField& field, const std::string& name, std::int32_t& value,
                      std::string& error) {
-  const Json json = field.kind == ValueKind::kNamed ? Json(name) : Json::parse(name, nullptr, false);
-  return read_value(field, json, value) || refuse(field, name, error);
+  Json json = name;
+  if (field.kind != ValueKind::kNamed && !parse_json(name, json, error)) json = nullptr;
+  return read_value(field, json, value) || refuse(field, excerpt(name), error);
 }
 
 std::string values_text(const std::vector<ValueField>& fields, const std::vector<std::int32_t>& values) {
-  Json json = Json::object();
+  OrderedJson json = OrderedJson::object();
   const std::int32_t* value = values.data();
   for (const ValueField& field : fields) {
     if (field.dims.empty()) {
       json[field.name] = json_of(field, *value++);
       continue;
     }
-    json[field.name] = Json::array();
+    json[field.name] = OrderedJson::array();
     for (std::size_t i = 0; i < field.length(); ++i) json[field.name].push_back(json_of(field, *value++));
   }
   return json.dump();

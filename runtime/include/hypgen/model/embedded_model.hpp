@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A model as an agent takes it: its descriptor, and the types of what the caller gives and gets.
+// A model as programs take it: its descriptor, and the types of what their callers give and get.
 #pragma once
 
 #include <cstddef>

@@ -7,9 +7,12 @@
 #include <vector>
 
 #include "hypgen/core/span.hpp"
-#include "hypgen/embed/embedded_model.hpp"
+#include "hypgen/model/embedded_model.hpp"
 
 namespace hypgen {
+
+// The first of some names, for messages.
+std::string listed(const std::vector<std::string>& names);
 
 // Whether there are as many values as the fields have, each in the range of its field; otherwise `error` names
 // the first that is not.

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "handles.hpp"
+
+#include <pthread.h>
+
+#include <mutex>
+
+namespace hypgen {
+
+namespace {
+
+// A list needs no memory of its own and no destructor: what a program leaves alive at its end stays so. Few handles
+// are alive at a time, each with megabytes behind it.
+struct List {
+  std::mutex mutex;
+  Handled* first = nullptr;
+  std::uintptr_t last_number = 0;
+};
+
+List live;
+
+// A fork finds the list whole, and its mutex free.
+void lock() { live.mutex.lock(); }
+void unlock() { live.mutex.unlock(); }
+
+}  // namespace
+
+void* LiveHandles::add(std::unique_ptr<Handled> object) {
+  static const int forks_well = pthread_atfork(&lock, &unlock, &unlock);
+  static_cast<void>(forks_well);
+  const std::lock_guard<std::mutex> held(live.mutex);
+  object->number_ = ++live.last_number;
+  object->next_ = live.first;
+  live.first = object.release();
+  return reinterpret_cast<void*>(live.first->number_);
+}
+
+Refusal LiveHandles::find(const void* handle, Handled::Kind kind, Handled*& object) {
+  object = live.first;
+  const auto number = reinterpret_cast<std::uintptr_t>(handle);
+  while (object != nullptr && (object->number_ != number || object->kind_ != kind)) object = object->next_;
+  if (object == nullptr) return Refusal::kUnknown;
+  const bool is_forked = kind == Handled::Kind::kPlanner && object->process_ != getpid();
+  return is_forked ? Refusal::kForked : Refusal::kNone;
+}
+
+Refusal LiveHandles::take(const void* handle, Handled::Kind kind, Handled*& object) {
+  const std::lock_guard<std::mutex> held(live.mutex);
+  const Refusal refusal = find(handle, kind, object);
+  if (refusal != Refusal::kNone) return refusal;
+  return object->is_busy_.exchange(true, std::memory_order_acquire) ? Refusal::kBusy : Refusal::kNone;
+}
+
+std::unique_ptr<Handled> LiveHandles::end(Handled& object) {
+  const std::lock_guard<std::mutex> held(live.mutex);
+  Handled** place = &live.first;
+  while (*place != &object) place = &(*place)->next_;
+  *place = object.next_;
+  return std::unique_ptr<Handled>(&object);
+}
+
+Refusal LiveHandles::visit(const void* handle, Handled::Kind kind, void (*use)(Handled&)) {
+  const std::lock_guard<std::mutex> held(live.mutex);
+  Handled* object = nullptr;
+  const Refusal refusal = find(handle, kind, object);
+  if (refusal == Refusal::kNone) use(*object);
+  return refusal;
+}
+
+}  // namespace hypgen
