@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import importlib.util
-import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -19,6 +18,7 @@ from hypgen.cli.interrupts import interrupt_code
 from hypgen.cli.output import say
 
 if TYPE_CHECKING:
+    from hypgen.experiments.cluster import DaskExecutor
     from hypgen.experiments.running import State
     from hypgen.experiments.suite import Suite
     from hypgen.experiments.tables import Table
@@ -43,9 +43,12 @@ if TYPE_CHECKING:
     "--gpus",
     metavar="N",
     type=click.IntRange(0),
-    default=1,
-    show_default=True,
-    help="GPUs to use, one a process.",
+    help="GPUs to use, one a process [1].",
+)
+@click.option(
+    "--dask",
+    metavar="ADDRESS",
+    help="Play on the workers of a Dask scheduler, such as tcp://host:8786.",
 )
 @click.option("--limit", metavar="S", type=click.FloatRange(0), help="Seconds to play, about, in all.")
 @click.option(
@@ -63,7 +66,8 @@ def command(
     suite: Path,
     output: Path | None,
     jobs: int | None,
-    gpus: int,
+    gpus: int | None,
+    dask: str | None,
     limit: float | None,
     cell_limit: float,
     only: str | None,
@@ -80,10 +84,13 @@ def command(
     Examples:
       hypgen bench benchmarks/smoke.toml
       hypgen bench my-suite.toml -o results --jobs 4 --limit 600
+      hypgen bench benchmarks/paper.toml --dask tcp://head:8786
     """
     if importlib.util.find_spec("scipy") is None:
         raise click.ClickException("experiments need scipy: pip install 'hypgen[bench]'")
-    from hypgen.experiments import running
+    if dask is not None and (jobs is not None or gpus is not None):
+        raise click.UsageError("--jobs and --gpus are of this machine; with --dask the workers say theirs.")
+    from hypgen.experiments import running, shares
     from hypgen.experiments.store import Store
     from hypgen.experiments.suite import SuiteError, read_suite
 
@@ -94,20 +101,27 @@ def command(
         store.open(asked.title)
         if retry:
             store.forget_failures()
+        cluster = None if dask is None or only_tables else _cluster(dask, cell_limit)
         builds = running.build(asked, progress=report)
         running.check_options(asked, builds)
         running.describe(whole, builds, store)
     except SuiteError as error:
         raise click.ClickException(str(error)) from None
-    executor = running.local(builds, jobs or len(os.sched_getaffinity(0)), _gpus(gpus), cell_limit)
+    visible = shares.visible_gpus(1 if gpus is None else gpus)
+    own = running.local(builds, jobs or len(shares.visible_cores()), visible, cell_limit)
     interrupted: KeyboardInterrupt | None = None
     state = None
     if not only_tables:
         with _progress() as tell:
             try:
-                state = running.play(asked, builds, store, executor, limit=limit, tell=tell)
+                state = running.play(asked, builds, store, cluster or own, limit=limit, tell=tell)
             except KeyboardInterrupt as error:
                 interrupted = error
+            except SuiteError as error:
+                raise click.ClickException(str(error)) from None
+            finally:
+                if cluster is not None:
+                    cluster.close()
     for table in running.tables(asked, builds, store):
         _print(table)
     say(f"results: {store.folder}")
@@ -137,10 +151,10 @@ def _only(suite: Suite, names: str | None) -> Suite:
     return dataclasses.replace(suite, studies=tuple(one for one in suite.studies if one.name in asked))
 
 
-def _gpus(count: int) -> list[str]:
-    """Return the names of the GPUs that may be used."""
-    visible = os.environ.get("CUDA_VISIBLE_DEVICES", ",".join(map(str, range(count))))
-    return [gpu for gpu in visible.split(",") if gpu][:count]
+def _cluster(address: str, cell_limit: float) -> DaskExecutor:
+    from hypgen.experiments.cluster import DaskExecutor
+
+    return DaskExecutor(address, cell_limit)
 
 
 @contextmanager

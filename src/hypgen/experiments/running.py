@@ -12,19 +12,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from hypgen.api import model as models
-from hypgen.api import programs
 from hypgen.api.model import FilePath
 from hypgen.api.programs import Progress
 from hypgen.dsl.messages.diagnostic import did_you_mean
 from hypgen.experiments.cells import Cell, cells_of
+from hypgen.experiments.generated import generate, program_of
 from hypgen.experiments.local import LocalExecutor
 from hypgen.experiments.record import record
 from hypgen.experiments.results import read
 from hypgen.experiments.store import Failure, Store
 from hypgen.experiments.suite import Suite, SuiteError, Task, read_suite
-from hypgen.runtime.builder import cache, cuda_tools
-from hypgen.runtime.builder.solver import runtime_id
+from hypgen.runtime.builder import cuda_tools
 from hypgen.runtime.builder.tools import find_compiler
 
 if TYPE_CHECKING:
@@ -71,12 +69,10 @@ def build(suite: Suite, target: str = "auto", progress: Progress | None = None) 
 
 
 def _build(task: Task, wants_gpu: bool, target: str, progress: Progress | None) -> Build:
-    values = dict(setting.split("=", 1) for setting in task.settings)
-    model = models.load(task.model, task.instance, **values)
-    files = programs.files(model.loaded, "solver")
-    name = cache.digest(runtime_id(), *(part for item in sorted(files.items()) for part in item))[:16]
+    model, files = generate(task)
     cuda = cuda_tools.choose(target if wants_gpu else "cpu", "", "").build
-    return Build(model.program("solver", cuda=cuda, progress=progress, generated=files), name)
+    solver = model.program("solver", cuda=cuda, progress=progress, generated=files)
+    return Build(solver, program_of(files))
 
 
 def check_options(suite: Suite, builds: dict[str, Build]) -> None:
