@@ -171,9 +171,15 @@ int solve(const ModelDescriptor& model, int argc, char** argv) {
   ParamValues values(model.params);
   const auto instance = create_instance(model, options.param_file, values, error);
   if (!instance) return complain(model, error, kWrongUse);
-  if (options.world_param_file.empty()) return run(model, *instance, *instance, options);
+  ParamValues planned = values;
+  if (!read_plan_params(options.plan_params, model.params, planned, error))
+    return complain(model, error, kWrongUse);
+  const auto planning = options.plan_params.empty() ? nullptr : model.create(planned, error);
+  if (!planning && !options.plan_params.empty()) return complain(model, error, kWrongUse);
+  const ModelInstance& believed = planning ? *planning : *instance;
+  if (options.world_param_file.empty()) return run(model, believed, *instance, options);
   const auto truth = create_instance(model, options.world_param_file, values, error);
-  return truth ? run(model, *instance, *truth, options)
+  return truth ? run(model, believed, *truth, options)
                : complain(model, "--world-param: " + error, kWrongUse);
 }
 
