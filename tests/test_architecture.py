@@ -25,7 +25,7 @@ HYPGEN = {
     "dsl.foreign": ("dsl.messages", "dsl.foreign"),
     "codegen": ("dsl.ir", "dsl.types", "dsl.messages"),
     "runtime": ("cache_folder",),
-    "cli": ("dsl", "codegen", "runtime", "play", "api", "experiments"),
+    "cli": ("dsl", "codegen", "runtime", "play", "api", "experiments", "tuning"),
 }
 OTHERS = {
     "dsl": {"lark"},

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         solve,
     )
     from hypgen.experiments import bench
+    from hypgen.tuning import tune
 
 __version__ = "0.2.0"
 __all__ = [
@@ -43,6 +44,7 @@ __all__ = [
     "compare",
     "load",
     "solve",
+    "tune",
 ]
 
 
@@ -52,6 +54,10 @@ def __getattr__(name: str) -> Any:
         from hypgen import experiments
 
         return experiments.bench
+    if name == "tune":
+        from hypgen import tuning
+
+        return tuning.tune
     if name in __all__:
         from hypgen import api
 

@@ -57,7 +57,9 @@ def mean_of(values: Iterable[float]) -> Interval:
     mean = float(sample.mean())
     if len(sample) < 3:
         return Interval(mean, math.nan, math.nan, len(sample))
-    if np.ptp(sample) == 0.0:
+    if (
+        np.ptp(sample) <= 1e-12 * np.abs(sample).max()
+    ):  # equal but for rounding: the bootstrap gives no interval
         return Interval(mean, mean, mean, len(sample))
     found = stats.bootstrap(
         (sample,), np.mean, n_resamples=RESAMPLES, rng=np.random.default_rng(_SEED), method="BCa"

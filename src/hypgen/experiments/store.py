@@ -46,7 +46,7 @@ class Store:
                     f"'{self.folder}' has files that are no suite's; name another folder with -o"
                 )
             else:
-                _write(note, json.dumps({"title": title}) + "\n")
+                write_whole(note, json.dumps({"title": title}) + "\n")
                 known = title
         except (OSError, ValueError, AttributeError) as error:
             if isinstance(error, SuiteError):
@@ -65,7 +65,7 @@ class Store:
         """Keep what a solver wrote of a cell; ``about`` says where and with what."""
         of = {"type": "cell", "key": cell.key, "task": cell.setting.task.name, "program": cell.program}
         head = {**of, "options": cell.arguments(), **about}
-        _write(self._path(cell), f"{json.dumps(head)}\n{lines}")
+        write_whole(self._path(cell), f"{json.dumps(head)}\n{lines}")
         self._failed(cell).unlink(missing_ok=True)
 
     def fail(self, failure: Failure) -> None:
@@ -75,7 +75,7 @@ class Store:
             "task": failure.cell.setting.task.name,
             "problem": failure.problem,
         }
-        _write(self._failed(failure.cell), json.dumps(text) + "\n")
+        write_whole(self._failed(failure.cell), json.dumps(text) + "\n")
 
     def failure(self, cell: Cell) -> str:
         """Return why a cell could not be played; empty where nothing is known."""
@@ -106,7 +106,7 @@ class Store:
         return self.folder / f"{cell.key}.failed"
 
 
-def _write(path: Path, text: str) -> None:
+def write_whole(path: Path, text: str) -> None:
     """Write a file beside its place, and rename it once it is on the disk."""
     beside = path.with_name(f"{path.name}.{os.getpid()}.new")
     try:

@@ -20,7 +20,17 @@ BESIDE = ("default", "rollout")  # what a search has to beat
 _SUITE = ("title", "tasks", "study")
 _TASK = ("model", "instance", "set", "param", "name")
 _STUDY = ("name", "tasks", "play", "runs", "seed", "against", "beside", "episodes_a_cell")
-_OURS = ("runs", "first_run", "json", "quiet", "param", "seed", "help", "version")  # bench gives these itself
+_OURS = (
+    "runs",
+    "first_run",
+    "json",
+    "quiet",
+    "param",
+    "settings",
+    "seed",
+    "help",
+    "version",
+)  # bench gives these itself
 _BUDGETS = ("time", "period", "trials")
 # What the default policy does not take up: it plays once, whatever the searches beside it are told.
 _OF_SEARCHES = (
