@@ -4,9 +4,6 @@
 from __future__ import annotations
 
 import importlib.util
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +13,7 @@ from hypgen.cli.building import report
 from hypgen.cli.exit_codes import Exit, exit_codes
 from hypgen.cli.interrupts import interrupt_code
 from hypgen.cli.output import say
+from hypgen.cli.progress import progress
 
 if TYPE_CHECKING:
     from hypgen.experiments.cluster import DaskExecutor
@@ -112,7 +110,11 @@ def command(
     interrupted: KeyboardInterrupt | None = None
     state = None
     if not only_tables:
-        with _progress() as tell:
+        with progress("cells") as show:
+
+            def tell(state: State) -> None:
+                show(state.done, state.total, "" if state.last is None else str(state.last.setting))
+
             try:
                 state = running.play(asked, builds, store, cluster or own, limit=limit, tell=tell)
             except KeyboardInterrupt as error:
@@ -155,34 +157,6 @@ def _cluster(address: str, cell_limit: float) -> DaskExecutor:
     from hypgen.experiments.cluster import DaskExecutor
 
     return DaskExecutor(address, cell_limit)
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[State], None]]:
-    """Yield what shows how far a suite is: a bar where a person watches, else a line now and then."""
-    if not sys.stderr.isatty():
-        shown = -1
-
-        def tell(state: State) -> None:
-            nonlocal shown
-            if (tenth := 10 * state.done // max(1, state.total)) != shown:
-                shown = tenth
-                say(f"{state.done} of {state.total} cells")
-
-        yield tell
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        row = bar.add_task("", total=None)
-
-        def tell_bar(state: State) -> None:
-            text = "" if state.last is None else str(state.last.setting)
-            bar.update(row, total=state.total, completed=state.done, description=text)
-
-        yield tell_bar
 
 
 def _print(table: Table) -> None:

@@ -34,6 +34,7 @@ SETTINGS = {
     "memory": "MiB of a search",
     "device-memory": "MiB on the GPU",
     "seed": "of everything random",
+    "settings": "a file of settings, as hypgen tune writes it",
 }
 
 

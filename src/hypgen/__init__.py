@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         solve,
     )
     from hypgen.experiments import bench, report
+    from hypgen.tuning import tune
 
 __version__ = "0.2.0"
 __all__ = [
@@ -44,6 +45,7 @@ __all__ = [
     "load",
     "report",
     "solve",
+    "tune",
 ]
 
 
@@ -53,6 +55,10 @@ def __getattr__(name: str) -> Any:
         from hypgen import experiments
 
         return getattr(experiments, name)
+    if name == "tune":
+        from hypgen import tuning
+
+        return tuning.tune
     if name in __all__:
         from hypgen import api
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``import hypgen``: from a model's file to decisions in this process."""
 
+import json
 import re
 import threading
 import time
@@ -265,3 +266,22 @@ def test_planners_are_compared_and_a_small_model_is_solved() -> None:
         hypgen.compare(model, ["magic"])
     with pytest.raises(hypgen.ModelError, match="continuous law"):
         hypgen.solve(hypgen.load(ROOT / "examples" / "light_dark.pomdp"))
+
+
+def test_settings_come_from_a_file_or_a_mapping(solver: hypgen.Solver, tmp_path: Path) -> None:
+    settings = {"options": {"mode": "despot", "memory": 64, "scenarios": 70}, "params": {"sure": 0.7}}
+    file = tmp_path / "my settings.json"
+    file.write_text(json.dumps(settings))
+    for given in (file, str(file), settings):
+        with solver.planner(settings=given, seed=5, mode="rollout") as planner:
+            assert planner.info["mode"] == "rollout", "what is given goes first"
+    for wrong, says in (
+        ({"options": {"runs": 3}}, 'no setting is named "runs"'),
+        ({"params": {"certain": 0.7}}, 'unknown param "certain"'),
+        (tmp_path / "none.json", "none.json' cannot be read"),
+    ):
+        with pytest.raises(hypgen.PlannerError, match=says):
+            solver.planner(settings=wrong)
+    file.write_text("[]")
+    with pytest.raises(hypgen.PlannerError, match="has no JSON object"):
+        solver.planner(settings=file)

@@ -175,5 +175,57 @@ TEST(Options, HelpNamesEveryOptionAndTheParams) {
   }
 }
 
+SolverOptions with_settings(const char* text, std::vector<const char*> words = {}) {
+  SolverOptions options;
+  std::string error;
+  words.insert(words.end(), {"--settings", text});
+  EXPECT_TRUE(parse(words, options, error)) << error;
+  return options;
+}
+
+TEST(Options, SettingsGiveOptionsAndParams) {
+  const SolverOptions options = with_settings(
+      R"({"options": {"mode": "pomcp", "scenarios": 70, "xi": 0.5, "require-gpu": true, "signature": false},
+          "params": {"sure": 0.75}, "found": {"by": "tune"}})");
+  EXPECT_EQ(options.planner.mode, Mode::kPomcp);
+  EXPECT_EQ(options.planner.scenarios, 70U);
+  EXPECT_EQ(options.planner.target_ratio, 0.5);
+  EXPECT_TRUE(options.require_gpu);
+  EXPECT_FALSE(options.planner.signature);
+  EXPECT_EQ(options.plan_params, R"({"sure":0.75})");
+  EXPECT_EQ(with_settings("{}").plan_params, "");
+}
+
+TEST(Options, WhatIsGivenGoesBeforeSettings) {
+  const char* const text = R"({"options": {"mode": "despot", "scenarios": 70, "trials": 5, "depth": 8}})";
+  const SolverOptions options = with_settings(text, {"--mode", "rollout", "--scenarios=9", "--time=0.5"});
+  EXPECT_EQ(options.planner.mode, Mode::kRollout);
+  EXPECT_EQ(options.planner.scenarios, 9U);
+  EXPECT_EQ(options.planner.depth, 8);
+  EXPECT_EQ(options.planner.time_limit, 0.5);
+  EXPECT_EQ(options.planner.trial_limit, UINT64_MAX) << "another budget replaces that of the settings";
+}
+
+TEST(Options, WrongSettingsAreRefused) {
+  for (const auto& [text, says] : std::vector<std::pair<const char*, const char*>>{
+           {"/nonexistent/file.json", "--settings: /nonexistent/file.json: cannot be read"},
+           {"/", "--settings: /: cannot be read"},
+           {"{", "expected a JSON object"},
+           {R"({"options": 3})", R"("options": expected an object, found 3)"},
+           {R"({"params": [3]})", R"("params": expected an object)"},
+           {R"({"options": {"scenario": 3}})", R"(no setting is named "scenario"; the settings are: mode)"},
+           {R"({"options": {"runs": 3}})", R"(no setting is named "runs")"},
+           {R"({"options": {"settings": "{}"}})", R"(no setting is named "settings")"},
+           {R"({"options": {"scenarios": 0}})", R"("scenarios": bad value 0; expected an integer from 1)"},
+           {R"({"options": {"scenarios": [3]}})", R"("scenarios": bad value [3])"},
+           {R"({"options": {"scenarios": true}})", R"("scenarios": bad value true)"},
+           {R"({"options": {"require-gpu": 1}})", "expected true or false"}}) {
+    const std::string error = error_of({"--settings", text});
+    EXPECT_NE(error.find(says), std::string::npos) << error;
+  }
+  const std::string deep = "{\"params\": " + std::string(100000, '[');
+  EXPECT_NE(error_of({"--settings", deep.c_str()}).find("nested deeper"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace hypgen

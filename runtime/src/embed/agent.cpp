@@ -10,6 +10,7 @@
 
 #include "../model/input_text.hpp"
 #include "../solver/marginal_json.hpp"
+#include "../solver/settings.hpp"
 #include "hypgen/episode/world.hpp"
 #include "hypgen/model/params.hpp"
 #include "hypgen/model/value_text.hpp"
@@ -23,12 +24,6 @@ namespace {
 constexpr double kMostSeconds = 1e6;
 constexpr std::uint64_t kSampleStream = std::uint64_t{1} << 33;  // other tests take the ones before
 
-// The options of the solver that are about planning.
-constexpr const char* kSettings[] = {
-    "mode",        "time",      "period",    "trials",        "threads", "in-flight",   "observation-loss",
-    "exploration", "device",    "scenarios", "rollouts",      "depth",   "xi",          "pruning",
-    "belief",      "particles", "memory",    "device-memory", "seed",    "require-gpu", "signature"};
-
 Status refuse(std::string text, std::string& error) {
   error = std::move(text);
   return Status::kWrongArgument;
@@ -40,7 +35,7 @@ bool read_settings(const std::string& text, const ModelDescriptor& model, Solver
   std::vector<std::string> arguments;
   for (std::string word; words >> word;) {
     const std::string name = word.substr(0, word.find('='));
-    if (std::find(std::begin(kSettings), std::end(kSettings), name) == std::end(kSettings)) {
+    if (!is_setting(name)) {
       error = "no setting is named " + excerpt(name) + "; the settings are:";
       for (const char* known : kSettings) error += std::string(" ") + known;
       return false;
@@ -77,8 +72,8 @@ std::unique_ptr<Agent> Agent::create(EmbeddedModel model, const AgentOptions& op
   }
 }
 
-std::unique_ptr<Agent> Agent::create(EmbeddedModel model, const SolverOptions& options,
-                                     const ParamValues& values, Status& status, std::string& error) {
+std::unique_ptr<Agent> Agent::create(EmbeddedModel model, const SolverOptions& options, ParamValues values,
+                                     Status& status, std::string& error) {
   status = Status::kWrongArgument;
   const ModelDescriptor& descriptor = model.descriptor;
   if (options.belief == BeliefKind::kFactored && !descriptor.factored) {
@@ -86,6 +81,7 @@ std::unique_ptr<Agent> Agent::create(EmbeddedModel model, const SolverOptions& o
     return nullptr;
   }
   try {
+    if (!read_plan_params(options.plan_params, descriptor.params, values, error)) return nullptr;
     if (!check_complete(descriptor.params, values, error)) return nullptr;
     auto instance = descriptor.create(values, error);
     if (!instance) return nullptr;

@@ -209,6 +209,13 @@ bool read_param_file(const std::string& file, const std::vector<ParamSpec>& spec
   return false;
 }
 
+bool read_plan_params(const std::string& text, const std::vector<ParamSpec>& specs, ParamValues& values,
+                      std::string& error) {
+  if (text.empty() || read_params(text, specs, values, error)) return true;
+  error = "--settings: " + error;
+  return false;
+}
+
 bool check_complete(const std::vector<ParamSpec>& specs, const ParamValues& values, std::string& error) {
   for (const ParamSpec& spec : specs) {
     if (values.has(spec.name)) continue;

@@ -87,12 +87,14 @@ void JsonLines::write_run(const SolverOptions& options, const std::string& devic
                {"period", nullptr},
                {"world_param", nullptr},
                {"start", nullptr},
+               {"settings", nullptr},
                {"trials", nullptr}};
   if (planner.pruning != kAutoPruning) json["pruning"] = planner.pruning;
   if (planner.time_limit < 1e9) json["time"] = planner.time_limit;
   if (planner.period > 0.0) json["period"] = planner.period;
   if (!options.world_param_file.empty()) json["world_param"] = options.world_param_file;
   if (!options.start_file.empty()) json["start"] = options.start_file;
+  if (!options.settings.empty()) json["settings"] = options.settings;
   if (planner.trial_limit != UINT64_MAX) json["trials"] = planner.trial_limit;
   write_line(json.dump());
 }

@@ -13,6 +13,7 @@
 #include "hypgen/leaves/device.hpp"
 #include "hypgen/solver/device_choice.hpp"
 #include "option_table.hpp"
+#include "settings.hpp"
 
 namespace hypgen {
 
@@ -205,6 +206,15 @@ std::vector<Option> option_table(SolverOptions& options) {
       integer("--seed", "N", "seed of all random numbers (0)", 0, UINT64_MAX, planner.seed),
       toggle("--serve", "be an agent: answer requests on standard input, a JSON object a line",
              options.serve),
+      {"--settings", "FILE",
+       "JSON file of options and of params to plan with, as hypgen tune writes it, or its text; what else is "
+       "given "
+       "goes first",
+       "a file's name or a JSON object",
+       [&](const std::string& text) {
+         options.settings = text;
+         return !text.empty();
+       }},
       file("--param", "JSON file that sets the model's params", options.param_file),
       file("--world-param",
            "JSON file of params for the world that is played in, where the model's are wrong",
@@ -267,6 +277,8 @@ bool parse_options(int argc, const char* const* argv, const Machine& machine, So
   options.planner.exploration = -1.0;
   std::vector<std::string> given;
   if (!read_options(table, argc, argv, given, error)) return false;
+  if (!options.settings.empty() && !take_settings(options.settings, table, given, options.plan_params, error))
+    return false;
   const bool has_mode = std::find(given.begin(), given.end(), "--mode") != given.end();
   if (!complete(options, has_mode, machine, error)) return false;
   if (options.details && options.json_file.empty()) {

@@ -178,12 +178,18 @@ int solve(const EmbeddedModel& embedded, int argc, char** argv) {
   ParamValues values(model.params);
   const auto instance = create_instance(model, options.param_file, values, error);
   if (!instance) return complain(model.name, error, kWrongUse);
+  ParamValues planned = values;
+  if (!read_plan_params(options.plan_params, model.params, planned, error))
+    return complain(model.name, error, kWrongUse);
+  const auto planning = options.plan_params.empty() ? nullptr : model.create(planned, error);
+  if (!planning && !options.plan_params.empty()) return complain(model.name, error, kWrongUse);
+  const ModelInstance& believed = planning ? *planning : *instance;
   StartValues start;
   if (!options.start_file.empty() && !read_start_file(options.start_file, embedded, start, error))
     return complain(model.name, "--start: " + error, kWrongUse);
-  if (options.world_param_file.empty()) return run(model, *instance, *instance, start, options);
+  if (options.world_param_file.empty()) return run(model, believed, *instance, start, options);
   const auto truth = create_instance(model, options.world_param_file, values, error);
-  return truth ? run(model, *instance, *truth, start, options)
+  return truth ? run(model, believed, *truth, start, options)
                : complain(model.name, "--world-param: " + error, kWrongUse);
 }
 

@@ -81,7 +81,7 @@ def load(path: FilePath, instance: FilePath | None = None, **values: Any) -> Mod
     ``values`` set consts and params of the model. A value is a number, a bool, a list of values, or a text
     as in the model.
     """
-    settings = [f"{name}={_text(value)}" for name, value in values.items()]
+    settings = [f"{name}={text_of(value)}" for name, value in values.items()]
     loaded = driver.load(path, instance=instance, settings=settings)
     return Model(loaded, origin_of(path, instance))
 
@@ -91,10 +91,10 @@ def origin_of(path: FilePath, instance: FilePath | None) -> str:
     return " ".join(str(Path(file).absolute()) for file in (path, instance) if file is not None)
 
 
-def _text(value: Any) -> str:
+def text_of(value: Any) -> str:
     """Return a value as a model writes it."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_text, value))}]"
+        return f"[{', '.join(map(text_of, value))}]"
     return str(value)

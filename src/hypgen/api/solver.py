@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import importlib.util
+import json
+import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,14 +34,21 @@ class Solver:
         return found
 
     def planner(
-        self, *, params: Mapping[str, Any] | None = None, **settings: str | bool | int | float
+        self,
+        *,
+        params: Mapping[str, Any] | None = None,
+        settings: str | os.PathLike[str] | Mapping[str, Any] | None = None,
+        **options: str | bool | int | float,
     ) -> Planner:
-        """Return a planner with settings such as ``mode="despot", time=0.05``: options of the solver.
+        """Return a planner with options of the solver, such as ``mode="despot", time=0.05``.
 
         An option's dashes become underscores, and one without a value is True. ``params`` sets the
-        model's params.
+        model's params. ``settings`` is a file that ``hypgen tune`` has written, or what it says; options
+        go first.
         """
-        words = (_setting(name.replace("_", "-"), value) for name, value in settings.items())
+        words = [_setting(name.replace("_", "-"), value) for name, value in options.items()]
+        if settings is not None:
+            words.append(f"settings={_settings_text(settings)}")
         return Planner(self._library, " ".join(word for word in words if word), _text(params))
 
     def worlds(
@@ -127,6 +136,19 @@ def _need_gymnasium() -> None:
 
 def _text(params: Mapping[str, Any] | None) -> bytes | None:
     return None if params is None else encoded_object("params", params)
+
+
+def _settings_text(settings: str | os.PathLike[str] | Mapping[str, Any]) -> str:
+    """Return settings as a JSON text without spaces, which end a word."""
+    if not isinstance(settings, Mapping):
+        try:
+            found = json.loads(Path(settings).read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise PlannerError("wrong_argument", f"settings: '{settings}' cannot be read: {error}") from None
+        if not isinstance(found, dict):
+            raise PlannerError("wrong_argument", f"settings: '{settings}' has no JSON object")
+        settings = found
+    return json.dumps(settings, separators=(",", ":")).replace(" ", "\\u0020")
 
 
 def _setting(name: str, value: str | bool | int | float) -> str:

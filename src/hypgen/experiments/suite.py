@@ -22,7 +22,7 @@ _TASK = ("model", "instance", "set", "param", "name", "at")
 _STUDY = ("name", "tasks", "play", "runs", "seed", "against", "beside", "episodes_a_cell", "published")
 _QUANTITIES = ("return", "success", "steps", "seconds", "expansions", "speed_up")  # that others publish
 _PUBLISHED = ("task", "label", "mode", "at", *_QUANTITIES, "interval", "source", "differs")
-_OURS = ("runs", "first_run", "json", "quiet", "param", "seed", "help", "version")  # bench gives these itself
+_OURS = ("runs", "first_run", "json", "quiet", "param", "settings", "seed", "help", "version")  # bench's own
 _BUDGETS = ("time", "period", "trials")
 # What the default policy does not take up: it plays once, whatever the searches beside it are told.
 _OF_SEARCHES = (

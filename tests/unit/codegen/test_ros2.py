@@ -114,7 +114,7 @@ def test_statuses_are_those_of_the_header() -> None:
 
 
 def test_settings_are_those_of_the_library() -> None:
-    text = (ROOT / "runtime" / "src" / "embed" / "agent.cpp").read_text()
+    text = (ROOT / "runtime" / "src" / "solver" / "settings.hpp").read_text()
     known = re.search(r"kSettings\[\] = \{(.*?)\}", text, re.DOTALL)
     assert known is not None
     # A signature is printed by programs alone.

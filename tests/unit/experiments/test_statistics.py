@@ -21,6 +21,7 @@ def test_few_or_equal_values_have_what_is_known_of_them() -> None:
     assert str(mean_of([])) == ""
     assert str(mean_of([1.0, 2.0])) == "1.500"
     assert str(mean_of([2.0] * 5)) == "2.000 (2.000 .. 2.000)"
+    assert str(mean_of([0.3, 0.1 + 0.2, 0.3])) == "0.300 (0.300 .. 0.300)"
 
 
 def test_rounding_does_not_make_equal_values_differ() -> None:

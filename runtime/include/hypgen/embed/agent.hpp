@@ -35,8 +35,8 @@ class Agent {
                                        std::string& error);
 
   // The same with options that were read before.
-  static std::unique_ptr<Agent> create(EmbeddedModel model, const SolverOptions& options,
-                                       const ParamValues& values, Status& status, std::string& error);
+  static std::unique_ptr<Agent> create(EmbeddedModel model, const SolverOptions& options, ParamValues values,
+                                       Status& status, std::string& error);
 
   // Starts an episode. `visible` has the values of all visible variables; it may be empty if the model draws
   // none of them. The episode's number names the draws of belief and search. If nothing explains what is

@@ -18,6 +18,10 @@ bool read_params(const std::string& text, const std::vector<ParamSpec>& specs, P
 bool read_param_file(const std::string& file, const std::vector<ParamSpec>& specs, ParamValues& values,
                      std::string& error);
 
+// The same from the params of settings; `error` says so. Empty text sets nothing.
+bool read_plan_params(const std::string& text, const std::vector<ParamSpec>& specs, ParamValues& values,
+                      std::string& error);
+
 // Whether every param has values; otherwise names those without.
 bool check_complete(const std::vector<ParamSpec>& specs, const ParamValues& values, std::string& error);
 

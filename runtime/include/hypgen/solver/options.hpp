@@ -27,6 +27,8 @@ struct SolverOptions {
   BeliefKind belief = BeliefKind::kAuto;
   std::size_t particles = 5000;
   bool stop_on_depletion = false;
+  std::string settings;     // a file of settings, or its text
+  std::string plan_params;  // of the settings, as JSON: what the planner has in place of the world's params
   std::string param_file;
   std::string world_param_file;  // empty: the world has the model's params
   std::string start_file;        // empty: episodes start as the world's model says

@@ -42,6 +42,7 @@ constexpr Named kSettings[] = {
     {"planner.memory", "memory", "MiB of a search"},
     {"planner.device_memory", "device-memory", "MiB on the GPU"},
     {"planner.seed", "seed", "of everything random"},
+    {"planner.settings", "settings", "a file of settings, as hypgen tune writes it"},
 };
 
 constexpr Named kParams[] = {
