@@ -21,6 +21,13 @@ MACHINE = {
     "cores": 16,
     "processor": "AMD EPYC 7763 64-Core Processor",
 }
+ABOUT = {
+    "machine": MACHINE,
+    "compiler": "g++ 13.2.0",
+    "began": "2026-11-30T10:00:00+00:00",
+    "load_average": [1.0, 1.0, 1.0],
+    "seconds": 1.0,
+}
 _SKILL = {
     "default": 0.0,
     "rollout": 2.0,
@@ -61,14 +68,7 @@ def play(
 
 def put(store: Store, cell: Cell, machine: dict[str, Any]) -> None:
     """Keep a cell with episodes that are drawn by their numbers, so that they are paired."""
-    about = {
-        "machine": machine,
-        "compiler": "g++ 13.2.0",
-        "cores": cell.setting.threads,
-        "began": "2026-11-30T10:00:00+00:00",
-        "load_average": [1.0, 1.0, 1.0],
-        "seconds": 1.0,
-    }
+    about = ABOUT | {"machine": machine, "cores": cell.setting.threads}
     device = "NVIDIA H200" if cell.setting.wants_gpu else "cpu"
     lines: list[dict[str, Any]] = [{"type": "run", "device": device}]
     for episode in range(cell.first, cell.first + cell.runs):

@@ -16,6 +16,8 @@ from support.paths import EXAMPLES
 
 pytest.importorskip("optuna", reason="tuning needs Optuna: pip install 'hypgen[tune]'")
 
+from support.synthetic_cells import ABOUT
+
 from hypgen.dsl import ir
 from hypgen.dsl.load import load
 from hypgen.experiments.cells import Cell
@@ -55,14 +57,12 @@ class Table:
                 store.fail(failure)
                 yield failure
                 continue
-            store.put(
-                cell, {"machine": {"processor": "none"}}, lines(cell, lambda episode, worth=worth: worth)
-            )
+            store.put(cell, ABOUT, lines(cell, lambda episode, worth=worth: worth))
             yield cell
 
 
 def lines(cell: Cell, worth: Callable[[int], float]) -> str:
-    run = {"type": "run", "scenarios": 500, "xi": 0.95} | dict(cell.setting.options)
+    run = {"type": "run", "device": "cpu", "scenarios": 500, "xi": 0.95} | dict(cell.setting.options)
     found = [run]
     own = np.random.default_rng(zlib.crc32(cell.key.encode()))
     for episode in range(cell.first, cell.first + cell.runs):
@@ -160,7 +160,7 @@ def test_a_candidate_that_gains_much_in_few_episodes_goes_on(model: ir.Model, tm
                 def worth(episode: int, extra: tuple[float, float] = extra) -> float:
                     return extra[episode > 0] - (20.0 if episode < 10 else 0.0)  # the first are hard ones
 
-                store.put(cell, {"machine": {"processor": "none"}}, lines(cell, worth))
+                store.put(cell, ABOUT, lines(cell, worth))
                 yield cell
 
     outcome = tuning(model, tmp_path, Rare(peak), options={"xi": None}, candidates=2, held_out=0, runs=15)
