@@ -71,10 +71,14 @@ def test_an_interrupted_suite_ends_with_the_same_table(suite: Path, tmp_path: Pa
         assert process.stderr is not None
         while "cells" not in process.stderr.readline():  # it plays
             pass
-        time.sleep(chance.uniform(0.0, 1.0))
+        time.sleep(chance.uniform(0.0, 0.5))
         process.send_signal(signal.SIGINT)
         process.communicate()
-        assert process.returncode in (0, 130)
+        assert process.returncode in (
+            0,
+            130,
+            -signal.SIGINT,
+        )  # the last: while Python ends, after all is said
         assert not list((tmp_path / "cut").glob("*.lines"))
     done = bench(suite, "-o", tmp_path / "cut")
     assert done.returncode == 0, done.stderr
