@@ -16,7 +16,7 @@ from hypgen.experiments.store import Store
 from hypgen.experiments.suite import Setting, read_suite
 
 MACHINE = {
-    "hypgen": "0.2.0",
+    "hypgen": "1.2.3",
     "system": "Linux 6.1.0",
     "cores": 16,
     "processor": "AMD EPYC 7763 64-Core Processor",
