@@ -210,7 +210,8 @@ TEST(Options, WrongSettingsAreRefused) {
   for (const auto& [text, says] : std::vector<std::pair<const char*, const char*>>{
            {"/nonexistent/file.json", "--settings: /nonexistent/file.json: cannot be read"},
            {"/", "--settings: /: cannot be read"},
-           {"{", "expected a JSON object"},
+           {"{", "not valid JSON"},
+           {"{}[]", "not valid JSON"},
            {R"({"options": 3})", R"("options": expected an object, found 3)"},
            {R"({"params": [3]})", R"("params": expected an object)"},
            {R"({"options": {"scenario": 3}})", R"(no setting is named "scenario"; the settings are: mode)"},
