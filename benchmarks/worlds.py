@@ -49,7 +49,7 @@ def arrays(solver: hypgen.Solver, count: int) -> Steps:
         worlds.reset()
         drawn = np.random.default_rng(1).choice(ACTIONS, (64, count))
         for actions in itertools.cycle(drawn):
-            worlds.step(np.where(worlds.terminal, -1, actions))
+            worlds.step(np.where(worlds.terminal, worlds.NEXT_EPISODE, actions))
             yield count
 
 
