@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from hypgen.experiments.cells import Cell
@@ -52,29 +53,31 @@ class LocalExecutor:
         waiting, running = list(cells), list[Running]()
         if not self.gpus and (cell := next((one for one in waiting if one.setting.wants_gpu), None)):
             raise SuiteError(f"`{cell.setting}` needs a GPU, and none may be used")
-        try:
-            while waiting or running:
-                while (cell := next((one for one in waiting if self._has_room(one)), None)) is not None:
-                    waiting.remove(cell)
-                    running.append(self._start(cell, store))
-                time.sleep(POLL)
-                for one in [one for one in running if one.process.has_ended()]:
-                    running.remove(one)
-                    self._free(one)
-                    outcome = one.process.played().keep(one.cell, store)
-                    if isinstance(outcome, Failure):
-                        waiting = [cell for cell in waiting if cell.setting != one.cell.setting]
-                    yield outcome
-        finally:
-            for one in running:
-                one.process.stop()
+        # Whatever an interrupt leaves, the folder goes, with all that processes write.
+        with TemporaryDirectory(dir=store.folder, prefix="lines-") as folder:
+            try:
+                while waiting or running:
+                    while (cell := next((one for one in waiting if self._has_room(one)), None)) is not None:
+                        waiting.remove(cell)
+                        running.append(self._start(cell, Path(folder)))
+                    time.sleep(POLL)
+                    for one in [one for one in running if one.process.has_ended()]:
+                        running.remove(one)
+                        self._free(one)
+                        outcome = one.process.played().keep(one.cell, store)
+                        if isinstance(outcome, Failure):
+                            waiting = [cell for cell in waiting if cell.setting != one.cell.setting]
+                        yield outcome
+            finally:
+                for one in running:
+                    one.process.stop()
 
     def _has_room(self, cell: Cell) -> bool:
         """Return whether a cell could start now. One with more threads than cores takes all cores."""
         has_cores = len(self.cores) >= min(cell.setting.threads, self.size)
         return self.jobs > 0 and has_cores and (bool(self.gpus) or not cell.setting.wants_gpu)
 
-    def _start(self, cell: Cell, store: Store) -> Running:
+    def _start(self, cell: Cell, folder: Path) -> Running:
         count = min(cell.setting.threads, self.size)
         mine, self.cores = self.cores[:count], self.cores[count:]
         gpu = self.gpus.pop(0) if cell.setting.wants_gpu else None
@@ -82,7 +85,7 @@ class LocalExecutor:
         task = cell.setting.task
         param = [] if task.param is None else [f"--param={task.param}"]
         command = [str(self.programs[task.name]), *cell.arguments(), *param]
-        lines = store.scratch(cell, "lines")
+        lines = folder / cell.key
         return Running(
             cell, SolverProcess(command, lines, mine, gpu, self.about, self.cell_seconds), mine, gpu
         )
