@@ -191,6 +191,7 @@ def _constants(model: ir.Model, relaxation: Relaxation) -> tuple[str, ...]:
         *([] if least is None else [f"static constexpr float kLeastReward = {float32(least)};"]),
         *([] if bits == ir.REWARD_BITS else [f"static constexpr int kRewardBits = {bits};"]),
         *(["static constexpr bool kRewardsFit = true;"] if model.rewards_fit else []),
+        *([] if all(k.observed for k in model.key) else ["static constexpr bool kKeyHoldsState = true;"]),
         f"using Key = {KeyLayout(model.key).type};",
     ]
     return tuple(lines)
@@ -267,6 +268,7 @@ def _sections(
                 *partitioned.all(),
                 interface.observe(),
                 interface.filter(),
+                interface.observation_density(),
                 *redraw.functions(model, context.names, pack(model).fixed),
                 *(moves.all() if moves else []),
                 *(beliefs.all() if beliefs else []),

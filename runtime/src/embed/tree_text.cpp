@@ -28,11 +28,11 @@ class TreeWriter {
   }
 
  private:
-  double scale(const Child& child, int depth) const { return 1.0 / (tree_.weight(depth) * child.count); }
+  double scale(const Child& child, int depth) const { return 1.0 / (tree_.weight(depth) * tree_.scenarios(child)); }
 
   // A group's bounds, and its share of the scenarios of the node above.
   Json bounds(const Child& child, std::uint32_t of, int depth) const {
-    return {{"scenarios", child.count},
+    return {{"scenarios", tree_.scenarios(child)},
             {"share", static_cast<double>(child.count) / of},
             {"visits", child.visits()},
             {"lower", scale(child, depth) * child.lower.load()},
@@ -82,7 +82,7 @@ class TreeWriter {
                  {"upper", scale * expansion.uppers()[place].load()}};
     if (tree_.keeps_values() && node.parent == nullptr) json["mean"] = tree_.mean_value(node, place);
     const ActionTable* const table = tree_.table(expansion, place);
-    if (table == nullptr) return json;
+    if (table == nullptr || tree_.is_weighted()) return json;  // the walk knows groups that see the same
     json["groups"] = Json::array();
     const std::vector<ScenarioWalk::Group> seen = walk_.groups(number);
     std::vector<const Child*> children;

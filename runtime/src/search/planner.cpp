@@ -59,6 +59,7 @@ EvaluatorOptions evaluator_options(const PlannerOptions& options, const ModelDes
   result.in_flight = options.in_flight;
   result.device_memory_bytes = options.device_memory_bytes;
   result.threads = options.threads;
+  result.may_weigh = options.observations == Observations::kWeighted;
   result.patience = options.patience;
   return result;
 }
@@ -119,6 +120,8 @@ void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decisio
   const bool is_timed = setup_.deadline.is_limited();
   const bool probes = is_timed && options_.mode != Mode::kPomcp;
   const std::size_t count = probes ? std::min(options_.scenarios, kProbeScenarios) : options_.scenarios;
+  setup_.weighted =
+      options_.observations == Observations::kWeighted && !probes && options_.mode != Mode::kRollout;
   belief.sample(key, 0, count, scenarios_);
   const Clock::time_point sampled = Clock::now();
   search_.clear();

@@ -39,6 +39,7 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
   decision.action = compared_action(root.default_action);
   if (decision.status != Status::kOk) return;
   keep_survivors(root.default_action);
+  setup_.weighted = options_.observations == Observations::kWeighted;
   const double pruning = chosen_pruning();
   search_.set_pruning(pruning);
   while (count >= kLeastScenarios && !setup_.deadline.has_passed()) {
@@ -75,6 +76,7 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
 // is 0 (docs/decisions/0050).
 double Planner::chosen_pruning() const {
   if (options_.pruning != kAutoPruning) return options_.pruning;
+  if (setup_.weighted) return 0.0;  // its groups have several scenarios
   double variance = 0.0, parted = 0.0;
   for (const Candidate& candidate : candidates_) {
     variance = std::max(variance, candidate.variance());

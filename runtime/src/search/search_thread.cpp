@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hypgen/search/search_thread.hpp"
 
+#include "hypgen/leaves/weighted_sums.hpp"
+
 #if defined(__x86_64__) || defined(__i386__)
 #include <immintrin.h>
 #endif
@@ -37,7 +39,7 @@ void SharedSearch::begin(LeafEvaluator& leaf_evaluator, const RootResult& root,
   trials = 0;
   for (const auto& thread : threads) thread->reset();
   has_crossed_at_root = false;
-  if (tree.reset(root.row)) {
+  if (tree.reset(root.row, setup.weighted ? kScenarioMass : 1)) {
     has_crossed_at_root = tree.crossed(0) > 0;
     threads[0]->expand_root();
   } else {

@@ -48,9 +48,10 @@ void Tree::clear() {
   root_ = nullptr;
 }
 
-bool Tree::reset(const ChildRow& row) {
+bool Tree::reset(const ChildRow& row, std::uint32_t units) {
   clear();
-  scenario_share_ = 1.0 / row.count;
+  unit_scenarios_ = 1.0 / units;
+  scenario_share_ = 1.0 / (row.count * unit_scenarios_);
   Maker& maker = makers_[0];
   Child* const child = get(maker.memory.take<Child>());
   root_ = get(maker.memory.take<Node>());
@@ -72,7 +73,7 @@ std::uint64_t Tree::make_child(Child* place, const ChildRow& row, int depth) con
   std::uint64_t crossed = 0;
   if (upper < lower) {
     // Bounds that differ by rounding alone have not crossed.
-    crossed = lower - upper > kRounding * (share * row.count * scale_ + std::abs(upper));
+    crossed = lower - upper > kRounding * (share * row.count * unit_scenarios_ * scale_ + std::abs(upper));
     upper = lower;
   }
   // A subtree costs lambda at least, or is the default policy.

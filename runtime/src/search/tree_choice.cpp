@@ -21,12 +21,12 @@ BranchRule Tree::branch_rule(const BranchRatios& ratios) const {
 ActionRule Tree::action_rule(const Node& node, const BranchRule& rule) const {
   const Child& child = *node.child;
   if (rule.exploration == 0.0) return {0.0, 0.0};
-  const double scenarios = std::max<std::uint32_t>(child.count, 2);
+  const double count = scenarios(child), scenarios = std::max(count, 2.0);
   const double visits = static_cast<double>(child.visits());
   // The logarithm of models, which has the same bits with every library.
   const double logarithm = math::log(static_cast<float>(scenarios * visits));
-  const double bonus = rule.exploration * weight(node.depth) * child.count * std::sqrt(logarithm / scenarios);
-  return {bonus, child.count * rule.target};
+  const double bonus = rule.exploration * weight(node.depth) * count * std::sqrt(logarithm / scenarios);
+  return {bonus, count * rule.target};
 }
 
 // Without exploration the tree knows the best action. With exploration, an action counts only if its gap
@@ -70,7 +70,7 @@ ChildChoice Tree::best_child(ActionTable& table, const BranchRule& rule) const {
   ChildChoice choice{nullptr, false};
   double best = -std::numeric_limits<double>::infinity();
   for (Child& child : table) {
-    const double excess = child.gap() - child.count * rule.target;
+    const double excess = child.gap() - scenarios(child) * rule.target;
     if (!(excess > 0.0)) continue;
     const bool closed = child.closed.load();
     choice.met_closed |= closed;

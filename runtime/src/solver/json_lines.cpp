@@ -79,6 +79,7 @@ void JsonLines::write_run(const SolverOptions& options, const std::string& devic
                {"rollouts", planner.rolled},
                {"depth", planner.depth},
                {"xi", planner.target_ratio},
+               {"observations", planner.observations == Observations::kWeighted ? "weighted" : "exact"},
                {"pruning", "auto"},
                {"belief", belief_name(options.belief)},
                {"particles", options.particles},

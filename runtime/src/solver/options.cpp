@@ -42,6 +42,12 @@ bool read_device(const std::string& text, DeviceKind& kind, int& index) {
   return text.rfind(numbered, 0) == 0 && read_integer(text.substr(numbered.size()), 0, 1023, index);
 }
 
+bool read_observations(const std::string& text, Observations& way) {
+  if (text == "exact") way = Observations::kExact;
+  if (text == "weighted") way = Observations::kWeighted;
+  return text == "exact" || text == "weighted";
+}
+
 bool read_pruning(const std::string& text, double& lambda) {
   lambda = kAutoPruning;
   return text == "auto" || read_double(text, 0.0, 1e9, lambda);
@@ -101,6 +107,14 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
   if (planner.threads > 1 && !may_have_threads(planner.mode)) {
     error = std::string("--threads: mode ") + mode_name(planner.mode) +
             " searches with one; modes parallel, hyp and pomcp with several";
+    return false;
+  }
+  const bool weighs = planner.observations == Observations::kWeighted;
+  if (weighs && (planner.mode == Mode::kPomcp || wants_device(options))) {
+    error = planner.mode == Mode::kPomcp
+                ? "--observations: mode pomcp follows single observations"
+                : "--observations: trees are weighted on the CPU alone; give --device cpu, "
+                  "or --mode despot or parallel";
     return false;
   }
   if (planner.mode == Mode::kPomcp && planner.pruning > 0.0) {
@@ -185,6 +199,12 @@ std::vector<Option> option_table(SolverOptions& options) {
           "at the root 16 or more)",
           1, 1 << 20, planner.rolled),
       integer("--depth", "D", "depth limit of a search (90)", 1, 10000, planner.depth),
+      {"--observations", "WAY",
+       "how a tree branches on what is seen: exact (scenarios that see the same stay together) or weighted "
+       "(a few "
+       "observations share all scenarios, by how likely they are; for many observations, on the CPU) (exact)",
+       "exact or weighted",
+       [&](const std::string& text) { return read_observations(text, planner.observations); }},
       number("--xi", "RATIO", "gap that a trial aims at, relative to the root's (0.95)", 0.0, 1.0,
              planner.target_ratio),
       {"--pruning", "LAMBDA",

@@ -10,6 +10,7 @@
 #include "hypgen/leaves/draw_cache.hpp"
 #include "hypgen/leaves/leaf_evaluator.hpp"
 #include "hypgen/leaves/rollout.hpp"
+#include "hypgen/leaves/weighted_groups.hpp"
 #include "hypgen/memory/chunk_pool.hpp"
 
 namespace hypgen {
@@ -79,11 +80,15 @@ struct CpuScratch {
     constexpr std::size_t kGroupingSlots = 4;  // a scenario, at most
     constexpr std::size_t kScenario = sizeof(CpuMember<M>) + kOutcome + sizeof(std::int64_t) +
                                       kGroupingSlots * (sizeof(typename M::Key) + 2 * sizeof(std::uint32_t));
-    return options.max_scenarios * kScenario + M::kActionCount * (sizeof(ActionRow) + sizeof(Gain));
+    const std::size_t weighted = options.may_weigh ? kWeightedBytes : 0;
+    return options.max_scenarios * (kScenario + weighted) +
+           M::kActionCount * (sizeof(ActionRow) + sizeof(Gain));
   }
 
  private:
   static constexpr std::size_t kMostOutcomeBytes = std::size_t{20} << 20;  // more is not faster
+  static constexpr std::size_t kWeightedBytes =
+      WeightedGroups<M>::kScenarioBytes + sizeof(typename M::State) + sizeof(typename M::History);
   static constexpr std::size_t kOutcome = sizeof(CpuOutcome<M>) + CpuOutcome<M>::kHistoryBytes;
 };
 

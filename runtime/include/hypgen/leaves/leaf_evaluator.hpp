@@ -25,6 +25,7 @@ struct EvaluatorOptions {
   std::size_t device_memory_bytes = 0;  // of a GPU; 0: half of what is free, at most 8 GB
   int warps = 0;                        // of a GPU that share a step; 0: each batch chooses
   std::size_t threads = 1;              // of the search
+  bool may_weigh = false;               // some search may be weighted
   double patience = 10.0;               // seconds without an answer after which a device is lost
 };
 
@@ -32,6 +33,7 @@ struct EvaluatorOptions {
 struct SearchSetup {
   StreamKey key{};
   int depth_limit = 0;      // at most the options' max_depth
+  bool weighted = false;    // groups share scenarios, with weights; counts are in units of kScenarioMass
   bool at_horizon = false;  // the episode ends at that depth, and states there are worth nothing
   Deadline deadline{};
 };

@@ -20,6 +20,12 @@ enum class Mode {
   kDefault,   // the default policy alone
 };
 
+// How a tree branches on what is seen.
+enum class Observations {
+  kExact,     // scenarios that see the same stay together
+  kWeighted,  // scenarios are shared by a few observations, with weights
+};
+
 constexpr bool wants_gpu(Mode mode) { return mode == Mode::kGpu || mode == Mode::kHyp; }
 constexpr bool has_many_threads(Mode mode) { return mode == Mode::kParallel || mode == Mode::kHyp; }
 constexpr bool may_have_threads(Mode mode) { return has_many_threads(mode) || mode == Mode::kPomcp; }
@@ -44,6 +50,7 @@ struct PlannerOptions {
   int depth = 90;                                                         // D
   double target_ratio = 0.95;                                             // xi
   double pruning = kAutoPruning;                                          // lambda
+  Observations observations = Observations::kExact;
   double observation_loss = 1.0;                                          // c_o
   double exploration = 0.0;                                               // c_a; kPomcp: UCB1's constant
   std::uint32_t rolled = 3;                                               // M, actions that a leaf rolls out

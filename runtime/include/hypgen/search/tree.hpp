@@ -79,7 +79,8 @@ class Tree {
   explicit Tree(const TreeOptions& options);
 
   // Drops all nodes and makes the root; false if there is no room. No thread may be in the tree.
-  bool reset(const ChildRow& root);
+  // `units`: what a scenario counts for in the rows.
+  bool reset(const ChildRow& root, std::uint32_t units = 1);
 
   // Gives the next tree another lambda. No thread may be in the tree.
   void set_pruning(double pruning) { pruning_ = pruning; }
@@ -163,6 +164,10 @@ class Tree {
   double weight(int depth) const;
   // The number that a sum of the rows stands for.
   double number(std::int64_t sum) const { return static_cast<double>(sum) * unit_; }
+  // Whether groups share scenarios. Then `count` is in units of kScenarioMass.
+  bool is_weighted() const { return unit_scenarios_ != 1.0; }
+  // The scenarios of a group.
+  double scenarios(const Child& child) const { return child.count * unit_scenarios_; }
   // What absolute tolerances are multiplied by (`reward_scale`).
   double scale() const { return scale_; }
 
@@ -219,6 +224,7 @@ class Tree {
   bool counts_actions_;
   bool keeps_values_;
   double scenario_share_ = 0.0;  // 1 / K
+  double unit_scenarios_ = 1.0;  // scenarios that one of a row's count stands for
 };
 
 }  // namespace hypgen
