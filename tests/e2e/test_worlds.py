@@ -138,6 +138,11 @@ def test_wrong_worlds_are_refused(solver: hypgen.Solver) -> None:
         solver.worlds(0)
     with pytest.raises(hypgen.PlannerError, match="unknown param"):
         solver.worlds(params={"no": 1})
+    with pytest.raises(hypgen.PlannerError, match="device: expected cpu, cuda or cuda:N, found gpu"):
+        solver.worlds(device="gpu")
+    with pytest.raises(hypgen.PlannerError, match="this solver was built without CUDA") as caught:
+        solver.worlds(device="cuda:1")
+    assert caught.value.status == "no_gpu"
     with solver.worlds(params={"start_row": 1}) as found:
         found.reset()
         assert found.visible_by_name() == {"rover.x": 0, "rover.y": 1}
