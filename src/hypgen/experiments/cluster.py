@@ -16,7 +16,8 @@ from hypgen.experiments.cells import Cell
 from hypgen.experiments.generated import generate, program_of
 from hypgen.experiments.process import Played
 from hypgen.experiments.store import Failure, Store
-from hypgen.experiments.suite import SuiteError, Task
+from hypgen.experiments.suite import Task
+from hypgen.experiments.suite_values import SuiteError
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -97,7 +98,7 @@ class DaskExecutor:
             cell.program,
             self._project(cell),
             tuple(cell.arguments()),
-            None if setting.task.param is None else setting.task.param.read_text(encoding="utf-8"),
+            cell.param,
             setting.threads,
             setting.wants_gpu,
             self._cell_seconds,

@@ -13,7 +13,7 @@ from typing import Any
 from hypgen.experiments.cells import Cell
 from hypgen.experiments.process import POLL, SolverProcess
 from hypgen.experiments.store import Failure, Store
-from hypgen.experiments.suite import SuiteError
+from hypgen.experiments.suite_values import SuiteError
 
 
 @dataclass
@@ -54,7 +54,7 @@ class LocalExecutor:
             raise SuiteError(f"`{cell.setting}` needs a GPU, and none may be used")
         try:
             while waiting or running:
-                while (cell := next((one for one in waiting if self._has_room(one)), None)) is not None:
+                while (cell := self._next(waiting)) is not None:
                     waiting.remove(cell)
                     running.append(self._start(cell, store))
                 time.sleep(POLL)
@@ -67,7 +67,17 @@ class LocalExecutor:
                     yield outcome
         finally:
             for one in running:
+                one.process.ask_to_end()
+            for one in running:
                 one.process.stop()
+
+    def _next(self, waiting: Sequence[Cell]) -> Cell | None:
+        """Return the next cell that could start now.
+
+        Those of later waves wait, as small ones would else keep one with many cores out until the end.
+        """
+        this_wave = (one for one in waiting if one.wave == waiting[0].wave)
+        return next((one for one in this_wave if self._has_room(one)), None)
 
     def _has_room(self, cell: Cell) -> bool:
         """Return whether a cell could start now. One with more threads than cores takes all cores."""
@@ -79,13 +89,10 @@ class LocalExecutor:
         mine, self.cores = self.cores[:count], self.cores[count:]
         gpu = self.gpus.pop(0) if cell.setting.wants_gpu else None
         self.jobs -= 1
-        task = cell.setting.task
-        param = [] if task.param is None else [f"--param={task.param}"]
-        command = [str(self.programs[task.name]), *cell.arguments(), *param]
+        command = [str(self.programs[cell.setting.task.name]), *cell.arguments()]
         lines = store.scratch(cell, "lines")
-        return Running(
-            cell, SolverProcess(command, lines, mine, gpu, self.about, self.cell_seconds), mine, gpu
-        )
+        process = SolverProcess(command, lines, mine, gpu, self.about, self.cell_seconds, cell.param)
+        return Running(cell, process, mine, gpu)
 
     def _free(self, one: Running) -> None:
         self.cores = sorted(self.cores + one.cores)

@@ -22,7 +22,8 @@ from hypgen.dsl import ir
 from hypgen.dsl.load import load
 from hypgen.experiments.cells import Cell
 from hypgen.experiments.store import Failure, Store
-from hypgen.experiments.suite import SuiteError, Task
+from hypgen.experiments.suite import Task
+from hypgen.experiments.suite_values import SuiteError
 from hypgen.tuning.outcome import Outcome, candidates_markdown, held_out_markdown
 from hypgen.tuning.playing import Player, State
 from hypgen.tuning.running import Tuning, ask

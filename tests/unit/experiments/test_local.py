@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""In which order cells play on a machine, with shell scripts for solvers."""
+
+from pathlib import Path
+
+import pytest
+
+from hypgen.experiments.cells import cells_of
+from hypgen.experiments.local import LocalExecutor
+from hypgen.experiments.store import Failure, Store
+from hypgen.experiments.suite import read_suite
+
+SUITE = """
+[tasks.t]
+model = "t.pomdp"
+[[study]]
+name = "s"
+runs = 3
+episodes_a_cell = 1
+beside = false
+against = "despot"
+play = ["despot", "pomcp", { mode = "parallel", threads = 2 }]
+trials = 1
+"""
+# Notes when it begins, waits a moment, and writes a line.
+SOLVER = """#!/bin/sh
+echo "$@" >> {log}
+sleep 0.0$(($$ % 5))
+for word; do case $word in --json=*) echo '{{"type": "run"}}' > "${{word#--json=}}";; esac; done
+"""
+
+
+@pytest.fixture
+def executor(tmp_path: Path) -> LocalExecutor:
+    (tmp_path / "t.pomdp").touch()
+    (tmp_path / "suite.toml").write_text(SUITE)
+    solver = tmp_path / "solver"
+    solver.write_text(SOLVER.format(log=tmp_path / "log"))
+    solver.chmod(0o755)
+    return LocalExecutor({"t": solver}, 2, [], 60.0)
+
+
+def test_no_cell_of_a_later_wave_overtakes_one_with_many_cores(
+    executor: LocalExecutor, tmp_path: Path
+) -> None:
+    executor.size, executor.cores = 2, executor.cores[:1] * 2
+    store = Store(tmp_path / "out")
+    store.open("T")
+    cells = cells_of(read_suite(tmp_path / "suite.toml").studies, {"t": "abc"})
+    assert {one.key for one in executor.play(cells, store) if not isinstance(one, Failure)} == {
+        cell.key for cell in cells
+    }
+    firsts = [line.split("--first-run=")[1][0] for line in (tmp_path / "log").read_text().splitlines()]
+    assert firsts == sorted(firsts)
+    assert sorted(path.suffix for path in store.folder.iterdir()) == [".json", *[".jsonl"] * 9]
