@@ -22,9 +22,10 @@ against = "despot"
 play = ["despot", "pomcp", { mode = "parallel", threads = 2 }]
 trials = 1
 """
-# Notes when it begins, waits a moment, and writes a line.
+# Notes when it begins, does what a file says, waits a moment, and writes a line.
 SOLVER = """#!/bin/sh
 echo "$@" >> {log}
+case $* in *mode=pomcp*) . {faults};; esac
 sleep 0.0$(($$ % 5))
 for word; do case $word in --json=*) echo '{{"type": "run"}}' > "${{word#--json=}}";; esac; done
 """
@@ -35,7 +36,8 @@ def executor(tmp_path: Path) -> LocalExecutor:
     (tmp_path / "t.pomdp").touch()
     (tmp_path / "suite.toml").write_text(SUITE)
     solver = tmp_path / "solver"
-    solver.write_text(SOLVER.format(log=tmp_path / "log"))
+    solver.write_text(SOLVER.format(log=tmp_path / "log", faults=tmp_path / "faults"))
+    (tmp_path / "faults").touch()
     solver.chmod(0o755)
     return LocalExecutor({"t": solver}, 2, [], 60.0)
 
@@ -53,3 +55,29 @@ def test_no_cell_of_a_later_wave_overtakes_one_with_many_cores(
     firsts = [line.split("--first-run=")[1][0] for line in (tmp_path / "log").read_text().splitlines()]
     assert firsts == sorted(firsts)
     assert sorted(path.suffix for path in store.folder.iterdir()) == [".json", *[".jsonl"] * 9]
+
+
+@pytest.mark.parametrize(
+    ("fault", "says"),
+    [
+        ("exec sleep 100", "the solver was killed after 0 s: out of memory, or hung"),
+        ("kill -KILL $$", "the solver was killed after 0 s: out of memory, or hung"),
+        ("kill -SEGV $$", "the solver was ended by signal 11"),
+        ("echo no such luck >&2; exit 3", "the solver ended with code 3: no such luck"),
+    ],
+)
+def test_a_cell_that_fails_is_kept_and_told_and_the_rest_goes_on(
+    executor: LocalExecutor, tmp_path: Path, fault: str, says: str
+) -> None:
+    (tmp_path / "faults").write_text(fault)
+    executor.cell_seconds = 0.4
+    store = Store(tmp_path / "out")
+    store.open("T")
+    cells = cells_of(read_suite(tmp_path / "suite.toml").studies, {"t": "abc"})
+    outcomes = list(executor.play(cells, store))
+    failures = [one for one in outcomes if isinstance(one, Failure)]
+    assert {one.problem for one in failures} == {says}
+    assert {one.cell.setting.mode for one in failures} == {"pomcp"}
+    assert all(store.failure(one.cell) == says for one in failures)
+    assert len(outcomes) - len(failures) == 6, "all of the other modes"
+    assert not list(store.folder.glob("*.lines"))
