@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Iterator, Sequence
@@ -44,16 +45,17 @@ class LocalExecutor:
     def __post_init__(self) -> None:
         self.size = len(self.cores)
 
-    def play(self, cells: Sequence[Cell], store: Store) -> Iterator[Cell | Failure]:
-        """Play cells in about their order, keep each, and yield it; closing the iterator ends all processes.
+    def play(self, cells: Sequence[Cell], store: Store, end: float = math.inf) -> Iterator[Cell | Failure]:
+        """Play cells in about their order, keep each, and yield it.
 
+        At ``end``, or where the iterator is closed, all processes are ended.
         A setting one of whose cells fails is not played on.
         """
         waiting, running = list(cells), list[Running]()
         if not self.gpus and (cell := next((one for one in waiting if one.setting.wants_gpu), None)):
             raise SuiteError(f"`{cell.setting}` needs a GPU, and none may be used")
         try:
-            while waiting or running:
+            while (waiting or running) and time.monotonic() < end:
                 while (cell := self._next(waiting)) is not None:
                     waiting.remove(cell)
                     running.append(self._start(cell, store))

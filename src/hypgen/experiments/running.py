@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import time
@@ -34,8 +35,11 @@ if TYPE_CHECKING:
 class Executor(Protocol):
     """What plays cells: this machine, or several."""
 
-    def play(self, cells: Sequence[Cell], store: Store) -> Iterator[Cell | Failure]:
-        """Play cells in about their order, keep each in the store, and yield it."""
+    def play(self, cells: Sequence[Cell], store: Store, end: float = math.inf) -> Iterator[Cell | Failure]:
+        """Play cells in about their order, keep each in the store, and yield it.
+
+        At ``end``, a time of ``time.monotonic()``, what plays is ended and dropped.
+        """
         ...
 
 
@@ -117,9 +121,9 @@ def play(
     failed = {failure.cell.setting for failure in known}
     waiting = [cell for cell in left if cell.setting not in failed]
     state = State(len(cells), len(cells) - len(left), failures=known)
-    end = time.monotonic() + (limit if limit is not None else float("inf"))
+    end = time.monotonic() + (limit if limit is not None else math.inf)
     tell(state)
-    playing = executor.play(waiting, store)
+    playing = executor.play(waiting, store, end)
     try:
         for outcome in playing:
             if isinstance(outcome, Failure):
@@ -128,8 +132,6 @@ def play(
                 state.done += 1
                 state.last = outcome
             tell(state)
-            if time.monotonic() >= end:
-                break
     finally:
         close = getattr(playing, "close", None)
         if close is not None:

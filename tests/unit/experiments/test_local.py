@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """In which order cells play on a machine, with shell scripts for solvers."""
 
+import time
 from pathlib import Path
 
 import pytest
@@ -81,3 +82,15 @@ def test_a_cell_that_fails_is_kept_and_told_and_the_rest_goes_on(
     assert all(store.failure(one.cell) == says for one in failures)
     assert len(outcomes) - len(failures) == 6, "all of the other modes"
     assert not list(store.folder.glob("*.lines"))
+
+
+def test_what_plays_at_the_end_is_ended_and_dropped(executor: LocalExecutor, tmp_path: Path) -> None:
+    (tmp_path / "faults").write_text("exec sleep 100")
+    store = Store(tmp_path / "out")
+    store.open("T")
+    cells = cells_of(read_suite(tmp_path / "suite.toml").studies, {"t": "abc"})
+    began = time.monotonic()
+    outcomes = list(executor.play(cells, store, began + 0.5))
+    assert time.monotonic() - began < 5.0
+    assert all(not isinstance(one, Failure) for one in outcomes)
+    assert not list(store.folder.glob("*.lines")) and not list(store.folder.glob("*.failed"))
