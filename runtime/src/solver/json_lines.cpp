@@ -2,9 +2,9 @@
 #include "hypgen/solver/json_lines.hpp"
 
 #include <cmath>
-#include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "hypgen/math/float_bits.hpp"
 #include "marginal_json.hpp"
 
 namespace hypgen {
@@ -37,9 +37,8 @@ Json counts(const std::map<Status, std::uint64_t>& statuses) {
 Json json_of(const VisibleVariable& variable, const std::int32_t* values) {
   Json json = Json::array();
   for (int i = 0; i < variable.count; ++i) {
-    float number = 0.0F;
-    std::memcpy(&number, values + i, sizeof number);
-    json.push_back(variable.is_float ? Json(number) : Json(values[i]));
+    const auto bits = static_cast<std::uint32_t>(values[i]);
+    json.push_back(variable.is_float ? Json(math::from_bits(bits)) : Json(values[i]));
   }
   return variable.is_array ? json : json.front();
 }

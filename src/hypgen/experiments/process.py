@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import platform
 import signal
@@ -17,6 +18,9 @@ from typing import Any
 from hypgen import __version__
 from hypgen.experiments.cells import Cell
 from hypgen.experiments.store import Failure, Store
+from hypgen.runtime.builder.compile_flags import host_flags
+from hypgen.runtime.builder.solver import runtime_id
+from hypgen.runtime.builder.tools import user_flags
 
 PATIENCE = 10.0  # seconds that a solver has to end its step once it is asked to stop
 POLL = 0.02  # seconds between two looks at processes
@@ -125,10 +129,14 @@ class SolverProcess:
             path.unlink(missing_ok=True)
 
 
+@functools.cache
 def machine() -> dict[str, Any]:
-    """Return what tells results of this machine from those of others."""
+    """Return what tells results of this machine, and of this hypgen, from those of others."""
     found = {
         "hypgen": __version__,
+        "commit": _commit(),
+        "runtime": runtime_id(),
+        "flags": [*host_flags(), *user_flags("CXXFLAGS"), *user_flags("LDFLAGS")],
         "system": f"{platform.system()} {platform.release()}",
         "cores": os.cpu_count(),
     }
@@ -140,3 +148,15 @@ def machine() -> dict[str, Any]:
     except (OSError, StopIteration):
         found["processor"] = platform.machine()
     return found
+
+
+def _commit() -> str:
+    """Return the commit of the clone that this is, with a mark if files have changed; empty elsewhere."""
+    clone = Path(__file__).resolve().parents[3]
+    if not (clone / ".git").exists():
+        return ""
+    command = ["git", "-C", str(clone), "describe", "--always", "--dirty", "--exclude=*"]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, timeout=10.0).stdout.strip()
+    except (OSError, subprocess.TimeoutExpired):
+        return ""
