@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from hypgen.experiments.cells import Cell
@@ -54,24 +55,26 @@ class LocalExecutor:
         waiting, running = list(cells), list[Running]()
         if not self.gpus and (cell := next((one for one in waiting if one.setting.wants_gpu), None)):
             raise SuiteError(f"`{cell.setting}` needs a GPU, and none may be used")
-        try:
-            while (waiting or running) and time.monotonic() < end:
-                while (cell := self._next(waiting)) is not None:
-                    waiting.remove(cell)
-                    running.append(self._start(cell, store))
-                time.sleep(POLL)
-                for one in [one for one in running if one.process.has_ended()]:
-                    running.remove(one)
-                    self._free(one)
-                    outcome = one.process.played().keep(one.cell, store)
-                    if isinstance(outcome, Failure):
-                        waiting = [cell for cell in waiting if cell.setting != one.cell.setting]
-                    yield outcome
-        finally:
-            for one in running:
-                one.process.ask_to_end()
-            for one in running:
-                one.process.stop()
+        # Whatever an interrupt leaves, the folder goes, with all that processes write.
+        with TemporaryDirectory(dir=store.folder, prefix="lines-") as folder:
+            try:
+                while (waiting or running) and time.monotonic() < end:
+                    while (cell := self._next(waiting)) is not None:
+                        waiting.remove(cell)
+                        running.append(self._start(cell, Path(folder)))
+                    time.sleep(POLL)
+                    for one in [one for one in running if one.process.has_ended()]:
+                        running.remove(one)
+                        self._free(one)
+                        outcome = one.process.played().keep(one.cell, store)
+                        if isinstance(outcome, Failure):
+                            waiting = [cell for cell in waiting if cell.setting != one.cell.setting]
+                        yield outcome
+            finally:
+                for one in running:
+                    one.process.ask_to_end()
+                for one in running:
+                    one.process.stop()
 
     def _next(self, waiting: Sequence[Cell]) -> Cell | None:
         """Return the next cell that could start now.
@@ -86,13 +89,13 @@ class LocalExecutor:
         has_cores = len(self.cores) >= min(cell.setting.threads, self.size)
         return self.jobs > 0 and has_cores and (bool(self.gpus) or not cell.setting.wants_gpu)
 
-    def _start(self, cell: Cell, store: Store) -> Running:
+    def _start(self, cell: Cell, folder: Path) -> Running:
         count = min(cell.setting.threads, self.size)
         mine, self.cores = self.cores[:count], self.cores[count:]
         gpu = self.gpus.pop(0) if cell.setting.wants_gpu else None
         self.jobs -= 1
         command = [str(self.programs[cell.setting.task.name]), *cell.arguments()]
-        lines = store.scratch(cell, "lines")
+        lines = folder / cell.key
         process = SolverProcess(command, lines, mine, gpu, self.about, self.cell_seconds, cell.param)
         return Running(cell, process, mine, gpu)
 
