@@ -183,12 +183,12 @@ def _line(row: Row, label: str, ends: tuple[float, float], places: Sequence[Plac
         "searches": (_counts(played.searches), "", "words"),
         "machine": (", ".join(f"M{i}" for i, place in enumerate(places, 1) if _is_of(place, row)), "", ""),
     }
-    for mode, one in row.differences.items():
+    for against, one in row.differences.items():
         interval = one.interval
         if interval.count:
             shown = "" if one.is_shown else ", not shown"
             css = ("better" if interval.mean > 0.0 else "worse") if one.is_shown else "hidden"
-            cells[f"minus {mode}"] = (texts.signed(interval), texts.interval_text(interval) + shown, css)
+            cells[f"minus {against}"] = (texts.signed(interval), texts.interval_text(interval) + shown, css)
     for name, measured in row.measured.items():
         cells[name] = (texts.mean_text(measured), texts.interval_text(measured), "")
     if math.isfinite(row.promised.mean):

@@ -104,6 +104,14 @@ def test_the_page_says_what_when_where_and_how(whole: Report) -> None:
     assert "Differs: another layout &lt;/script&gt;" in page
 
 
+def test_rows_have_the_colours_of_their_modes(whole: Report) -> None:
+    found = re.findall(r'<i class="dot m-(\w+)"></i>(\w+)', whole.page())
+    assert [mode for mode, label in found if mode == label] == [
+        "default", "rollout", "rollout", "despot", "despot", "parallel", "parallel",
+    ]  # fmt: skip
+    assert len(found) == 8, "the last is published"
+
+
 def test_the_data_are_within_the_page_and_as_csv(whole: Report) -> None:
     found = re.search(r'<script type="application/json" id="data">(.*?)</script>', whole.page(), re.DOTALL)
     assert found is not None
