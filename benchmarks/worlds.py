@@ -20,7 +20,7 @@ import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from quality import ROOT, machine
+from machine import ROOT, machine
 
 import hypgen
 

@@ -61,6 +61,14 @@ struct HiddenVariable {
   bool is_float;
 };
 
+// A visible variable, likewise. In export_visible the values of one follow those of the one before.
+struct VisibleVariable {
+  std::string name;
+  int count;  // 0 for a family without members
+  bool is_array;
+  bool is_float;
+};
+
 // Checked values of all params, row-major; every value (float32, int32, bool or code) is exact in a double.
 class ParamValues {
  public:
@@ -131,6 +139,7 @@ struct ModelDescriptor {
   std::vector<std::string> action_names;
   std::vector<std::string> variable_names;  // flattened, in the order of export_state; may be empty
   std::vector<HiddenVariable> hidden_variables;
+  std::vector<VisibleVariable> visible_variables;
   // The name of a value of hidden_variables[variable]; empty where all are numbers.
   std::function<std::string(int variable, std::int32_t value)> hidden_value_name;
   std::function<std::string(KeyWords)> observation_name;
