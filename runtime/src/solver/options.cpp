@@ -34,14 +34,6 @@ bool read_mode(const std::string& text, Mode& mode) {
   return false;
 }
 
-bool read_device(const std::string& text, DeviceKind& kind, int& index) {
-  const std::string numbered = "cuda:";
-  kind = text == "auto" ? DeviceKind::kAuto : text == "cpu" ? DeviceKind::kCpu : DeviceKind::kCuda;
-  index = kFirstDevice;
-  if (kind != DeviceKind::kCuda || text == "cuda") return true;
-  return text.rfind(numbered, 0) == 0 && read_integer(text.substr(numbered.size()), 0, 1023, index);
-}
-
 bool read_observations(const std::string& text, Observations& way) {
   if (text == "exact") way = Observations::kExact;
   if (text == "weighted") way = Observations::kWeighted;
@@ -258,6 +250,14 @@ std::vector<Option> option_table(SolverOptions& options) {
 }
 
 }  // namespace
+
+bool read_device(const std::string& text, DeviceKind& kind, int& index) {
+  const std::string numbered = "cuda:";
+  kind = text == "auto" ? DeviceKind::kAuto : text == "cpu" ? DeviceKind::kCpu : DeviceKind::kCuda;
+  index = kFirstDevice;
+  if (kind != DeviceKind::kCuda || text == "cuda") return true;
+  return text.rfind(numbered, 0) == 0 && read_integer(text.substr(numbered.size()), 0, 1023, index);
+}
 
 const char* mode_name(Mode mode) {
   switch (mode) {

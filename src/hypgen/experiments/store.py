@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from hypgen.experiments.cells import Cell
-from hypgen.experiments.suite import SuiteError
+from hypgen.experiments.suite_values import SuiteError
 from hypgen.whole_files import write_whole
 
 _NOTE = "suite.json"
