@@ -43,6 +43,7 @@ _CONCEPT = _words(
     Key KeyReader KeyWriter WideKey words_of
     ParamValues StepResult Params Fixed State Site Joint kActionCount kVisibleCount
     kVariableCount kHasLower kLooksUpPolicy kLeastReward kRewardBits kRewardsFit
+    kKeyHoldsState kKeyIsContinuous observation_density
     init_visible init_hidden first_value export_visible
     import_visible init_likelihood weigh_start
     export_state is_legal is_terminal is_success step observe filter default_policy choose first_legal lower

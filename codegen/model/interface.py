@@ -247,8 +247,8 @@ class Interface:
             text = f"{self.parts.observations[field.name]}({arguments(needs, self.context, *more)})"
         else:
             text = builder.printer.text(ir.StateRead(field.type, field.name, _locals(binders), True))
-            if isinstance(field.type, Float):
-                return f"math::canonical_bits({text})"
+        if isinstance(field.type, Float):
+            return f"math::canonical_bits({text})"
         return shifted(text, -low_of(field.type))
 
     def filter(self) -> template_data.Function:
@@ -272,6 +272,31 @@ class Interface:
         self._weigh_observations(builder, digits)
         code.add("return weight;")
         return builder.done("double", "filter")
+
+    def observation_density(self) -> template_data.Function:
+        """Return ``observation_density``: how likely a key is, given the state after the step."""
+        builder = self.acting(
+            [
+                *PLACE,
+                ("int", "action"),
+                (self.key.argument, "key"),
+                ("D&", "draws"),
+                ("const State&", "next"),
+            ]
+        )
+        code, digits = builder.code, self.digits(builder)
+        for field in self.model.key:
+            if field.observed:
+                continue
+            binders = self._key_binders(field)
+            with builder.printer.loops(binders):
+                seen = digits[field.name](binders)
+                own = builder.printer.text(ir.StateRead(field.type, field.name, _locals(binders), True))
+                code.add(f"if ({own} != {seen}) return 0.0;")
+        code.add("double weight = 1.0;")
+        self._weigh_observations(builder, digits)
+        code.add("return weight;")
+        return builder.done("double", "observation_density")
 
     def weigh_hidden(self) -> template_data.Function:
         """Return ``weigh_hidden``: what ``filter`` returns, where the state after the step is known."""

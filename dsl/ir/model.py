@@ -158,7 +158,10 @@ class Function:
 
 @dataclass(frozen=True)
 class Observation:
-    """What the agent sees in a step, an array if ``binders`` is not empty; evaluated after all updates."""
+    """What the agent sees in a step, an array if ``binders`` is not empty; evaluated after all updates.
+
+    A float comes from a continuous law, or has values of its own that no hidden float decides.
+    """
 
     name: str
     element: str | None

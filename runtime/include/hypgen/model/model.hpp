@@ -30,6 +30,8 @@
 //   float kLeastReward;  // optional: no step earns less
 //   int kRewardBits;     // optional: fraction bits of rewards in fixed point, kFixedBits without it
 //   bool kRewardsFit;    // optional: no step's sum of rewards leaves its range
+//   bool kKeyHoldsState;    // optional: visible variables are digits of the key
+//   bool kKeyIsContinuous;  // optional: a digit of the key has a continuous law, so that keys hardly ever repeat
 //
 // Params. On the host only.
 //   bool load(const ParamValues&, Params&, std::string& error);  // false: bad values, named in `error`
@@ -45,14 +47,18 @@
 //   void import_visible(const std::int32_t* in, Fixed&, State&);  // the same ones; zeroes all others
 //   void export_state(F, S, std::int32_t* out);                   // kVariableCount values
 //
-// Step and observation. `next` holds the state after the step. `observe` and `filter` are for steps that do
-// not end the episode.
+// Step and observation. `next` holds the state after the step. `observe`, `filter` and `observation_density` are
+// for steps that do not end the episode.
 //   bool is_legal(P, F, S, int action);                              // reads no hidden variable
 //   StepResult step(P, F, S, int action, D&, State& next);
 //   Key observe(P, F, S, int action, D&, S next);                    // draws what the agent sees
 //   double filter(P, F, S, int action, const Key&, D&, State& next);
-//       // draws `next` given what was seen of it, and returns the likelihood of all that was seen;
-//       // 0: the key contradicts the state, or the step ends the episode
+//       // draws `next` given what was seen of it, and returns the likelihood of all that was seen, a density
+//       // where some of it has a continuous law; 0: the key contradicts the state, or the step ends the episode
+//   double observation_density(P, F, S, int action, const Key&, D&, S next);
+//       // of the key's observations, given `next`, which `step` made with the same draws: a product of
+//       // probabilities, and of densities per unit for continuous laws. 0 where a visible variable of the key is
+//       // not that of `next`
 //
 // Bounds on the discounted sum of rewards from a state on, in the rewards' unit. `lower` always exists, and
 // counts only if kHasLower.
@@ -170,6 +176,18 @@ HYPGEN_FN bool is_broken(const StepResult& result) {
   if constexpr (kRewardsFit<M>) return result.error;
   return result.is_broken();
 }
+
+// Whether visible variables are digits of the key, so that what was seen may contradict a state after the step.
+template <class M, class = void>
+inline constexpr bool kKeyHoldsState = false;
+template <class M>
+inline constexpr bool kKeyHoldsState<M, std::void_t<decltype(M::kKeyHoldsState)>> = M::kKeyHoldsState;
+
+// Whether a digit of the key has a continuous law, so that keys hardly ever repeat.
+template <class M, class = void>
+inline constexpr bool kKeyIsContinuous = false;
+template <class M>
+inline constexpr bool kKeyIsContinuous<M, std::void_t<decltype(M::kKeyIsContinuous)>> = M::kKeyIsContinuous;
 
 // Whether `upper` may be tighter than the bound that the model declares.
 template <class M, class = void>
