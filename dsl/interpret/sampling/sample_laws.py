@@ -221,15 +221,13 @@ def _chi_square(observed: Array, expected: Array, variance: Array, total: int) -
     if not large.any():
         return 0.0, 0, 0
     counts = np.append(observed[large], total - observed[large].sum()).astype(np.float64)
-    wanted = np.append(expected[large], total - expected[large].sum())
+    wanted = np.append(expected[large], max(total - expected[large].sum(), 0.0))
     doubt = np.append(variance[large], variance[large].sum())
     if wanted[-1] < _LEAST_EXPECTED:  # too few for a cell of their own
-        left, doubt_left = (total - counts[:-1].sum(), total - wanted[:-1].sum()), doubt[-1]
-        counts, wanted, doubt = counts[:-1], wanted[:-1], doubt[:-1]
         most = int(np.argmax(wanted))
-        counts[most] += left[0]
-        wanted[most] += left[1]
-        doubt[most] += doubt_left
+        for cells in (counts, wanted, doubt):
+            cells[most] += cells[-1]
+        counts, wanted, doubt = counts[:-1], wanted[:-1], doubt[:-1]
     terms = (counts - wanted) ** 2 / (wanted + doubt)
     worst = int(np.argmax(terms[: int(large.sum())]))
     return float(terms.sum()), len(terms) - 1, int(np.flatnonzero(large)[worst])
