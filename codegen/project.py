@@ -43,6 +43,7 @@ from hypgen.codegen.model.model_functions import (
 from hypgen.codegen.model.partitioned_step import PartitionedStep
 from hypgen.codegen.model.policy_functions import PolicyFunctions, uncalled_lets
 from hypgen.codegen.passes.arguments import NeedsAnalysis
+from hypgen.codegen.passes.enumerable import sees_continuously
 from hypgen.codegen.passes.partition import ElementUpdate, partition
 from hypgen.codegen.passes.tabulate import DerivedTable, tabulate
 from hypgen.dsl import ir
@@ -192,6 +193,7 @@ def _constants(model: ir.Model, relaxation: Relaxation) -> tuple[str, ...]:
         *([] if bits == ir.REWARD_BITS else [f"static constexpr int kRewardBits = {bits};"]),
         *(["static constexpr bool kRewardsFit = true;"] if model.rewards_fit else []),
         *([] if all(k.observed for k in model.key) else ["static constexpr bool kKeyHoldsState = true;"]),
+        *(["static constexpr bool kKeyIsContinuous = true;"] if sees_continuously(model) else []),
         f"using Key = {KeyLayout(model.key).type};",
     ]
     return tuple(lines)

@@ -46,6 +46,7 @@ PASSES = (
     Pass("order-inits", passes.order_inits),
     Pass("collect-sites", passes.collect_sites),
     Pass("mark-variables", passes.mark_variables),
+    Pass("check-floats", passes.check_floats),
     Pass("make-key", passes.make_key, last=True),
     Pass("assemble", passes.assemble),
     Pass("derive-bounds", passes.derive_bounds),

@@ -25,6 +25,7 @@ STAGES = {
     "order-inits": "inits in their order",
     "collect-sites": "the names of draws",
     "mark-variables": "visible variables that need no weighing",
+    "check-floats": "nothing: floats that the agent sees are checked",
     "make-key": "the digits of the observation key",
     "assemble": "the typed model",
     "derive-bounds": "bounds that follow from the rewards",

@@ -6,6 +6,8 @@ docs/internals/beliefs.md fixes the operations; the interpreter repeats them bit
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from hypgen.codegen.belief.evidence import Watch
 from hypgen.codegen.belief.hypotheses import keeps, locals_of, stored
 from hypgen.codegen.belief.unit_functions import UnitFunctions
@@ -67,17 +69,18 @@ class FactorFunctions(UnitFunctions):
         with self._members(builder, factor):
             unseen = unique("unseen")
             sums, h, weight = unique("sums"), unique("h"), unique("likelihood")
-            code.add(f"Real {sums}[{n}];")
+            kind = self._sum_type(factor.first)
+            code.add(f"{kind} {sums}[{n}];")
             if watches:
-                code.add(f"Real {unseen}[{n}];")
+                code.add(f"{kind} {unseen}[{n}];")
             with builder.printer.block(f"for (std::int32_t {h} = 0; {h} < {n}; ++{h})"):
                 code.add(f"{self.put[factor.element]}({self._scratch(builder, factor, 'state', h)});")
                 code.add(f"double {weight} = 1.0;")
                 self._weigh_draws(builder, factor, inits, False, weight)
                 if watches:
-                    code.add(f"{unseen}[{h}] = static_cast<Real>({weight});")
+                    code.add(f"{unseen}[{h}] = {_as(kind, weight)};")
                     self._weigh(builder, factor, self._first_seen(builder, factor), watches, weight)
-                code.add(f"{sums}[{h}] = static_cast<Real>({weight});")
+                code.add(f"{sums}[{h}] = {_as(kind, weight)};")
             place = self._place(builder, factor, "after")
             if watches:
                 with builder.printer.block(f"if (!posteriors::normalise<{n}>({sums}, {place}))"):
@@ -108,7 +111,7 @@ class FactorFunctions(UnitFunctions):
         with self._members(builder, factor):
             self._skip(builder, factor, watches, moves)
             sums, same, h, p = unique("sums"), unique("same"), unique("h"), unique("p")
-            code.add(f"Real {sums}[{n}] = {{}};")
+            code.add(f"{self._sum_type(factor.evidence)} {sums}[{n}] = {{}};")
             code.add(f"bool {same} = true;")
             with builder.printer.block(f"for (std::int32_t {h} = 0; {h} < {n}; ++{h})"):
                 place = self._place(builder, factor, "now")
@@ -148,7 +151,7 @@ class FactorFunctions(UnitFunctions):
         self._weigh(builder, factor, digits, watches, weight)
         stays = f"{g} == {h} && " if g != h else ""
         code.add(f"{same} = {same} && {stays}{weight} == 1.0;")
-        code.add(f"{sums}[{g}] += {p} * static_cast<Real>({weight});")
+        code.add(f"{sums}[{g}] += {self._share(factor, p, weight)};")
 
     def _drawn_step(
         self,
@@ -170,7 +173,16 @@ class FactorFunctions(UnitFunctions):
                 code.add("continue;")
             self._weigh(builder, factor, digits, watches, weight)
             code.add(f"{same} = {same} && {weight} == ({g} == {h} ? 1.0 : 0.0);")
-            code.add(f"{sums}[{g}] += {p} * static_cast<Real>({weight});")
+            code.add(f"{sums}[{g}] += {self._share(factor, p, weight)};")
+
+    def _sum_type(self, evidence: Sequence[ir.Evidence]) -> str:
+        """Return the type of the sums that become a posterior: densities may leave the range of a float."""
+        return "double" if self.model.weighs_floats(evidence) else "Real"
+
+    def _share(self, factor: ir.Factor, p: str, weight: str) -> str:
+        """Return what a hypothesis of probability ``p`` adds to a sum."""
+        kind = self._sum_type(factor.evidence)
+        return f"{p if kind == 'Real' else f'static_cast<double>({p})'} * {_as(kind, weight)}"
 
     # What the runtime calls ----------------------------------------------------------------------
 
@@ -272,3 +284,8 @@ class FactorFunctions(UnitFunctions):
 
 def _sum(number: int, text: str) -> str:
     return f"{number} + {text}" if number and text != "0" else str(number) if text == "0" else text
+
+
+def _as(kind: str, weight: str) -> str:
+    """Return a double as the type of a sum."""
+    return weight if kind == "double" else f"static_cast<{kind}>({weight})"

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from hypgen.codegen.cpp import masses
 from hypgen.codegen.cpp.expressions import ADD, TERNARY, Append, ExprPrinter
-from hypgen.codegen.cpp.laws import bin_density_text, bin_text, count_text, draw_text
+from hypgen.codegen.cpp.laws import bin_density_text, bin_text, count_text, density_text, draw_text
 from hypgen.codegen.cpp.sink import Sink
 from hypgen.codegen.cpp.text import code_of, integer, scalar, shifted
 from hypgen.codegen.layout import nodes
@@ -251,7 +251,7 @@ class DistPrinter:
     # Densities -----------------------------------------------------------------------------------
 
     def density(self, dist: ir.Dist, value: str, sink: Sink) -> None:
-        """Append statements that give ``sink`` the probability (a double) of ``value``, a C++ local."""
+        """Append statements that give ``sink`` the density (a double) of ``value``, a C++ local."""
         printer, code = self.printer, self.code
         match dist:
             case ir.Certain(value=certain):
@@ -279,6 +279,8 @@ class DistPrinter:
                 self._set_density(dist, value, sink)
             case ir.UniformInt() | ir.Counted():
                 code.add(sink(count_text(dist, value, "_density", printer)))
+            case ir.Continuous():
+                code.add(sink(density_text(dist, value, printer)))
             case ir.Binned():
                 code.add(sink(bin_density_text(dist, value, printer)))
             case ir.Weighted():

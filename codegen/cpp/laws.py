@@ -34,6 +34,14 @@ def draw_text(law: ir.Continuous, word: str, printer: ExprPrinter) -> str:
     return f"{law_text(law, printer)}.draw({word})"
 
 
+def density_text(law: ir.Continuous, value: str, printer: ExprPrinter) -> str:
+    """Return an expression for the density of a value of a continuous law."""
+    if isinstance(law, ir.Clamped):
+        ends = f"{float32(law.low)}, {float32(law.high)}"
+        return f"dist::clamped_density({law_text(law.law, printer)}, {ends}, {value})"
+    return f"dist::density({law_text(law, printer)}, {value})"
+
+
 def law_text(law: ir.Continuous, printer: ExprPrinter) -> str:
     """Return an expression for a continuous law."""
     match law:

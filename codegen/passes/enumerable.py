@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether all outcomes of a model's draws can be tried one by one: docs/internals/exact-models.md."""
+"""Which draws have too many outcomes to try them one by one: docs/internals/exact-models.md."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def not_enumerable(model: ir.Model) -> tuple[Diagnostic, ...]:
 def continuous_draws(model: ir.Model) -> Iterator[tuple[str, Span]]:
     """Yield the draws with too many outcomes to try them all."""
     for name, dist, span in _draws(model):
-        if _is_continuous(dist):
+        if is_continuous(dist):
             yield name, span
 
 
@@ -34,9 +34,17 @@ def _draws(model: ir.Model) -> Iterator[tuple[str, ir.Dist, Span]]:
         yield observation.name, observation.dist, observation.span
 
 
-def _is_continuous(node: ir.Dist) -> bool:
+def sees_continuously(model: ir.Model) -> bool:
+    """Return whether a digit of the observation key comes from a continuous law: it hardly ever repeats."""
+    digits = {field.name for field in model.key}
+    seen = (update.dist for update in model.updates if update.variable in digits)
+    return any(map(is_continuous, (*(o.dist for o in model.observations), *seen)))
+
+
+def is_continuous(node: ir.Dist) -> bool:
+    """Return whether a distribution draws from a continuous law in some case."""
     if isinstance(node, ir.Binned):
         return False
     if isinstance(node, ir.Continuous):
         return True
-    return any(_is_continuous(child) for child in children(node) if isinstance(child, ir.Dist))
+    return any(is_continuous(child) for child in children(node) if isinstance(child, ir.Dist))

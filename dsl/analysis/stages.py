@@ -11,10 +11,9 @@ from hypgen.dsl import ir
 from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.analysis.uses import Reach, Uses
 from hypgen.dsl.ir import key_digits
-from hypgen.dsl.messages import e04_variables, e05_reads, e08_parts
+from hypgen.dsl.messages import e04_variables, e08_parts
 from hypgen.dsl.messages.report import Mistake, Report
 from hypgen.dsl.messages.source import Span
-from hypgen.dsl.types import Float
 
 Edges = dict[str, dict[str, Reach]]
 
@@ -114,42 +113,6 @@ def mark_variables(
         )
         for v in variables
     )
-
-
-def check_visible_floats(
-    variables: Sequence[ir.Variable], uses: Uses, others: Sequence[Owner], report: Report
-) -> None:
-    """Report visible floats that the filter would have to weigh: a float's value has no probability."""
-    hidden = {v.name for v in variables if not v.visible}
-    shared = set().union(*(_draws(uses.closure(o)) for o in others)) if others else set()
-    for variable in variables:
-        weighed = variable.visible and not (variable.determined or variable.copied)
-        if not weighed or not isinstance(variable.type, Float):
-            continue
-        owner = Owner("update", variable.name)
-        reads = uses.closure(owner)
-        cause = next((r for r in reads if r.kind == "variable" and r.name in hidden), None)
-        why = "reads hidden state"
-        if cause is None:
-            drawn = [r for r in reads if r.kind == "draw"]
-            cause = next((r for r in drawn if r.name in shared), drawn[0] if drawn else None)
-            why = "shares a draw with what the agent does not see"
-        if cause is None:
-            continue  # it has no update, which is reported where that is missing
-        route = cause.route(str(owner))
-        report.add(Mistake(e05_reads.weighed_float(variable.name, why, route, cause.span, variable.span)))
-
-
-def check_first_floats(variables: Sequence[ir.Variable], uses: Uses, report: Report) -> None:
-    """Report visible floats that would have to weigh the first belief."""
-    hidden = {v.name for v in variables if not v.visible}
-    for variable in variables:
-        if not variable.informative or not isinstance(variable.type, Float):
-            continue
-        owner = Owner("init", variable.name)
-        cause = next(r for r in uses.closure(owner) if r.kind == "variable" and r.name in hidden)
-        route = cause.route(str(owner))
-        report.add(Mistake(e05_reads.first_float(variable.name, route, cause.span, variable.span)))
 
 
 def _known(reach: Reach, visible: set[str], determined: set[str]) -> bool:

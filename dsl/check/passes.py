@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import PurePath
 
 from hypgen.dsl import ir
-from hypgen.dsl.analysis import factorise, init_order, stages
+from hypgen.dsl.analysis import factorise, float_evidence, init_order, stages
 from hypgen.dsl.analysis.owners import Owner
 from hypgen.dsl.check import lint, visibility
 from hypgen.dsl.check.constants import settings
@@ -171,14 +171,31 @@ def collect_sites(draft: Draft) -> Draft:
 
 
 def mark_variables(draft: Draft) -> Draft:
-    """Take staged updates. Give variables with what a filter need not weigh; reports floats it must weigh."""
-    updates, uses = draft.parts.updates, draft.program.uses
-    marked = stages.mark_variables(draft.declarations.variables, updates, uses, draft.learnt)
-    updated = {u.variable for u in updates}  # an update with a mistake of its own is not among them
-    floats = [v for v in marked if v.name in updated]
-    stages.check_visible_floats(floats, uses, draft.learnt, draft.report)
-    stages.check_first_floats(marked, uses, draft.report)
-    return replace(draft, declarations=replace(draft.declarations, variables=marked))
+    """Take staged updates. Give variables with what a filter need not weigh."""
+    declared, uses = draft.declarations, draft.program.uses
+    marked = stages.mark_variables(declared.variables, draft.parts.updates, uses, draft.learnt)
+    return replace(draft, declarations=replace(declared, variables=marked))
+
+
+def check_floats(draft: Draft) -> Draft:
+    """Take what the agent sees. Give the draft as it is; reports floats that cannot weigh a belief."""
+    declared, parts, variables = draft.declarations, draft.parts, draft.variables
+    shown = [
+        float_evidence.Shown(Owner("observe", o.name), f"the observation '{o.name}'", o.dist, o.span)
+        for o in parts.observations
+    ]
+    for kind, assigns in (("update", parts.updates), ("init", parts.inits)):
+        for assign in assigns:
+            variable = variables[assign.variable]
+            told = variable.informative if kind == "init" else not (variable.determined or variable.copied)
+            if variable.visible and told:
+                what = f"the visible float '{variable.name}'"
+                owner = Owner(kind, variable.name)  # type: ignore[arg-type]  # both are kinds of owners
+                shown.append(float_evidence.Shown(owner, what, assign.dist, assign.span))
+    functions = {f.name: f for f in (*declared.functions, *draft.program.unrolled.values())}
+    lets = {x.name: x for x in declared.lets}
+    float_evidence.check_floats(shown, variables, functions, lets, draft.program.uses, draft.report)
+    return draft
 
 
 def make_key(draft: Draft) -> Draft:

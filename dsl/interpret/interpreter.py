@@ -204,12 +204,32 @@ class Interpreter:
             after[update.variable][...] = seen[update.variable].reshape(after[update.variable].shape)
             if not variable.copied:
                 weight = self._weigh(weight, update.binders, update.dist, frame, seen[update.variable])
+        weight = self._weigh_observations(weight, frame, seen)
+        return np.where(self._spread(self.model.terminal, frame), 0.0, weight), after
+
+    def observation_density(
+        self, state: State, action: npt.ArrayLike, key: npt.ArrayLike, draws: DrawSource, after: State
+    ) -> Array:
+        """Return the density (float64) of the keys, given the states after steps that were not terminal.
+
+        ``draws`` are those that made ``after``. 0 where a visible variable of the key is not that of
+        ``after``, otherwise the product of the densities of the observations' digits, in the key's order.
+        """
+        seen = self.decode(np.asarray(key))
+        frame = self._frame(state, after=after, action=np.asarray(action), draws=draws)
+        agrees = np.ones(self.lanes, dtype=np.bool_)
+        for field in self.model.key:
+            if not field.observed:
+                agrees &= (after[field.name].reshape(self.lanes, -1) == seen[field.name]).all(axis=1)
+        return np.where(agrees, self._weigh_observations(np.ones(self.lanes), frame, seen), 0.0)
+
+    def _weigh_observations(self, weight: Array, frame: Frame, seen: dict[str, Array]) -> Array:
         observations = {o.name: o for o in self.model.observations}
         for field in self.model.key:
             if field.observed:
                 observation = observations[field.name]
                 weight = self._weigh(weight, observation.binders, observation.dist, frame, seen[field.name])
-        return np.where(self._spread(self.model.terminal, frame), 0.0, weight), after
+        return weight
 
     def decode(self, key: Array) -> dict[str, Array]:
         """Return the values that the key holds: lanes by entries for each field."""

@@ -36,7 +36,7 @@ class Posteriors:
     """Computes the posteriors of a model's exact factors."""
 
     def __init__(self, model: ir.Model, evaluator: Evaluator, lanes: int) -> None:
-        self._model = model
+        self.model = model
         self._evaluator = evaluator
         self._lanes = np.arange(lanes)
         self.factors = [f for f in model.factors if f.exact]
@@ -71,11 +71,12 @@ class Posteriors:
         return result, possible
 
     def _start(self, factor: ir.Factor, state: State, kind: type[np.floating[Any]]) -> Array:
-        result = np.zeros((len(self._lanes), factor.members, factor.size), dtype=kind)
+        sums_of = np.float64 if self.model.weighs_floats(factor.first) else kind
+        result = np.zeros((len(self._lanes), factor.members, factor.size), dtype=sums_of)
         unseen = np.zeros_like(result)
         for member, h in itertools.product(range(factor.members), range(factor.size)):
             trial = self.copied(factor, state)
-            entries = list(self.entries(factor, member, self._model.inits))
+            entries = list(self.entries(factor, member, self.model.inits))
             self.put(factor, member, h, trial)
             weight = np.ones(len(self._lanes), dtype=np.float64)
             frame = Frame(self._lanes, trial)
@@ -88,7 +89,7 @@ class Posteriors:
             result[:, member, h] = weight
         explained = (total(result) > 0)[..., np.newaxis]
         sums = np.where(explained, result, unseen)
-        return stored(sums / total(sums)[..., np.newaxis])
+        return stored((sums / total(sums)[..., np.newaxis]).astype(kind))
 
     # Hypotheses ------------------------------------------------------------------------------
 
@@ -97,7 +98,7 @@ class Posteriors:
         for assign in assigns:
             if assign.variable not in factor.variables:
                 continue
-            variable = self._model.variable(assign.variable)
+            variable = self.model.variable(assign.variable)
             for _, place, values in combinations(assign.binders):
                 if factor.binder is None or place[0] == member:
                     yield _Entry(assign, variable, place, values)
@@ -109,7 +110,7 @@ class Posteriors:
     def places(self, factor: ir.Factor, member: int) -> Iterator[tuple[ir.Variable, tuple[int, ...]]]:
         """Yield the member's hidden scalars in the order in which their joint values are coded."""
         for name in factor.variables:
-            variable = self._model.variable(name)
+            variable = self.model.variable(name)
             for place in np.ndindex(*(size_of(t) for t in variable.indices)):
                 if factor.binder is None or place[0] == member:
                     yield variable, place
@@ -153,14 +154,14 @@ class Posteriors:
     @property
     def updates(self) -> tuple[ir.Assign, ...]:
         """Return the updates stage by stage."""
-        return tuple(update for stage in self._model.stages() for update in stage)
+        return tuple(update for stage in self.model.stages() for update in stage)
 
     def likelihood(
         self, evidence: ir.Evidence, member: int, frame: Frame, seen: Mapping[str, Array]
     ) -> Iterator[Array]:
         """Yield how likely each entry of what was seen is, 1 where it does not touch the member."""
-        assigns = self._model.inits if evidence.kind == "first" else self._model.updates
-        laws = {o.name: o.dist for o in self._model.observations} | {a.variable: a.dist for a in assigns}
+        assigns = self.model.inits if evidence.kind == "first" else self.model.updates
+        laws = {o.name: o.dist for o in self.model.observations} | {a.variable: a.dist for a in assigns}
         for number, _, values in combinations(evidence.binders):
             inner = frame.bind(values)
             with np.errstate(all="ignore"):
@@ -189,7 +190,8 @@ class _Step:
 
     def advance(self, now: Array) -> tuple[Array, Array]:
         """Return the posterior after the step, and where it is possible: lanes by joint values."""
-        sums = np.zeros_like(now)
+        kind = np.float64 if self.of.model.weighs_floats(self.factor.evidence) else now.dtype.type
+        sums = np.zeros(now.shape, dtype=kind)
         same = np.ones(len(now), dtype=np.bool_)
         for h in range(self.factor.size):
             held = now[:, h] > 0
@@ -197,12 +199,12 @@ class _Step:
                 continue
             weights = self._weights(h)
             same &= ~held | (weights == (np.arange(self.factor.size) == h)).all(axis=1)
-            shares = now[:, h, np.newaxis] * weights.astype(now.dtype)
-            sums += np.where(held[:, np.newaxis], shares, now.dtype.type(0))
+            shares = now[:, h, np.newaxis].astype(kind) * weights.astype(kind)
+            sums += np.where(held[:, np.newaxis], shares, kind(0))
         whole = total(sums)
         possible = same | (whole > 0)
-        divisor = np.where(whole > 0, whole, now.dtype.type(1))[:, np.newaxis]
-        after = np.where((same | ~possible)[:, np.newaxis], now, stored(sums / divisor))
+        divisor = np.where(whole > 0, whole, kind(1))[:, np.newaxis]
+        after = np.where((same | ~possible)[:, np.newaxis], now, stored((sums / divisor).astype(now.dtype)))
         return after, possible
 
     def _weights(self, h: int) -> Array:

@@ -49,6 +49,7 @@ def columns(model: ir.Model) -> list[str]:
         "upper",
         "tail",
         "lower",
+        "density",
         "weight",
         *(f"filter {name}" for name in flat),
     ]
@@ -98,7 +99,10 @@ def trace(
                     *(np.where(stuck, 0, x).astype(np.int64) for x in (reward, terminal, success)),
                     key.view(np.int64),
                     *(np.where(stuck, 0, canonical_bits(x)).astype(np.int64) for x in bounds),
-                    np.where(ended, 0, weight.view(np.int64)),
+                    *(
+                        np.where(ended, 0, canonical_double_bits(x).view(np.int64))
+                        for x in (interpreter.observation_density(state, taken, key, draws, after), weight)
+                    ),
                     np.where(ended[:, np.newaxis], 0, _flatten(model, filtered, scenarios)),
                 ]
             )

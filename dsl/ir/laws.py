@@ -88,8 +88,11 @@ class Weighted(Dist):
 
 # Continuous laws ---------------------------------------------------------------------------------
 #
-# Their type is a float; they have no density. F(x), in double, is the probability below x; u stands for
-# (double(w) + 0.5) * 2^-32.
+# Their type is a float. F(x), in double, is the probability below x; u stands for (double(w) + 0.5) * 2^-32.
+#
+# The density of a float x, in double, is per unit of x: it may be above 1. E(y) is exp2(y) by its fixed
+# sequence, 0 unless y >= -1000. A law without width has a point that it always draws: its density is 1 for
+# the point, else 0. An x that is no number has density 0.
 
 
 @dataclass(frozen=True)
@@ -101,7 +104,8 @@ class Continuous(Dist):
 class Normal(Continuous):
     """mean + deviation * float(normal_of_word(w)); the deviation's sign does not matter.
 
-    F(x) = normal_cdf((x - double(mean)) / |double(deviation)|).
+    F(x) = normal_cdf(z), z = (x - double(mean)) / s, s = |double(deviation)|. Density:
+    E(z * z * -0.7213475204444817) * 0.3989422804014327 / s. Unless s > 0, the point is the mean.
     """
 
     mean: Expr
@@ -113,7 +117,8 @@ class UniformFloat(Continuous):
     """min(low + (high - low) * float(u), high).
 
     F(x) = (x - double(low)) / (double(high) - double(low)), clamped to 0 .. 1; where not high > low, 1 if
-    x > high, else 0.
+    x > high, else 0. Density: 1 / (double(high) - double(low)) where low <= x <= high, else 0. Unless
+    high > low, the point is high.
     """
 
     low: Expr
@@ -125,7 +130,8 @@ class Exponential(Continuous):
     """m * float(exponential_of_word(w)), where m is the mean, or 0 if that is not above 0.
 
     F(x) = 1 - S(x), S(x) = exp2(x / double(m) * -1.4426950408889634), its exponent not below -1000; S(x) = 1
-    unless x > 0. If m is 0, F(x) is 1 for x > 0, else 0.
+    unless x > 0. If m is 0, F(x) is 1 for x > 0, else 0. Density: E(x / double(m) * -1.4426950408889634) / m
+    where x >= 0, else 0. If m is 0, the point is 0.
     """
 
     mean: Expr
@@ -142,7 +148,8 @@ class Truncated(Continuous):
     mean - |deviation| * float(normal_quantile(cdf(-a) - p)); m * float(-log(S(low) - p)); then low unless
     x > low, and high if x > high. Where not P(high) > 0 it is the end nearer to the mean (to 0 for an
     exponential law): low if that lies above it, else high. F(x) = P(x) / P(high), 0 for x <= low, 1 for
-    x >= high; without a P(high), 1 for x above the end that is drawn, else 0.
+    x >= high; without a P(high), 1 for x above the end that is drawn, else 0. Density: the law's over P(high)
+    where low <= x <= high, else 0. Without a P(high) the point is the end that is drawn, otherwise the law's.
     """
 
     law: Continuous
@@ -152,7 +159,12 @@ class Truncated(Continuous):
 
 @dataclass(frozen=True)
 class Clamped(Continuous):
-    """What ``law`` draws, clamped into [low, high]; NaN stays NaN."""
+    """What ``law``, which is not ``Clamped``, draws, clamped into [low, high]; NaN stays NaN.
+
+    Density: the law's where low < x < high. An end has a probability: F(low), and what the law has above high
+    (normal_cdf(-z), S(x), or 1 - F(high)). Outside of the ends it is 0. Where low = high or the law has a
+    point, the point is clamped.
+    """
 
     law: Continuous
     low: float

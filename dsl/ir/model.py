@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from itertools import groupby
 
-from hypgen.dsl.ir.factors import Factor, Obstacle
+from hypgen.dsl.ir.factors import Evidence, Factor, Obstacle
 from hypgen.dsl.ir.nodes import (
     Binder,
     Certain,
@@ -16,7 +17,7 @@ from hypgen.dsl.ir.nodes import (
     Expr,
 )
 from hypgen.dsl.messages.source import Span
-from hypgen.dsl.types import Array, Enum, Record, Type, digits_of, length_of, size_of
+from hypgen.dsl.types import Array, Enum, Float, Record, Type, digits_of, length_of, size_of
 
 # The fraction bits of rewards in fixed point, where these are neither very large nor very small.
 REWARD_BITS = 24
@@ -158,7 +159,10 @@ class Function:
 
 @dataclass(frozen=True)
 class Observation:
-    """What the agent sees in a step, an array if ``binders`` is not empty; evaluated after all updates."""
+    """What the agent sees in a step, an array if ``binders`` is not empty; evaluated after all updates.
+
+    A float comes from a continuous law, or has values of its own that no hidden float decides.
+    """
 
     name: str
     element: str | None
@@ -353,6 +357,11 @@ class Model:
     def variable(self, name: str) -> Variable:
         """Return the variable with this qualified name."""
         return next(v for v in self.variables if v.name == name)
+
+    def weighs_floats(self, evidence: Iterable[Evidence]) -> bool:
+        """Return whether some of the evidence is a float, so that its density has any scale."""
+        types = {o.name: o.type for o in self.observations} | {v.name: v.type for v in self.variables}
+        return any(isinstance(types.get(e.name), Float) for e in evidence)
 
     @property
     def first_seen(self) -> tuple[Assign, ...]:

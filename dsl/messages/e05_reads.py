@@ -27,16 +27,17 @@ def hidden_state(
     return Diagnostic("E0501", message, span, remedy, (*notes, declared))
 
 
-def first_float(name: str, route: str, span: Span, declared: Span) -> Diagnostic:
-    """A visible float whose init reads hidden state."""
-    return Diagnostic(
-        "E0502",
-        f"the visible float '{name}' tells of hidden state at the start: {route}",
-        span,
-        "no float has a probability to weigh a belief by: give it a finite type, and see of a sensor's noise "
-        "the bin that it falls into, x ~ binned(..)",
-        ((declared, f"'{name}' is declared visible here"),),
+def first_float(what: str, route: str, span: Span, shown: Span) -> Diagnostic:
+    """A float that the agent sees at the start, and that follows from a hidden one; ``what`` names it."""
+    return _follows("E0502", f"{what} follows from a hidden float at the start: {route}", span, shown)
+
+
+def _follows(code: str, message: str, span: Span, shown: Span) -> Diagnostic:
+    remedy = (
+        "no two particles agree on such a value: see it with noise, x ~ normal(.., deviation), "
+        "or the bin that it falls into, x ~ binned(..)"
     )
+    return Diagnostic(code, message, span, remedy, ((shown, "it is seen here"),))
 
 
 def draw_of_policy(reader: str, route: str, span: Span, notes: Iterable[Note]) -> Diagnostic:
@@ -60,15 +61,9 @@ def draw_in_memory(name: str, span: Span) -> Diagnostic:
     return Diagnostic("E0503", message, span, remedy)
 
 
-def weighed_float(name: str, why: str, route: str, span: Span, declared: Span) -> Diagnostic:
-    """A visible float whose update does not follow from what the agent sees; ``why`` is a clause."""
-    return Diagnostic(
-        "E0504",
-        f"the visible float '{name}' {why}: {route}",
-        span,
-        "make it hidden and observe a finite value of it, or give it a range type",
-        ((declared, f"'{name}' is declared visible here"),),
-    )
+def weighed_float(what: str, route: str, span: Span, shown: Span) -> Diagnostic:
+    """A float that the agent sees in a step, and that follows from a hidden one or from a draw."""
+    return _follows("E0504", f"{what} follows from a hidden float or a draw: {route}", span, shown)
 
 
 def history_outside_policy(function: str, span: Span) -> Diagnostic:
@@ -136,3 +131,13 @@ def unmatched_belief(element: str, why: str, span: Span) -> Diagnostic:
         "step, x'; or keep what was seen in memory"
     )
     return Diagnostic("E0506", f"no mean and deviation are kept of '{element}': {why}", span, remedy)
+
+
+def choice_of_densities(what: str, route: str, span: Span, shown: Span) -> Diagnostic:
+    """A float that hidden state makes a value of its own, or one of a continuous law."""
+    message = f"hidden state chooses between values and a continuous law of {what}: {route}"
+    remedy = (
+        "probabilities and densities cannot be compared: see which it is apart, observe lost: bool = .., "
+        "and keep to one continuous law"
+    )
+    return Diagnostic("E0507", message, span, remedy, ((shown, "it is seen here"),))

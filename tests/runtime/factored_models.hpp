@@ -84,6 +84,11 @@ struct CoinAndLevel : NoHistory {
   static double filter(const Params& params, const Fixed& fixed, const State& state, int action, Key key,
                        D& draws, State& next) {
     step(params, fixed, state, action, draws, next);
+    return observation_density(params, fixed, state, action, key, draws, next);
+  }
+  template <class D>
+  static double observation_density(const Params&, const Fixed&, const State&, int, Key key, D&,
+                                    const State& next) {
     return coin_density(next.words[0], static_cast<int>(key / 12)) *
            level_density(next.words[1], static_cast<int>(key % 12) - 1);
   }

@@ -31,6 +31,10 @@ struct OneWay : Mishaps {
                        D& draws, State& next) {
     return step(params, fixed, state, action, draws, next).terminal ? 0.0 : 1.0;
   }
+  template <class D>
+  static double observation_density(const Params&, const Fixed&, const State&, int, Key, D&, const State&) {
+    return 1.0;
+  }
 };
 
 ModelDescriptor one_way_descriptor() {

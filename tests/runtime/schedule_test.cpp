@@ -106,6 +106,11 @@ struct Counters : NoHistory, NotFactored {
   static double filter(const Params& params, const Fixed& fixed, const State& state, int action, Key key,
                        D& draws, State& next) {
     step(params, fixed, state, action, draws, next);
+    return observation_density(params, fixed, state, action, key, draws, next);
+  }
+  template <class D>
+  static double observation_density(const Params&, const Fixed&, const State&, int, Key key, D&,
+                                    const State& next) {
     return key == next.words[4] % 5 ? 1.0 : 0.0;
   }
   template <class D>

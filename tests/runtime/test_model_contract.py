@@ -25,6 +25,7 @@ LACKING = {
     "struct Wanting : Tiger { static int step; };": "step is missing or has another signature",
     "struct Wanting : Tiger { static int observe; };": "observe is missing",
     "struct Wanting : Tiger { static int filter; };": "filter is missing",
+    "struct Wanting : Tiger { static int observation_density; };": "observation_density is missing",
     "struct Wanting : Tiger { static double upper(const Params&, const Fixed&, const State&); };": (
         "upper is missing or has another signature"
     ),

@@ -74,6 +74,11 @@ struct Tiger : NoHistory, NotFactored {
   static double filter(const Params& params, const Fixed& fixed, const State& state, int action, Key key,
                        D& draws, State& next) {
     step(params, fixed, state, action, draws, next);
+    return observation_density(params, fixed, state, action, key, draws, next);
+  }
+  template <class D>
+  static double observation_density(const Params& params, const Fixed&, const State&, int action, Key key, D&,
+                                    const State& next) {
     if (key > 1) return 0.0;
     if (action != 0) return 0.5;
     return key == next.words[0] ? double{params.hearing} : 1.0 - double{params.hearing};
@@ -180,6 +185,11 @@ struct RockSample : NoHistory, NotFactored {
   static double filter(const Params& params, const Fixed& fixed, const State& state, int action, Key key,
                        D& draws, State& next) {
     if (step(params, fixed, state, action, draws, next).terminal) return 0.0;
+    return observation_density(params, fixed, state, action, key, draws, next);
+  }
+  template <class D>
+  static double observation_density(const Params& params, const Fixed&, const State&, int action, Key key, D&,
+                                    const State& next) {
     if (action < kCheck) return key == kNothing ? 1.0 : 0.0;
     if (key != kGood && key != kBad) return 0.0;
     const int rock = action - kCheck;
@@ -276,6 +286,11 @@ struct Mishaps : NoHistory, NotFactored {
   static double filter(const Params& params, const Fixed& fixed, const State& state, int action, Key key,
                        D& draws, State& next) {
     if (step(params, fixed, state, action, draws, next).terminal) return 0.0;
+    return observation_density(params, fixed, state, action, key, draws, next);
+  }
+  template <class D>
+  static double observation_density(const Params&, const Fixed&, const State&, int, Key key, D&,
+                                    const State& next) {
     return key == next.words[1] ? 1.0 : 0.0;
   }
   template <class D>

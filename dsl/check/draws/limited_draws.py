@@ -149,6 +149,9 @@ def _clamped_float(low: float, high: float, span: Span, dist: ir.Dist) -> ir.Dis
         case ir.Certain(_, value):
             e = operators.clamp(value, low, high)
             return ir.Certain(e.type, e)
+        case ir.Clamped(_, law, first, last):
+            ends = (min(max(end, low), high) for end in (first, last))
+            return ir.Clamped(interval(low, high, ir.Local(dist.type, "")), law, *ends)
         case ir.Continuous():
             return ir.Clamped(interval(low, high, ir.Local(dist.type, "")), dist, low, high)
     raise Mistake(e07_draws.floats_not_clamped(span))

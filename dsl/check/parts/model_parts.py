@@ -128,8 +128,8 @@ def _observation(owner: ast.Element | None, item: ast.Observe, name: str, progra
     element = None if owner is None else owner.name
     scope = element_scope(program, element, Owner("observe", name))
     t, indices = shape(program.type_of(item.type))
-    instead = "a finite type; of a continuous draw see the bin it falls into: observe y: 0 .. 9 ~ binned(..)"
-    require_finite(t, item.type.span, "an observation", instead if isinstance(t, Float) else "")
+    if not isinstance(t, Float):
+        require_finite(t, item.type.span, "an observation", "a float, or a range such as 0 .. 100")
     own, dist = array_of(item.rhs, indices, scope, t, item.name)
     binder = None if element is None else program.element(element).binder
     binders = (() if binder is None else (binder,)) + own

@@ -72,6 +72,11 @@ class _Flattener:
                 ]
             case ast.Variable(name=name) if shape := self.shapes.of_type(item.type):
                 return [replace(item, name=n, type=t) for n, t, _ in self._leaves(name, item.type, shape)]
+            case ast.Observe(name=name, rhs=rhs) if shape := self.shapes.of_type(item.type):
+                return [
+                    replace(item, name=n, type=t, rhs=self._rhs(rhs, shape, path, names))
+                    for n, t, path in self._leaves(name, item.type, shape)
+                ]
             case ast.Init(name=name, rhs=rhs) | ast.Update(name=name, rhs=rhs) if (
                 names.element is not None and (shape := self.shapes.variable(names.element, name))
             ):
@@ -201,9 +206,12 @@ class _Flattener:
         )
 
     def _call(self, e: ast.Call, shape: Shape, path: Path, names: Names) -> ast.Expr:
-        """Return a leaf of a constructor's, a function's or ``at``'s value."""
+        """Return a leaf of the value of a constructor, a function, ``at`` or ``last``."""
         if self.shapes.function(e.name) is not None:
             return replace(e, name=_joined(e.name, path), arguments=self._arguments(e, names))
+        if e.name == "last" and len(e.arguments) == 2:
+            what, first = e.arguments
+            return replace(e, arguments=tuple(self.leaf(part, shape, path, names) for part in (what, first)))
         if e.name == "at":
             array = self.leaf(e.arguments[0], replace(shape, array=True), path, names)
             indices = [self.scalar(i, names) for i in e.arguments[1:-1]]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Names and expressions of a file that stand for records of floats, told from the syntax alone.
 
-A record with a float among its fields is not finite: it is no binder, index, action or observation.
+A record with a float among its fields is not finite: it is no binder, index or action.
 ``leaves`` takes everything of such a type apart; what it must know for that stands here.
 """
 
@@ -40,17 +40,17 @@ class Shapes:
     def __init__(self, file: ast.ModelFile) -> None:
         self._types: dict[str, ast.RecordDecl | ast.TypeAlias] = {}
         self._globals: dict[str, ast.Item] = {}
-        self._members: dict[str, dict[str, ast.Variable | ast.Let]] = {}
+        self._members: dict[str, dict[str, ast.Variable | ast.Let | ast.Observe]] = {}
         self._active: set[str] = set()
         self._lets: dict[tuple[str, str], Shape | None] = {}
         for item in file.items:
             if isinstance(item, ast.RecordDecl | ast.TypeAlias):
                 self._types.setdefault(item.name, item)
-            elif isinstance(item, ast.Const | ast.Param | ast.Function | ast.Element):
+            elif isinstance(item, ast.Const | ast.Param | ast.Function | ast.Element | ast.Observe):
                 self._globals.setdefault(item.name, item)
         for element in self._globals.values():
             if isinstance(element, ast.Element):
-                own = [m for m in element.members if isinstance(m, ast.Variable | ast.Let)]
+                own = [m for m in element.members if isinstance(m, ast.Variable | ast.Let | ast.Observe)]
                 self._members[element.name] = {m.name: m for m in reversed(own)}
 
     # Types ---------------------------------------------------------------------------------------
@@ -129,7 +129,7 @@ class Shapes:
                 item = self._globals.get(name)
                 if isinstance(item, ast.Function):
                     return self.of_type(item.type)
-                if name == "at" and arguments:
+                if name in ("at", "last") and arguments:
                     return self.of(arguments[-1], names)
                 found = self.record(name)
                 return None if found is None else Shape(found)
@@ -162,14 +162,14 @@ class Shapes:
         return self.of(item.rhs.expr, names) if item.type is None else self.of_type(item.type)
 
     def variable(self, element: str, name: str) -> Shape | None:
-        """Return the shape of an element's variable."""
+        """Return the shape of an element's variable or observation."""
         item = self._members.get(element, {}).get(name)
-        return self.of_type(item.type) if isinstance(item, ast.Variable) else None
+        return self.of_type(item.type) if isinstance(item, ast.Variable | ast.Observe) else None
 
     def item(self, name: str) -> Shape | None:
-        """Return the shape of a const or param."""
+        """Return the shape of a const, a param or an observation."""
         item = self._globals.get(name)
-        return self.of_type(item.type) if isinstance(item, ast.Const | ast.Param) else None
+        return self.of_type(item.type) if isinstance(item, ast.Const | ast.Param | ast.Observe) else None
 
     def element_of(self, e: ast.Expr, names: Names) -> str | None:
         """Return the element that ``e`` names, with or without a member's index."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Continuous laws: a draw from one word, and the probability below a value.
+"""Continuous laws: a draw from one word, the probability below a value, and the density of a value.
 
 Probabilities are float64. Where a law degenerates (no width, no probability between the ends), comparisons
 say so and lanes hold infinities and NaN on the way.
@@ -28,9 +28,11 @@ from hypgen.dsl.types import low_of, size_of
 
 Below = Callable[[Array], Array]
 
+_PEAK = 0.3989422804014327  # 1 / sqrt(2 pi)
+
 
 class ContinuousLaws(Counts):
-    """Draws of ``ir.Continuous``; draws and densities of ``ir.Binned``."""
+    """Draws and densities of ``ir.Continuous`` and ``ir.Binned``."""
 
     def sample_continuous(self, law: ir.Continuous, frame: Frame, word: Word) -> Array:
         """Return a draw in each lane."""
@@ -98,17 +100,25 @@ class ContinuousLaws(Counts):
         inside = np.where(x > low, np.where(high < x, high, x), low)
         return np.where(total > 0.0, inside, np.where(center < start, low, high))
 
-    def _below_truncated(self, law: ir.Truncated, frame: Frame) -> Below:
-        low, high = self._doubles(frame, law.low, law.high)
+    def _between(self, law: ir.Truncated, frame: Frame, low: Array) -> tuple[Below, Array]:
+        """Return the law's probability from ``low`` to a double, and the law's middle."""
         match law.law:
             case ir.Normal(_, mean, deviation):
                 center, size = self._doubles(frame, mean, deviation)
-                between = partial(_between_normal, center, np.abs(size), low)
+                return partial(_between_normal, center, np.abs(size), low), center
             case ir.Exponential():
-                center, size = np.zeros(()), self._mean(law.law, frame).astype(np.float64)
-                between = partial(_between_exponential, size, low)
-            case _:
-                raise TypeError(f"{type(law.law).__name__} is not truncated")
+                size = self._mean(law.law, frame).astype(np.float64)
+                return partial(_between_exponential, size, low), np.zeros(())
+        raise TypeError(f"{type(law.law).__name__} is not truncated")
+
+    def _total(self, law: ir.Truncated, frame: Frame) -> Array:
+        """Return the law's probability between the ends."""
+        low, high = self._doubles(frame, law.low, law.high)
+        return self._between(law, frame, low)[0](high)
+
+    def _below_truncated(self, law: ir.Truncated, frame: Frame) -> Below:
+        low, high = self._doubles(frame, law.low, law.high)
+        between, center = self._between(law, frame, low)
         total = between(high)
         nearer = np.where(center < low, low, high)
 
@@ -117,6 +127,74 @@ class ContinuousLaws(Counts):
             return np.where(total > 0.0, part, np.where(x > nearer, 1.0, 0.0))
 
         return below
+
+    # Densities ---------------------------------------------------------------------------------
+
+    def density_of_law(self, law: ir.Continuous, frame: Frame, value: Array) -> Array:
+        """Return the density of ``value`` in each lane; at a point, its probability."""
+        if isinstance(law, ir.Clamped):
+            return self._clamped_density(law, frame, value)
+        is_point, point = self._point(law, frame)
+        spread = self._spread_of(law, frame, value.astype(np.float64))
+        return np.where(is_point, np.where(value == point, 1.0, 0.0), spread)
+
+    def _clamped_density(self, law: ir.Clamped, frame: Frame, value: Array) -> Array:
+        is_point, point = self._point(law.law, frame)
+        low, high = as_type(law.low, law.type), as_type(law.high, law.type)
+        spread = self._spread_of(law.law, frame, value.astype(np.float64))
+        inside = np.where((value > low) & (value < high), spread, 0.0)
+        at_low = self.below(law.law, frame)(low.astype(np.float64))
+        at_high = self._above(law.law, frame, high.astype(np.float64))
+        ends = np.where(value == low, at_low, np.where(value == high, at_high, inside))
+        drawn = scalar_functions.clamp(point, low, high)
+        return np.where(is_point | ~(low < high), np.where(value == drawn, 1.0, 0.0), ends)
+
+    def _point(self, law: ir.Continuous, frame: Frame) -> tuple[Array, Array]:
+        """Return where a law has no width, and the value that it draws there."""
+        match law:
+            case ir.Normal():
+                return ~(np.abs(self.value(law.deviation, frame)) > 0.0), self.value(law.mean, frame)
+            case ir.UniformFloat():
+                low, high = self.value(law.low, frame), self.value(law.high, frame)
+                return ~(high > low), high
+            case ir.Exponential():
+                return ~(self._mean(law, frame) > 0.0), np.asarray(0.0, dtype=np.float32)
+            case ir.Truncated():
+                low, high = self.value(law.low, frame), self.value(law.high, frame)
+                inner, point = self._point(law.law, frame)
+                has_total = self._total(law, frame) > 0.0
+                drawn = np.where(has_total, point, np.where(point < low, low, high))
+                return ~has_total | inner, drawn
+        raise TypeError(f"no density of {type(law).__name__}")
+
+    def _spread_of(self, law: ir.Continuous, frame: Frame, x: Array) -> Array:
+        """Return the density of a double where the law has a width."""
+        match law:
+            case ir.Normal():
+                mean, deviation = self._doubles(frame, law.mean, law.deviation)
+                z = (x - mean) / np.abs(deviation)
+                return np.asarray(_decay(z * z * -0.7213475204444817) * _PEAK / np.abs(deviation))
+            case ir.UniformFloat():
+                low, high = self._doubles(frame, law.low, law.high)
+                return np.where((x >= low) & (x <= high), 1.0 / (high - low), 0.0)
+            case ir.Exponential():
+                mean = self._mean(law, frame).astype(np.float64)
+                return np.where(x >= 0.0, _decay(x / mean * -1.4426950408889634) / mean, 0.0)
+            case ir.Truncated():
+                low, high = self._doubles(frame, law.low, law.high)
+                inside = (x >= low) & (x <= high)
+                return np.where(inside, self._spread_of(law.law, frame, x) / self._total(law, frame), 0.0)
+        raise TypeError(f"no density of {type(law).__name__}")
+
+    def _above(self, law: ir.Continuous, frame: Frame, x: Array) -> Array:
+        """Return the probability above a double, of a normal or exponential law in the upper tail."""
+        match law:
+            case ir.Normal():
+                mean, deviation = self._doubles(frame, law.mean, law.deviation)
+                return normal_cdf(-((x - mean) / np.abs(deviation)))
+            case ir.Exponential():
+                return _survival(x, self._mean(law, frame).astype(np.float64))
+        return 1.0 - self.below(law, frame)(x)
 
     # Bins --------------------------------------------------------------------------------------
 
@@ -143,6 +221,12 @@ class ContinuousLaws(Counts):
         edges = [low + width * ((i + 1) / count) for i in range(count - 1)]
         below = self.below(dist.law, frame)
         return [words_of(below(e)) for e in edges] + [np.asarray(2**32, dtype=np.uint64)]
+
+
+def _decay(power: Array) -> Array:
+    """Return 2^power; 0 where that is below the range of ``exp2_inside``, or no number."""
+    inside = power >= -1000.0
+    return np.where(inside, exp2_inside(np.where(inside, power, 0.0)), 0.0)
 
 
 def _below_uniform(low: Array, high: Array, x: Array) -> Array:

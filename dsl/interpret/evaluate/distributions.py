@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Distributions of the IR: a draw from random bits, and the density of a value, in each lane.
 
-Densities are doubles that count the masses which give a value, so that sampler and filter agree exactly.
+Densities are doubles. Of a finite value they count the masses that give it, so that sampler and filter agree
+exactly; of a continuous law they are per unit.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ class Evaluator(ContinuousLaws, Masses):
         raise TypeError(f"unknown distribution {type(dist).__name__}")
 
     def density(self, dist: ir.Dist, frame: Frame, value: Array) -> Array:
-        """Return, as float64, the probability of ``value`` in each lane."""
+        """Return, as float64, the density of ``value`` in each lane: of a finite one its probability."""
         match dist:
             case ir.Certain():
                 return np.where(self.value(dist.value, frame) == value, 1.0, 0.0)
@@ -89,6 +90,8 @@ class Evaluator(ContinuousLaws, Masses):
                 return self.density_of_count(dist, frame, value)
             case ir.Weighted():
                 return self._density_of_weighted(dist, frame, value)
+            case ir.Continuous():
+                return self.density_of_law(dist, frame, value)
             case ir.Binned():
                 return self.density_of_bin(dist, frame, value)
             case ir.Widened():

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
 
@@ -19,10 +20,12 @@ from hypgen.dsl.interpret.sampling.findings import Moment, Place
 from hypgen.dsl.interpret.sampling.sample_model import Progress, Visit, Walk
 from hypgen.dsl.interpret.value_text import value_text
 from hypgen.dsl.messages import c_sampling
+from hypgen.dsl.types import Float
 
 _FALSE_ALARM = 1e-6  # of a whole run on a correct model
 _STEPS, _REPEATS, _ENTRIES = 16, 2000, 16
 _BINS, _LEAST_EXPECTED = 32, 25.0
+_PARTS = 16  # of what a continuous law draws
 
 _STATES, _FIRST_ACTIONS, _EPISODES, _CONFIRMING = 16, 3, 128, 4096
 _SIGMAS = 6.0
@@ -72,8 +75,9 @@ class _Repeated(Interpreter):
 def check_densities(walk: Walk, progress: Progress) -> None:
     """Draw what the agent sees many times in some visited steps, and test it against its density.
 
-    A chi-square test for each step and entry, its level such that all together cry wolf less than once
-    in a million runs; a rejection must repeat with other draws, which makes up for the approximate tails.
+    A chi-square test for each step and entry, of a continuous law over intervals, its level such that all
+    together cry wolf less than once in a million runs. A rejection must repeat with other draws, which makes
+    up for the approximate tails.
     """
     visits = _spaced([v for v in walk.visits if v.after is not None], _STEPS)
     parts = list(_weighted(walk.model))
@@ -108,12 +112,11 @@ def _check_law(
         return run.frame(PhiloxDraws(key, lanes, step)).bind(values)
 
     pilot = run.draw(part, number, frame_of(0))
-    found, counts = np.unique(pilot, return_counts=True)
-    bins = found[np.argsort(-counts, kind="stable")][:_BINS]
-    suspects = _rejected(run, part, number, frame_of(1), bins, level)
+    cells = _Cells.of(pilot, isinstance(part.dist.type, Float), len(run.visits))
+    suspects = _rejected(run, part, number, frame_of(1), cells, level)
     if not suspects:
         return
-    again = _rejected(run, part, number, frame_of(2), bins, level)
+    again = _rejected(run, part, number, frame_of(2), cells, level)
     for visit in sorted(suspects.keys() & again.keys()):
         span, name = part.span, part.name if isinstance(part, ir.Observation) else part.variable
         diagnostic = c_sampling.wrong_density(name, again[visit], span)
@@ -121,29 +124,84 @@ def _check_law(
         walk.collected.add(diagnostic, 1, partial(_moment, run.visits[visit]), place)
 
 
+@dataclass(frozen=True)
+class _Cells:
+    """What draws are counted in: values, and of floats intervals, a row of ends for each visit."""
+
+    values: Array
+    ends: Array
+
+    @staticmethod
+    def of(pilot: Array, floats: bool, visits: int) -> _Cells:
+        """Return the cells for draws like these: of floats, values that repeat and parts of equal counts."""
+        found, counts = np.unique(pilot, return_counts=True)
+        values = found[np.argsort(-counts, kind="stable")][:_BINS]
+        if not floats:
+            return _Cells(values, np.zeros((visits, 0)))
+        values = found[counts > _LEAST_EXPECTED]
+        ends = np.zeros((visits, _PARTS + 1))
+        for row, drawn in zip(ends, pilot.reshape(visits, -1).astype(np.float64), strict=True):
+            spread = drawn[~np.isin(drawn, values) & np.isfinite(drawn)]
+            if len(spread) > _PARTS * _LEAST_EXPECTED:
+                row[:] = np.quantile(spread, np.linspace(0, 1, _PARTS + 1))
+        return _Cells(values, ends)
+
+    def counted(self, drawn: Array) -> Array:
+        """Return how many of each visit's draws are in each cell."""
+        inside = [(drawn == v).sum(axis=1) for v in self.values]
+        own = ~np.isin(drawn, self.values)
+        for low, high in itertools.pairwise(self.ends.T):
+            inside.append((own & (drawn > low[:, None]) & (drawn < high[:, None])).sum(axis=1))
+        return np.stack(inside, axis=1)
+
+    def expected(self, density: Callable[[Array], Array], lanes: int) -> tuple[Array, Array]:
+        """Return how many each cell should have by the density of each lane, and the variance of that.
+
+        An interval is evaluated at one place for each lane of a visit, evenly spaced: lanes may differ in
+        what other draws made of their law. Intervals of few floats are left out.
+        """
+        counts = [density(np.broadcast_to(v, 1)).sum(axis=1) for v in self.values]
+        variances = [np.zeros(len(c)) for c in counts]
+        for low, high in itertools.pairwise(self.ends.T):
+            width = np.where(high - low > 64 * np.spacing(np.abs(high).astype(np.float32)), high - low, 0.0)
+            places = low[:, None] + width[:, None] * ((np.arange(lanes) + 0.5) / lanes)
+            found = density(places.astype(np.float32).reshape(-1))
+            counts.append(width * found.sum(axis=1))
+            variances.append(width**2 * found.var(axis=1) * lanes)
+        return np.stack(counts, axis=1), np.stack(variances, axis=1)
+
+    def name(self, visit: int, cell: int, text: Callable[[bool | int | float], str]) -> str:
+        """Return a cell in words."""
+        if cell < len(self.values):
+            return text(self.values[cell].item())
+        low, high = self.ends[visit, cell - len(self.values) :][:2]
+        return f"a value from {low:.6g} to {high:.6g}"
+
+
 def _rejected(
-    run: _Repeated, part: _Part, number: int, frame: Frame, bins: Array, level: float
+    run: _Repeated, part: _Part, number: int, frame: Frame, cells: _Cells, level: float
 ) -> dict[int, str]:
     """Return the visits whose draws do not follow their density, and how."""
     shape = (len(run.visits), run.repeats)
     drawn = run.draw(part, number, frame)
     impossible = (run.density(part, frame, drawn) <= 0).reshape(shape)
-    expected = np.stack(
-        [run.density(part, frame, np.asarray(v)).reshape(shape).sum(axis=1) for v in bins], axis=1
-    )
-    observed = np.stack([(drawn == v).reshape(shape).sum(axis=1) for v in bins], axis=1)
+    observed = cells.counted(drawn.reshape(shape))
+    expected, variance = cells.expected(lambda v: run.density(part, frame, v).reshape(shape), run.repeats)
+    text = partial(_value, part, run)
     result: dict[int, str] = {}
     for visit in range(shape[0]):
         if impossible[visit].any():
             value = drawn.reshape(shape)[visit][np.argmax(impossible[visit])].item()
-            result[visit] = f"{_value(part, run, value)} was drawn, and its density is 0"
+            result[visit] = f"{text(value)} was drawn, and its density is 0"
             continue
-        statistic, freedom, worst = _chi_square(observed[visit], expected[visit], run.repeats)
+        statistic, freedom, worst = _chi_square(
+            observed[visit], expected[visit], variance[visit], run.repeats
+        )
         if freedom and _tail(statistic, freedom) < level:
-            value = _value(part, run, bins[worst].item())
             result[visit] = (
-                f"{value} came {observed[visit][worst]} times in {run.repeats}, {expected[visit][worst]:.1f} "
-                f"expected (chi-square {statistic:.0f}, {freedom} degrees of freedom)"
+                f"{cells.name(visit, worst, text)} came {observed[visit][worst]} times in {run.repeats}, "
+                f"{expected[visit][worst]:.1f} expected (chi-square {statistic:.0f}, {freedom} degrees of "
+                "freedom)"
             )
     return result
 
@@ -154,19 +212,23 @@ def _value(part: _Part, run: _Repeated, value: bool | int | float) -> str:
     return value_text(value, run.model.variable(part.variable).type)
 
 
-def _chi_square(observed: Array, expected: Array, total: int) -> tuple[float, int, int]:
-    """Return the statistic, its degrees of freedom, and the bin that adds most to it."""
+def _chi_square(observed: Array, expected: Array, variance: Array, total: int) -> tuple[float, int, int]:
+    """Return the statistic, its degrees of freedom, and the cell that adds most to it.
+
+    What is expected may be an estimate, whose ``variance`` then adds to that of a count.
+    """
     large = expected >= _LEAST_EXPECTED
     if not large.any():
         return 0.0, 0, 0
     counts = np.append(observed[large], total - observed[large].sum()).astype(np.float64)
-    wanted = np.append(expected[large], total - expected[large].sum())
-    if wanted[-1] < _LEAST_EXPECTED:  # too few for a bin of their own
-        counts, wanted = counts[:-1], wanted[:-1]
+    wanted = np.append(expected[large], max(total - expected[large].sum(), 0.0))
+    doubt = np.append(variance[large], variance[large].sum())
+    if wanted[-1] < _LEAST_EXPECTED:  # too few for a cell of their own
         most = int(np.argmax(wanted))
-        counts[most] += total - counts.sum()
-        wanted[most] += total - wanted.sum()
-    terms = (counts - wanted) ** 2 / wanted
+        for cells in (counts, wanted, doubt):
+            cells[most] += cells[-1]
+        counts, wanted, doubt = counts[:-1], wanted[:-1], doubt[:-1]
+    terms = (counts - wanted) ** 2 / (wanted + doubt)
     worst = int(np.argmax(terms[: int(large.sum())]))
     return float(terms.sum()), len(terms) - 1, int(np.flatnonzero(large)[worst])
 

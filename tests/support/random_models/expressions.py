@@ -260,7 +260,8 @@ class Maker:
 
     def _last(self, seen: Node) -> Node:
         sort = self.types.act if seen.sort == self.types.act.text else None
-        first = self.constant(sort or next(t for t in self.types.finite if t.text == seen.sort))
+        kinds = (*self.types.finite, FLOAT)
+        first = self.constant(sort or next(t for t in kinds if t.text == seen.sort))
         return Node(seen.sort, seen.plain, ("last(", seen, ", ", first, ")"))
 
     # Ints ----------------------------------------------------------------------------------------

@@ -7,10 +7,12 @@ A model is a tree of items (``random_tree``): what a seed finds can be made smal
 from __future__ import annotations
 
 import random
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 
 from support.random_models.draws import draw
 from support.random_models.expressions import Function, Maker, Reach, visible_only
+from support.random_models.laws import sensor
 from support.random_models.sorts import BOOL, FLOAT, PROB, Sort, Types, Variable, declare
 from support.random_models.tree import Node
 
@@ -199,6 +201,7 @@ def model(seed: int, attempt: int = 0) -> Node:
         primed_calls=True,
     )
     observed = _declare_step(build, [MODEL, *owners], step)
+    observed += _declare_sensors(build, [MODEL, *owners], step, f"{seed} {attempt}")
     _declare_policy(build, Reach(before=step.before, functions=step.functions), observed, joint)
 
     parts: list[str | Node] = [f"model Random{seed}\n", "\n".join(types.declarations), "\n"]
@@ -274,6 +277,31 @@ def _declare_step(build: _Builder, owners: list[Owner], step: Reach) -> tuple[Va
         with make.reading(visible_only(Reach(before=step.before, functions=step.functions, action=True))):
             moves = make.node(BOOL, "(", make.action(), " == wait)")
             build.add(MODEL, "legal when ", make.node(BOOL, "(", moves, " or ", make.truth(DEPTH), ")"))
+    return tuple(observed)
+
+
+def _declare_sensors(build: _Builder, owners: list[Owner], step: Reach, seed: str) -> tuple[Variable, ...]:
+    """Add to some models observations of continuous laws, which are returned.
+
+    They have random numbers of their own, as ``_looked_at``.
+    """
+    rng = random.Random(f"sensors of {seed}")
+    if rng.random() > 0.33:
+        return ()
+    old, make = build.make, Maker(rng, build.types)
+    make.action_member, build.make = old.action_member, make
+    observed: list[Variable] = []
+    with make.reading(step):
+        for i in range(rng.randint(1, 2)):
+            build.inside(owner := rng.choice(owners))
+            indices = (rng.choice(build.types.indices),) if rng.random() < 0.3 else ()
+            with make.loop(indices[0]) if indices else nullcontext("") as name:
+                parts = sensor(make, DEPTH)
+            shape = f"float[{indices[0].text}]" if indices else "float"
+            law = (f"[{name} in {indices[0].text}: ", *parts, "]") if indices else parts
+            build.add(owner, f"observe w{i}: {shape} ~ ", *law)
+            observed.append(Variable(owner.name, owner.member, f"w{i}", FLOAT, indices))
+    build.make = old
     return tuple(observed)
 
 

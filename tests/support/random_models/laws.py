@@ -24,6 +24,20 @@ def continuous(make: Maker, depth: int) -> Parts:
     return ("uniform(", low, ", ", low, " + ", _positive(make), ")")
 
 
+def sensor(make: Maker, depth: int) -> Parts:
+    """Return a law of floats that the agent may see, whatever chooses among its parts."""
+    low, high = make.rng.choice(ENDS)
+    clamped = make.chance(0.3)
+
+    def one() -> Parts:
+        law = continuous(make, depth)
+        return ("clamp(", *law, f", {low}, {high})") if clamped else law
+
+    if make.chance(0.5):
+        return one()
+    return ("(if ", make.truth(depth), " then ", *one(), " else ", *one(), ")")
+
+
 def _ends(make: Maker) -> Parts:
     """Return the rest of a call, the ends: constants, or one of them above another by what varies."""
     low, high = make.rng.choice(ENDS)

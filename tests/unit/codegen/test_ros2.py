@@ -179,3 +179,11 @@ def test_the_launch_file_starts_and_activates_the_node(
         transition.TRANSITION_CONFIGURE,
         transition.TRANSITION_ACTIVATE,
     ]
+
+
+def test_what_is_seen_of_a_continuous_law_is_a_number() -> None:
+    model = load(ROOT / "tests" / "differential" / "models" / "continuous_sensors.pomdp").model
+    files = generate_ros2(model)[1]
+    (message,) = (text for path, text in files.items() if path.endswith("msg/Observation.msg"))
+    fields = [line.partition("  #")[0] for line in message.splitlines()]
+    assert {"float32 width", "float32 place_x", "float32 place_y", "float32[9] wall_echo"} <= set(fields)

@@ -4,11 +4,12 @@
 from pathlib import Path
 
 import pytest
-from support.paths import EXAMPLES
+from support.paths import EXAMPLES, ROOT
 
 from hypgen.dsl import load as driver
 from hypgen.dsl.load import load
 from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
+from hypgen.dsl.types import Float
 
 
 def failure(path: Path | str, **options: object) -> tuple[Diagnostic, ModelError]:
@@ -156,3 +157,10 @@ def test_a_file_of_very_many_words_is_refused_at_once(tmp_path: Path) -> None:
     assert "more than 100000" in diagnostic.message
     comments = (EXAMPLES / "tiger.pomdp").read_text() + "# a b c d e f g h i j k l\n" * 15_000
     assert load(write_instance(tmp_path, comments)).model.name == "Tiger"
+
+
+@pytest.mark.parametrize("name", ["light_dark_1d", "laser_tag_continuous", "vdp_tag"])
+def test_published_problems_with_continuous_readings_load(name: str) -> None:
+    loaded = load(ROOT / "benchmarks" / "models" / f"{name}.pomdp")
+    assert not loaded.warnings
+    assert any(isinstance(o.type, Float) for o in loaded.model.observations)

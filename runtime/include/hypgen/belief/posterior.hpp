@@ -33,15 +33,15 @@ HYPGEN_FN Real probability(const Real* stored, std::int32_t value) {
 }
 
 // Stores the sums divided by their total. Stores nothing and gives false unless the total is above 0.
-template <int N, class Real>
-HYPGEN_FN bool normalise(const Real* sums, Real* stored) {
-  Real total{};
+template <int N, class Sum, class Real>
+HYPGEN_FN bool normalise(const Sum* sums, Real* stored) {
+  Sum total{};
   for (int i = 0; i < N; ++i) total += sums[i];
-  if (!(total > Real{})) return false;
+  if (!(total > Sum{})) return false;
   if constexpr (N == 2) {
-    stored[0] = sums[1] / total;
+    stored[0] = static_cast<Real>(sums[1] / total);
   } else {
-    for (int i = 0; i < N; ++i) stored[i] = sums[i] / total;
+    for (int i = 0; i < N; ++i) stored[i] = static_cast<Real>(sums[i] / total);
   }
   return true;
 }

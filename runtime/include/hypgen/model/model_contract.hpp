@@ -84,6 +84,10 @@ using Filter =
             decltype(M::filter(P<M>(), F<M>(), S<M>(), 0, key<M>(), draws(), to<typename M::State>()))>;
 
 template <class M>
+using ObservationDensity =
+    Returns<double, decltype(M::observation_density(P<M>(), F<M>(), S<M>(), 0, key<M>(), draws(), S<M>()))>;
+
+template <class M>
 using Upper = Returns<float, decltype(M::upper(P<M>(), F<M>(), S<M>()))>;
 template <class M>
 using Tail = Returns<float, decltype(M::tail(P<M>(), F<M>(), S<M>()))>;
@@ -198,6 +202,8 @@ struct Functions {
   static_assert(kHas<Step, M>, "model contract: step is missing or has another signature");
   static_assert(kHas<Observe, M>, "model contract: observe is missing or has another signature");
   static_assert(kHas<Filter, M>, "model contract: filter is missing or has another signature");
+  static_assert(kHas<ObservationDensity, M>,
+                "model contract: observation_density is missing or has another signature");
   static_assert(kHas<Upper, M>, "model contract: upper is missing or has another signature");
   static_assert(kHas<Tail, M>, "model contract: tail is missing or has another signature");
   static_assert(kHas<Remembers, M>,

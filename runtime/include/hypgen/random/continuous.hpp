@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Continuous laws: a draw from one word, the probability below a value, and the bins of a range.
+// Continuous laws: a draw from one word, the probability below a value, the density of a value, and the bins of
+// a range. A law without width has a point that it always draws.
 #pragma once
 
 #include <cmath>
@@ -11,6 +12,20 @@
 #include "hypgen/random/word_thresholds.hpp"
 
 namespace hypgen::dist {
+
+namespace detail {
+
+/// 2^power; 0 where that is below the range of `exp2_inside`, or no number.
+HYPGEN_FN double decay(double power) { return power >= -1000.0 ? math::detail::exp2_inside(power) : 0.0; }
+
+}  // namespace detail
+
+/// The density of a value of a law, per unit; the probability of the point of a law without width.
+template <class Law>
+HYPGEN_FN double density(const Law& law, float x) {
+  if (law.is_point()) return x == law.point() ? 1.0 : 0.0;
+  return law.spread(static_cast<double>(x));
+}
 
 struct Normal {
   float mean;
@@ -43,7 +58,16 @@ struct Normal {
     return a > 0.0 ? mean - distance : mean + distance;
   }
 
-  HYPGEN_FN float center() const { return mean; }
+  HYPGEN_FN double above(double x) const { return math::normal_cdf(-standard(x)); }
+
+  HYPGEN_FN bool is_point() const { return !(std::fabs(deviation) > 0.0F); }
+  HYPGEN_FN float point() const { return mean; }
+
+  HYPGEN_FN double spread(double x) const {
+    const double z = standard(x);
+    const double peak = 0.3989422804014327;  // 1 / sqrt(2 pi)
+    return detail::decay(z * z * -0.7213475204444817) * peak / std::fabs(static_cast<double>(deviation));
+  }
 
   HYPGEN_FN double standard(double x) const {
     return (x - static_cast<double>(mean)) / std::fabs(static_cast<double>(deviation));
@@ -65,6 +89,17 @@ struct Uniform {
     const double to = static_cast<double>(high);
     if (!(to > from)) return x > to ? 1.0 : 0.0;
     return math::clamp((x - from) / (to - from), 0.0, 1.0);
+  }
+
+  HYPGEN_FN double above(double x) const { return 1.0 - below(x); }
+
+  HYPGEN_FN bool is_point() const { return !(high > low); }
+  HYPGEN_FN float point() const { return high; }
+
+  HYPGEN_FN double spread(double x) const {
+    const double from = static_cast<double>(low);
+    const double to = static_cast<double>(high);
+    return x >= from && x <= to ? 1.0 / (to - from) : 0.0;
   }
 };
 
@@ -88,7 +123,15 @@ class Exponential {
     return mean_ * static_cast<float>(-math::detail::log(survival(static_cast<double>(low)) - p));
   }
 
-  HYPGEN_FN float center() const { return 0.0F; }
+  HYPGEN_FN double above(double x) const { return survival(x); }
+
+  HYPGEN_FN bool is_point() const { return !(mean_ > 0.0F); }
+  HYPGEN_FN float point() const { return 0.0F; }
+
+  HYPGEN_FN double spread(double x) const {
+    const double mean = static_cast<double>(mean_);
+    return x >= 0.0 ? detail::decay(x / mean * -1.4426950408889634) / mean : 0.0;
+  }
 
  private:
   HYPGEN_FN double survival(double x) const {
@@ -122,14 +165,33 @@ class Truncated {
     return x < static_cast<double>(high_) ? law_.between(low_, x) / total_ : 1.0;
   }
 
+  HYPGEN_FN double above(double x) const { return 1.0 - below(x); }
+
+  HYPGEN_FN bool is_point() const { return !(total_ > 0.0) || law_.is_point(); }
+  HYPGEN_FN float point() const { return total_ > 0.0 ? law_.point() : nearer(); }
+
+  HYPGEN_FN double spread(double x) const {
+    const bool inside = x >= static_cast<double>(low_) && x <= static_cast<double>(high_);
+    return inside ? law_.spread(x) / total_ : 0.0;
+  }
+
  private:
-  HYPGEN_FN float nearer() const { return law_.center() < low_ ? low_ : high_; }
+  HYPGEN_FN float nearer() const { return law_.point() < low_ ? low_ : high_; }
 
   Law law_;
   float low_;
   float high_;
   double total_;
 };
+
+/// The density of a value of a law that is clamped into [low, high]; the ends have probabilities.
+template <class Law>
+HYPGEN_FN double clamped_density(const Law& law, float low, float high, float x) {
+  if (law.is_point() || !(low < high)) return x == math::clamp(law.point(), low, high) ? 1.0 : 0.0;
+  if (x == low) return law.below(static_cast<double>(low));
+  if (x == high) return law.above(static_cast<double>(high));
+  return x > low && x < high ? law.spread(static_cast<double>(x)) : 0.0;
+}
 
 /// `count` bins of equal width over [low, high); the end bins take what lies outside.
 template <class Law>

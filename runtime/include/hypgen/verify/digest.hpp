@@ -106,6 +106,7 @@ class DigestLane {
     if (result.terminal) return restart(step_ + 1);
     const typename M::Key key = M::observe(params_, fixed_, state_, action_, draws_, next);
     digest_.add_key(key);
+    digest_.add_double(M::observation_density(params_, fixed_, state_, action_, key, draws_, next));
     condition(key);
     advance(key, next);
     state_ = next;

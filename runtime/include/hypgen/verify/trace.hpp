@@ -24,8 +24,8 @@ struct TraceOptions {
 
 // Writes int64 rows, step-major: variables and exact posteriors before the step, bits of the likelihood of what
 // is seen at the start if the model has one, default policy's action,
-// action, reward, terminal, success, words of the key, bits of upper, tail and lower, bits of the filter's
-// weight, variables of the filter's next state.
+// action, reward, terminal, success, words of the key, bits of upper, tail and lower, bits of the density of what
+// was seen, bits of the filter's weight, variables of the filter's next state.
 template <class M>
 class Tracer {
  public:
@@ -57,7 +57,7 @@ class Tracer {
                                                     ? sizeof(typename M::Posterior) / sizeof(double)
                                                     : 0;
   static constexpr std::size_t kColumns =
-      2 * M::kVariableCount + kProbabilities + 9 + SeesFirst<M>::value + kKeyWords<typename M::Key>;
+      2 * M::kVariableCount + kProbabilities + 10 + SeesFirst<M>::value + kKeyWords<typename M::Key>;
 
   struct Lane {
     typename M::Fixed fixed;
@@ -81,8 +81,7 @@ class Tracer {
     put_variables(lane.state, lane.fixed);
     put_posterior(lane.posterior);
     if constexpr (SeesFirst<M>::value) {
-      const double likelihood = M::init_likelihood(params_, lane.fixed, lane.state);
-      put(static_cast<std::int64_t>(math::canonical_bits(likelihood)));
+      put_double(M::init_likelihood(params_, lane.fixed, lane.state));
     }
     put(M::default_policy(params_, lane.fixed, lane.state, lane.history, draws));
     const int action = choose_action(lane, i, t);
@@ -104,6 +103,7 @@ class Tracer {
     put_float(M::tail(params_, lane.fixed, lane.state));
     put_float(DeclaresLower<M>::value ? M::lower(params_, lane.fixed, lane.state, lane.history) : 0.0F);
     if (goes_on) {
+      put_double(M::observation_density(params_, lane.fixed, lane.state, action, key, draws, next));
       put_filter(lane, i, t, action, key);
       advance(lane, action, key, draws, next);
     } else {
@@ -138,7 +138,7 @@ class Tracer {
     PhiloxDraws draws(filter_key_, i, t);
     typename M::State next{};
     const double weight = M::filter(params_, lane.fixed, lane.state, action, key, draws, next);
-    put(static_cast<std::int64_t>(math::to_bits(weight)));
+    put_double(weight);
     put_variables(next, lane.fixed);
   }
 
@@ -154,6 +154,7 @@ class Tracer {
 
   void put(std::int64_t value) { row_.push_back(value); }
   void put_float(float value) { put(math::canonical_bits(value)); }
+  void put_double(double value) { put(static_cast<std::int64_t>(math::canonical_bits(value))); }
 
   void put_variables(const typename M::State& state, const typename M::Fixed& fixed) {
     std::int32_t values[M::kVariableCount];
@@ -164,8 +165,7 @@ class Tracer {
   void put_posterior(const typename M::Posterior& posterior) {
     double values[kProbabilities + 1];
     std::memcpy(values, &posterior, kProbabilities * sizeof(double));
-    for (std::size_t i = 0; i < kProbabilities; ++i)
-      put(static_cast<std::int64_t>(math::canonical_bits(values[i])));
+    for (std::size_t i = 0; i < kProbabilities; ++i) put_double(values[i]);
   }
 
   void write_row(Output& out) const {

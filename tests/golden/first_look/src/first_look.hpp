@@ -27,6 +27,7 @@ struct FirstLook {
   static constexpr bool kHasHistory = true;
   static constexpr float kLeastReward = -17.000017f;
   static constexpr bool kRewardsFit = true;
+  static constexpr bool kKeyHoldsState = true;
   using Key = std::uint64_t;
   static constexpr int kStages = 1;
   static constexpr int kMaxWarps = 1;
@@ -404,6 +405,17 @@ struct FirstLook {
     weight *= density_bell_rings(fixed, act, bell_rings_seen != 0);
     next.set_bell_rings(bell_rings_seen != 0);
     if (is_terminal(next)) return 0.0;
+    return weight;
+  }
+
+  template <class D>
+  HYPGEN_FN static double observation_density(const Params&, const Fixed&, const State&, int, Key key, D&,
+      const State& next) {
+    Key rest = key;
+    const std::int32_t bell_rings_seen = static_cast<std::int32_t>(rest % 2);
+    rest /= 2;
+    if (next.bell_rings() != bell_rings_seen != 0) return 0.0;
+    double weight = 1.0;
     return weight;
   }
 

@@ -464,6 +464,17 @@ struct RockSample {
     return weight;
   }
 
+  template <class D>
+  HYPGEN_FN static double observation_density(const Params& params, const Fixed&, const State&, int act,
+      Key key, D&, const State& next) {
+    Key rest = key;
+    const std::int32_t reading_seen = static_cast<std::int32_t>(rest % 3);
+    rest /= 3;
+    double weight = 1.0;
+    weight *= density_reading(params, act, next, reading_seen);
+    return weight;
+  }
+
   HYPGEN_FN static void init_history(const Params& params, const Fixed& fixed, const State& state,
       History& history) {
     history = History{};

@@ -303,6 +303,17 @@ struct SmallRocks : NoHistory, NotFactored {
     return weight;
   }
 
+  template <class D>
+  HYPGEN_FN static double observation_density(const Params& params, const Fixed&, const State&, int act,
+      Key key, D&, const State& next) {
+    Key rest = key;
+    const std::int32_t reading_seen = static_cast<std::int32_t>(rest % 3);
+    rest /= 3;
+    double weight = 1.0;
+    weight *= density_reading(params, act, next, reading_seen);
+    return weight;
+  }
+
   // sample.pomdp:30: policy default
   HYPGEN_FN static std::int32_t choose() {
     return Act::east;

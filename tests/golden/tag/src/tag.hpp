@@ -26,6 +26,7 @@ struct Tag : NoHistory {
   static constexpr bool kHasLower = false;
   static constexpr float kLeastReward = -10.0000114f;
   static constexpr bool kRewardsFit = true;
+  static constexpr bool kKeyHoldsState = true;
   using Key = std::uint64_t;
   static constexpr int kStages = 2;
   static constexpr int kMaxWarps = 1;
@@ -440,6 +441,17 @@ struct Tag : NoHistory {
     weight *= density_robot_seen(next, robot_seen_seen != 0);
     next.set_robot_seen(robot_seen_seen != 0);
     if (is_terminal(state, act)) return 0.0;
+    return weight;
+  }
+
+  template <class D>
+  HYPGEN_FN static double observation_density(const Params&, const Fixed&, const State&, int, Key key, D&,
+      const State& next) {
+    Key rest = key;
+    const std::int32_t robot_seen_seen = static_cast<std::int32_t>(rest % 2);
+    rest /= 2;
+    if (next.robot_seen() != robot_seen_seen != 0) return 0.0;
+    double weight = 1.0;
     return weight;
   }
 

@@ -314,6 +314,17 @@ struct Tiger : NoHistory {
     return weight;
   }
 
+  template <class D>
+  HYPGEN_FN static double observation_density(const Params& params, const Fixed&, const State&, int act,
+      Key key, D&, const State& next) {
+    Key rest = key;
+    const std::int32_t heard_seen = static_cast<std::int32_t>(rest % 2);
+    rest /= 2;
+    double weight = 1.0;
+    weight *= density_heard(params, act, next, heard_seen);
+    return weight;
+  }
+
   // tiger.pomdp:27: policy default
   HYPGEN_FN static std::int32_t choose() {
     return Act::listen;

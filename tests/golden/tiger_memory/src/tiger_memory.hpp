@@ -343,6 +343,17 @@ struct TigerMemory {
     return weight;
   }
 
+  template <class D>
+  HYPGEN_FN static double observation_density(const Params& params, const Fixed&, const State&, int act,
+      Key key, D&, const State& next) {
+    Key rest = key;
+    const std::int32_t heard_seen = static_cast<std::int32_t>(rest % 2);
+    rest /= 2;
+    double weight = 1.0;
+    weight *= density_heard(params, act, next, heard_seen);
+    return weight;
+  }
+
   HYPGEN_FN static void init_history(const Params&, const Fixed&, const State&, History& history) {
     history = History{};
     // tiger_memory.pomdp:27: lead

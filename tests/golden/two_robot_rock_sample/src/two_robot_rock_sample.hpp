@@ -601,6 +601,23 @@ struct TwoRobotRockSample {
     return weight;
   }
 
+  template <class D>
+  HYPGEN_FN static double observation_density(const Params& params, const Fixed&, const State& state,
+      int action, Key key, D&, const State&) {
+    const Joint move = joint(action);
+    Key rest = key;
+    std::int32_t bot_reading_seen[2];
+    for (int i = 1; i >= 0; --i) {
+      bot_reading_seen[i] = static_cast<std::int32_t>(rest % 3);
+      rest /= 3;
+    }
+    double weight = 1.0;
+    for (std::int32_t b = 0; b <= 1; ++b) {
+      weight *= density_bot_reading(params, state, move, b, bot_reading_seen[b]);
+    }
+    return weight;
+  }
+
   HYPGEN_FN static void init_history(const Params& params, const Fixed& fixed, const State& state,
       History& history) {
     history = History{};

@@ -29,6 +29,7 @@ struct WandererOf : NoHistory, NotFactored {
   static constexpr int kVariableCount = 9;
   static constexpr bool kHasLower = true;
   static constexpr float kLeastReward = -4.2949714e+09f;
+  static constexpr bool kKeyHoldsState = true;
   using Key = std::uint64_t;
   static constexpr int kRedrawnWords = 5;
   static constexpr int kRedrawnSingles = 0;
@@ -349,6 +350,28 @@ struct WandererOf : NoHistory, NotFactored {
       next.set_bot_seen(b, bot_seen_seen[b]);
     }
     if (is_terminal(next)) return 0.0;
+    for (std::int32_t b = 0; b <= 1; ++b) weight *= density_bot_bump(state, next, b, bot_bump_seen[b]);
+    return weight;
+  }
+
+  template <class D>
+  HYPGEN_FN static double observation_density(const Params&, const Fixed&, const State& state, int,
+      Key key, D&, const State& next) {
+    Key rest = key;
+    std::int32_t bot_seen_seen[2];
+    for (int i = 1; i >= 0; --i) {
+      bot_seen_seen[i] = static_cast<std::int32_t>(rest % 5) + 1;
+      rest /= 5;
+    }
+    std::int32_t bot_bump_seen[2];
+    for (int i = 1; i >= 0; --i) {
+      bot_bump_seen[i] = static_cast<std::int32_t>(rest % 3) - 1;
+      rest /= 3;
+    }
+    for (std::int32_t i0 = 0; i0 <= 1; ++i0) {
+      if (next.bot_seen(i0) != bot_seen_seen[i0]) return 0.0;
+    }
+    double weight = 1.0;
     for (std::int32_t b = 0; b <= 1; ++b) weight *= density_bot_bump(state, next, b, bot_bump_seen[b]);
     return weight;
   }

@@ -46,6 +46,13 @@ def densities(dist: ir.Dist) -> dict[int, float]:
     return dict(zip(values.tolist(), np.broadcast_to(found, values.shape).tolist(), strict=True))
 
 
+def densities_at(law: ir.Dist, values: list[float]) -> list[float]:
+    evaluator, xs = Evaluator(ir_samples.tiger(), {}), np.array(values, dtype=np.float32)
+    with np.errstate(all="ignore"):
+        found = evaluator.density(law, Frame(np.arange(len(xs)), {}), xs)
+    return list(np.broadcast_to(found, xs.shape).tolist())
+
+
 def poisson(t: Int, mean: float, first: int = 0, last: int | None = None) -> ir.Poisson:
     return ir.Poisson(t, first, last, real(mean))
 
@@ -207,25 +214,57 @@ def test_continuous_draws_spread_as_their_law(name: str) -> None:
     assert np.max(np.abs(places - want)) < 2.0 / LANES  # the words are evenly spread, so the draws are too
 
 
-def test_what_has_no_width_is_a_point() -> None:
-    low, high = real(2.0), real(3.0)
-    words = WORDS[::4096]
-    for law, point in [
-        (ir.Normal(FLOAT, low, real(0.0)), 2.0),
-        (ir.UniformFloat(FLOAT, high, low), 2.0),
-        (ir.Exponential(FLOAT, real(-1.0)), 0.0),
-        (ir.Truncated(FLOAT, ir.Normal(FLOAT, real(0.0), real(0.0)), low, high), 2.0),
-        (ir.Truncated(FLOAT, ir.Normal(FLOAT, real(-90.0), real(0.5)), low, high), 2.0),
-        (ir.Truncated(FLOAT, ir.Normal(FLOAT, real(90.0), real(0.5)), low, high), 3.0),
-        (ir.Truncated(FLOAT, ir.Exponential(FLOAT, real(0.0)), low, high), 2.0),
-    ]:
-        assert set(sample(law, words).tolist()) == {point}, law
+@pytest.mark.parametrize("name", CONTINUOUS)
+def test_a_density_is_what_the_probability_below_grows_by(name: str) -> None:
+    law, below = CONTINUOUS[name]
+    drawn = sample(law, WORDS)[LANES // 128 :: LANES // 64].astype(np.float64)
+    for x, density in zip(drawn, densities_at(law, drawn.tolist()), strict=True):
+        assert (below(x + 1e-5) - below(x - 1e-5)) / 2e-5 == pytest.approx(density, rel=1e-3, abs=1e-10)
+    if name not in ("normal", "exponential"):
+        assert densities_at(law, [-25.0, 9.0]) == [0.0, 0.0]
+
+
+POINTS: list[tuple[ir.Continuous, float]] = [
+    (ir.Normal(FLOAT, real(2.0), real(0.0)), 2.0),
+    (ir.UniformFloat(FLOAT, real(3.0), real(2.0)), 2.0),
+    (ir.Exponential(FLOAT, real(-1.0)), 0.0),
+    (ir.Truncated(FLOAT, ir.Normal(FLOAT, real(0.0), real(0.0)), real(2.0), real(3.0)), 2.0),
+    (ir.Truncated(FLOAT, ir.Normal(FLOAT, real(2.5), real(0.0)), real(2.0), real(3.0)), 2.5),
+    (ir.Truncated(FLOAT, ir.Normal(FLOAT, real(-90.0), real(0.5)), real(2.0), real(3.0)), 2.0),
+    (ir.Truncated(FLOAT, ir.Normal(FLOAT, real(90.0), real(0.5)), real(2.0), real(3.0)), 3.0),
+    (ir.Truncated(FLOAT, ir.Exponential(FLOAT, real(0.0)), real(2.0), real(3.0)), 2.0),
+]
+
+
+@pytest.mark.parametrize(("law", "point"), POINTS)
+def test_what_has_no_width_is_a_point(law: ir.Continuous, point: float) -> None:
+    assert set(sample(law, WORDS[::4096]).tolist()) == {point}
+    assert densities_at(law, [point, point + 0.25, math.nan]) == [1.0, 0.0, 0.0]
+    clamped = ir.Clamped(FLOAT, law, 2.25, 2.5)
+    inside = min(max(point, 2.25), 2.5)
+    assert densities_at(clamped, [inside, 2.375, math.inf]) == [1.0, 0.0, 0.0]
 
 
 def test_a_clamp_moves_what_lies_outside_to_the_ends() -> None:
     drawn = sample(ir.Clamped(Float(0.5, 2.0), NORMAL, 0.5, 2.0), WORDS)
     free = sample(NORMAL, WORDS)
     assert np.array_equal(drawn, np.clip(free, np.float32(0.5), np.float32(2.0)))
+
+
+def test_the_ends_of_a_clamp_have_probabilities() -> None:
+    law = ir.Clamped(Float(0.5, 2.0), NORMAL, 0.5, 2.0)
+    found = densities_at(law, [0.25, 0.5, 1.25, 2.0, 2.25, math.nan])
+    below = normal_below(1.25, 0.75)
+    inside = densities_at(NORMAL, [1.25])[0]
+    assert found == pytest.approx([0.0, below(0.5), inside, 1 - below(2.0), 0.0, 0.0], rel=1e-12)
+
+
+def test_an_end_far_in_the_tail_keeps_its_probability() -> None:
+    """1 - F is 0 there: every particle would be dropped."""
+    end = densities_at(ir.Clamped(Float(0.0, 9.0), ir.Normal(FLOAT, real(0.0), real(1.0)), 0.0, 9.0), [9.0])
+    assert end == [pytest.approx(0.5 * math.erfc(9 / math.sqrt(2)), rel=1e-9)]
+    end = densities_at(ir.Clamped(Float(0.0, 90.0), ir.Exponential(FLOAT, real(1.0)), 0.0, 90.0), [90.0])
+    assert end == [pytest.approx(math.exp(-90), rel=1e-9)]
 
 
 def test_the_law_may_differ_by_lane() -> None:

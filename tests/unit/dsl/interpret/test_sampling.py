@@ -100,3 +100,46 @@ def test_what_was_found_before_an_interrupt_is_kept() -> None:
     with pytest.raises(KeyboardInterrupt):
         walk.run(interrupt)
     assert 0 < walk.visited < 100_000
+
+
+SENSORS = """model Sensors
+enum Act { wait, look }
+action act: Act
+discount 0.9
+element thing {
+  hidden x: float
+  init x ~ normal(0.0, 2.0)
+  x' = x
+  let gust ~ normal(0.0, 0.5)
+}
+observe near: float ~ if act == look then normal(thing.x' + thing.gust, 0.5) else 0
+observe held: float ~ clamp(exponential(1 + abs(thing.x')), 0.5, 2.0)
+reward r = if act == look then -1 else 0
+"""
+
+
+def wrong_sensors(folder: Path) -> set[str]:
+    """Return which of the sensors' densities are told to be wrong."""
+    (folder / "sensors.pomdp").write_text(SENSORS)
+    walk = Walk(load(folder / "sensors.pomdp").model, 40, 0)
+    walk.run(quiet)
+    check_densities(walk, quiet)
+    return {name for name in ("near", "held") for f in walk.findings if f"'{name}'" in f.diagnostic.message}
+
+
+def test_draws_of_continuous_laws_follow_their_densities(tmp_path: Path) -> None:
+    assert wrong_sensors(tmp_path) == set()
+
+
+@pytest.mark.parametrize(("law", "name", "factor"), [(ir.Normal, "near", 1.25), (ir.Clamped, "held", 0.75)])
+def test_a_wrong_density_of_a_continuous_law_is_found(
+    law: type[ir.Continuous], name: str, factor: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    density = Evaluator.density_of_law
+
+    def biased(self: Evaluator, dist: ir.Continuous, frame: Frame, value: Array) -> Array:
+        found = density(self, dist, frame, value)
+        return factor * found if isinstance(dist, law) else found
+
+    monkeypatch.setattr(Evaluator, "density_of_law", biased)
+    assert wrong_sensors(tmp_path) == {name}
