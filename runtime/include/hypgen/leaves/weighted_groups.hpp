@@ -79,7 +79,8 @@ class WeightedGroups {
   bool make(std::size_t count, const IsTerminal& is_terminal, const Alike& alike, const Observe& observe,
             const Weigh& weigh, const IsOver& is_over) {
     count_ = count;
-    shared_ = classes_ = live_count_ = 0;
+    live_count_ = 0;
+    shared_ = classes_ = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
       if (is_terminal(i)) continue;
       live_[live_count_++] = i;
