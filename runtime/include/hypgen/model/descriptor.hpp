@@ -111,7 +111,9 @@ class ModelInstance {
   virtual std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles,
                                               BeliefKind kind) const = 0;
   virtual std::unique_ptr<World> make_world(std::uint64_t seed) const = 0;
-  virtual std::unique_ptr<Worlds> make_worlds(std::uint64_t seed, std::size_t count) const = 0;
+  // `digits` are those of an observation's key.
+  virtual std::unique_ptr<Worlds> make_worlds(std::uint64_t seed, std::size_t count,
+                                              std::vector<KeyDigit> digits) const = 0;
   // Walks the scenarios again of a search with this root and this key. The instance and `root` outlive the walk.
   virtual std::unique_ptr<ScenarioWalk> walk(const ScenarioBuffer& root, StreamKey key) const = 0;
   // Writes the values of each state of a belief of this model, one state after the other.
