@@ -91,13 +91,13 @@ def test_an_interrupted_suite_ends_with_the_same_table(suite: Path, tmp_path: Pa
 
 @pytest.mark.faults
 def test_a_suite_that_is_ended_ten_times_ends_with_the_same_table(suite: Path, tmp_path: Path) -> None:
-    text = SUITE.replace("runs = 6", "runs = 60").replace("[5, 20]", "[100, 300]")
-    suite.write_text(text.replace("steps = 6", "steps = 90"))
+    text = SUITE.replace("runs = 6", "runs = 40").replace("[5, 20]", "[20, 100]")
+    suite.write_text(text.replace("steps = 6", "steps = 30"))
     whole = bench(suite, "-o", tmp_path / "whole", "--jobs", 2)
     chance, total = random.Random(10), len(list((tmp_path / "whole").glob("*.jsonl")))
     played = []
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL, signal.SIGINT) * 2:
-        played.append(interrupt(suite, tmp_path / "cut", number, chance.uniform(0.0, 1.5)))
+        played.append(interrupt(suite, tmp_path / "cut", number, chance.uniform(0.0, 0.6)))
     print(f"\ncells after each of ten signals, of {total}: {played}")
     assert played == sorted(played) and played[0] < total
     done = bench(suite, "-o", tmp_path / "cut")

@@ -91,7 +91,7 @@ TEST(JsonLines, TellWhatIsVisibleAtTheEnd) {
   model.visible_variables = {{"place", 2, true, false}};
   const nlohmann::json place = visible()["place"];
   ASSERT_EQ(place.size(), 2U);
-  EXPECT_EQ(place[0], 4);  // beyond the east border
+  EXPECT_EQ(place[0], 3);  // the last column
   model.visible_variables = {{"x", 1, false, false}, {"y", 1, false, true}};
   EXPECT_EQ(visible()["x"], place[0]);
   EXPECT_EQ(visible()["y"].get<float>(), math::from_bits(place[1].get<std::uint32_t>()));
