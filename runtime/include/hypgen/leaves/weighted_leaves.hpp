@@ -15,6 +15,7 @@
 #include "hypgen/leaves/leaf_work.hpp"
 #include "hypgen/leaves/weighted_groups.hpp"
 #include "hypgen/leaves/weighted_sums.hpp"
+#include "hypgen/random/philox.hpp"
 
 namespace hypgen {
 
