@@ -126,9 +126,13 @@ def _check_law(
 
 @dataclass(frozen=True)
 class _Cells:
-    """What draws are counted in: values, and of floats intervals, a row of ends for each visit."""
+    """What draws are counted in: values, and of floats intervals, a row of ends for each visit.
+
+    ``held`` tells the visits in which a value has a probability: elsewhere the law may be continuous.
+    """
 
     values: Array
+    held: Array
     ends: Array
 
     @staticmethod
@@ -137,18 +141,20 @@ class _Cells:
         found, counts = np.unique(pilot, return_counts=True)
         values = found[np.argsort(-counts, kind="stable")][:_BINS]
         if not floats:
-            return _Cells(values, np.zeros((visits, 0)))
+            return _Cells(values, np.ones((visits, len(values)), np.bool_), np.zeros((visits, 0)))
         values = found[counts > _LEAST_EXPECTED]
+        rows = pilot.reshape(visits, -1)
+        held = np.stack([(rows == v).sum(axis=1) > 1 for v in values], axis=1) if len(values) else values
         ends = np.zeros((visits, _PARTS + 1))
         for row, drawn in zip(ends, pilot.reshape(visits, -1).astype(np.float64), strict=True):
             spread = drawn[~np.isin(drawn, values) & np.isfinite(drawn)]
             if len(spread) > _PARTS * _LEAST_EXPECTED:
                 row[:] = np.quantile(spread, np.linspace(0, 1, _PARTS + 1))
-        return _Cells(values, ends)
+        return _Cells(values, held.reshape(visits, len(values)).astype(np.bool_), ends)
 
     def counted(self, drawn: Array) -> Array:
         """Return how many of each visit's draws are in each cell."""
-        inside = [(drawn == v).sum(axis=1) for v in self.values]
+        inside = [(drawn == v).sum(axis=1) * held for v, held in zip(self.values, self.held.T, strict=True)]
         own = ~np.isin(drawn, self.values)
         for low, high in itertools.pairwise(self.ends.T):
             inside.append((own & (drawn > low[:, None]) & (drawn < high[:, None])).sum(axis=1))
@@ -160,7 +166,10 @@ class _Cells:
         An interval is evaluated at one place for each lane of a visit, evenly spaced: lanes may differ in
         what other draws made of their law. Intervals of few floats are left out.
         """
-        counts = [density(np.broadcast_to(v, 1)).sum(axis=1) for v in self.values]
+        counts = [
+            density(np.broadcast_to(v, 1)).sum(axis=1) * held
+            for v, held in zip(self.values, self.held.T, strict=True)
+        ]
         variances = [np.zeros(len(c)) for c in counts]
         for low, high in itertools.pairwise(self.ends.T):
             width = np.where(high - low > 64 * np.spacing(np.abs(high).astype(np.float32)), high - low, 0.0)

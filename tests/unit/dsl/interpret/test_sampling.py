@@ -112,7 +112,7 @@ element thing {
   x' = x
   let gust ~ normal(0.0, 0.5)
 }
-observe near: float ~ if act == look then normal(thing.x' + thing.gust, 0.5) else 0
+observe near: float ~ if act == look then normal(0.1 * thing.x' + thing.gust, 0.5) else 0
 observe held: float ~ clamp(exponential(1 + abs(thing.x')), 0.5, 2.0)
 reward r = if act == look then -1 else 0
 """
