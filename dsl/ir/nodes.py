@@ -391,6 +391,21 @@ class LetDist(Dist):
 
 
 @dataclass(frozen=True)
+class DrawIn(Dist):
+    """``body`` with ``name`` standing for what ``law`` draws, which is no float.
+
+    ``law`` takes the first words of the draw, ``body`` those behind them (``draw_words.words_of``): word n of
+    entry i is that of the site at index i + n * 2^24. Density of v: the sum, from 0, over the values x of
+    ``law``'s type, ascending, whose density p is above 0, of p * (density of v under ``body``, where ``name``
+    is x).
+    """
+
+    name: str
+    law: Dist
+    body: Dist
+
+
+@dataclass(frozen=True)
 class InVariant(Dist):
     """The variant of an enum, ``type``, whose argument ``dist`` draws. Density: 0 of other variants."""
 

@@ -149,11 +149,13 @@ class If(Expr):
 
 @dataclass(frozen=True)
 class LetIn(Expr):
-    """``let x = e in body``."""
+    """``let x [: type] = e in body``, or ``let x [: type] ~ d in body`` (``draw`` True)."""
 
     name: str
     value: Expr
     body: Expr
+    draw: bool = False
+    type: TypeExpr | None = None
 
 
 @dataclass(frozen=True)

@@ -252,8 +252,10 @@ class _Builder:
     def if_(self, span: Span, condition: ast.Expr, then: ast.Expr, otherwise: ast.Expr) -> ast.If:
         return ast.If(span, condition, then, otherwise)
 
-    def let_in(self, span: Span, name: Token, value: ast.Expr, body: ast.Expr) -> ast.LetIn:
-        return ast.LetIn(span, str(name), value, body)
+    def let_in(
+        self, span: Span, name: Token, type_: ast.TypeExpr | None, rhs: ast.Rhs, body: ast.Expr
+    ) -> ast.LetIn:
+        return ast.LetIn(span, str(name), rhs.expr, body, rhs.draw, type_)
 
     def binary(self, span: Span, left: ast.Expr, op: Token, right: ast.Expr) -> ast.Binary:
         return ast.Binary(span, str(op), left, right)

@@ -10,7 +10,7 @@ from functools import partial
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.uses import Use
 from hypgen.dsl.check.expressions import belief_reads, last_step
-from hypgen.dsl.check.scope.draw_syntax import refuse_operand
+from hypgen.dsl.check.scope.draw_syntax import misplaced
 from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.symbols import kind_of
@@ -18,7 +18,7 @@ from hypgen.dsl.check.scope.unit_checks import require_plain, require_root, requ
 from hypgen.dsl.check.terms import guarded_reads, range_calls, recursion
 from hypgen.dsl.check.terms.references import owner_of
 from hypgen.dsl.ir import operators, trigonometric_operators
-from hypgen.dsl.messages import e02_names, e03_calls, e03_types, e07_draws
+from hypgen.dsl.messages import e02_names, e03_calls, e03_types
 from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.messages.words import lies
 from hypgen.dsl.syntax import ast
@@ -43,7 +43,7 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     """Return the value of a call."""
     name = node.name
     if name in builtin_names.DRAWS:
-        raise Mistake(e07_draws.misplaced_draw(f"{name}(..)", node.span))
+        raise misplaced(f"{name}(..)", node, scope)
     if name in builtin_names.RESERVED_CALLS and name in scope.program.symbols.globals:
         raise Mistake  # declaring it has been reported
     if name == "last":
@@ -61,7 +61,7 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     item = scope.program.symbols.globals.get(name)
     if isinstance(item, ast.Function):
         if item.rhs.draw:
-            raise Mistake(e07_draws.misplaced_draw(f"{name}(..)", node.span))
+            raise misplaced(f"{name}(..)", node, scope)
         return _function(item, node, scope)
     if isinstance(item, ast.RecordDecl):
         return _record(item, node, scope)
@@ -154,7 +154,6 @@ def _builtin(node: ast.Call, scope: Scope) -> ir.Expr:
     if given < least or (most is not None and given > most):
         form = f"{node.name}({_FORMS.get(node.name, 'x' if least == 1 else 'a, b')})"
         raise Mistake(e03_calls.wrong_arguments_of_builtin(node.name, given, form, node.span))
-    refuse_operand(node.name, node.arguments, scope)
     if node.name == "index":
         return _code(node, scope)
     values = gather([partial(range_calls.number, n, scope, node.name) for n in node.arguments])

@@ -9,7 +9,7 @@ from functools import partial
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.expressions import calls
-from hypgen.dsl.check.scope.draw_syntax import bind_value, is_draw, refuse_operand
+from hypgen.dsl.check.scope.draw_syntax import bind_value, is_draw, misplaced
 from hypgen.dsl.check.scope.fit_type import assumed, check_as, require_int32, unify
 from hypgen.dsl.check.scope.let_bindings import let_in
 from hypgen.dsl.check.scope.scope import Scope
@@ -74,7 +74,7 @@ def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:
         case ast.ArrayLiteral(span) | ast.Comprehension(span):
             raise Mistake(e03_values.array_in_expression(span))
         case ast.TableLiteral(span):
-            raise Mistake(e07_draws.misplaced_draw("a table of weights", span))
+            raise misplaced("a table of weights", node, scope)
     raise AssertionError(node)
 
 
@@ -154,7 +154,6 @@ def _comparison(node: ast.Binary, scope: Scope) -> ir.Expr:
 
 
 def _arithmetic(node: ast.Binary, scope: Scope) -> ir.Expr:
-    refuse_operand(node.op, (node.left, node.right), scope)
     left, right = gather([partial(check, n, scope) for n in (node.left, node.right)])
     for e, n in ((left, node.left), (right, node.right)):
         require_number(e, n.span, f"an operand of '{node.op}'")

@@ -137,8 +137,8 @@ class Shapes:
                 return self.of(operand, names)
             case ast.If(_, _, then, otherwise):
                 return self.of(then, names) or self.of(otherwise, names)
-            case ast.LetIn(_, name, value, body):
-                return self.of(body, self.bound(name, self.of(value, names), names))
+            case ast.LetIn(_, name, _, body):
+                return self.of(body, self.bound(name, self.of_local(e, names), names))
             case ast.Match(_, _, arms):
                 return next(filter(None, (self.of(a.body, names) for a in arms)), None)
         return None
@@ -156,6 +156,10 @@ class Shapes:
         """Return the function called ``name``."""
         item = self._globals.get(name)
         return item if isinstance(item, ast.Function) else None
+
+    def of_local(self, e: ast.LetIn, names: Names) -> Shape | None:
+        """Return the shape of what ``let .. in`` names."""
+        return self.of(e.value, names) if e.type is None else self.of_type(e.type)
 
     def of_let(self, item: ast.Let, names: Names) -> Shape | None:
         """Return the shape of a let that is declared where ``names`` hold."""
