@@ -102,7 +102,7 @@ def _check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.D
         case ast.Call() if is_draw(node, scope):
             _check_form(node)
             return _CALLS[node.name](node, scope, target, what)
-        case ast.Binary() | ast.Unary() | ast.Member() | ast.Index() if is_draw(node, scope):
+        case _ if isinstance(node, nested_draws.STRICT) and is_draw(node, scope):
             return nested_draws.lifted(node, scope, target, what)
         case ast.Quantified(_, "uniform"):
             return set_draws.uniform_set(node, scope, target, what)

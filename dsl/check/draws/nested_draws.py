@@ -28,6 +28,8 @@ from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Float, Int, Record, Type, is_finite, size_of
 
 _MOST_VALUES = 4096  # of a draw within a draw: a density goes through all of them
+# Expressions, besides calls, whose parts are evaluated whenever they are.
+STRICT = (ast.Binary, ast.Unary, ast.Member, ast.Index, ast.Is, ast.With)
 Rest = Callable[[ast.Name, Scope], ir.Dist]
 
 
@@ -117,8 +119,10 @@ def _parts(node: ast.Expr) -> tuple[ast.Expr, ...]:
     match node:
         case ast.Binary(_, _, left, right):
             return (left, right)
-        case ast.Unary(_, _, operand) | ast.Member(_, operand):
+        case ast.Unary(_, _, operand) | ast.Member(_, operand) | ast.Is(_, operand):
             return (operand,)
+        case ast.With(_, operand, fields):
+            return (operand, *(f.value for f in fields))
         case ast.Index(_, _, parts) | ast.Call(_, _, parts):
             return parts
     raise AssertionError(node)
@@ -129,8 +133,13 @@ def _with_part(node: ast.Expr, number: int, part: ast.Expr) -> ast.Expr:
     match node:
         case ast.Binary():
             return replace(node, right=part) if number else replace(node, left=part)
-        case ast.Unary() | ast.Member():
+        case ast.Unary() | ast.Member() | ast.Is():
             return replace(node, operand=part)
+        case ast.With(_, _, fields):
+            if number == 0:
+                return replace(node, operand=part)
+            changed = replace(fields[number - 1], value=part)
+            return replace(node, fields=(*fields[: number - 1], changed, *fields[number:]))
         case ast.Index(_, _, parts):
             return replace(node, indices=(*parts[:number], part, *parts[number + 1 :]))
         case ast.Call(_, _, parts):
@@ -141,16 +150,18 @@ def _with_part(node: ast.Expr, number: int, part: ast.Expr) -> ast.Expr:
 def _wanted(node: ast.Expr, count: int, scope: Scope, target: Type | None) -> list[Type | None]:
     """Return the types that the parts must have, as far as the expression says."""
     nothing: list[Type | None] = [None] * count
+    if isinstance(node, ast.With) and isinstance(target, Record):
+        return [target, *(target.field_type(f.name) for f in node.fields)]
     if not isinstance(node, ast.Call):
         return nothing
     symbols, found = scope.program.symbols, nothing
-    item = symbols.globals.get(node.name)
-    if isinstance(item, ast.Function):
-        found = [f.type for f in scope.program.formals(item)]
-    elif isinstance(item, ast.RecordDecl):
-        record = scope.program.named_type(item)
-        assert isinstance(record, Record)
-        found = [t for _, t in record.fields]
+    function, record = symbols.functions.get(node.name), symbols.record(node.name)
+    if function is not None:
+        found = [f.type for f in scope.program.formals(function)]
+    elif record is not None:
+        t = scope.program.named_type(record)
+        assert isinstance(t, Record)
+        found = [part for _, part in t.fields]
     elif node.name in symbols.variants:
         variant = owner_of(node.name, node.span, scope, target).variant(node.name)
         found = [] if variant is None else [variant.argument]

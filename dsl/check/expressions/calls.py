@@ -44,34 +44,43 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     name = node.name
     if name in builtin_names.DRAWS:
         raise misplaced(f"{name}(..)", node, scope)
-    if name in builtin_names.RESERVED_CALLS and name in scope.program.symbols.globals:
-        raise Mistake  # declaring it has been reported
+    symbols = scope.program.symbols
+    if name in symbols.clashing and (name in symbols.functions or name in symbols.variants):
+        raise Mistake  # that the name was taken has been reported
     if name == "last":
         return last_step.last(node, scope)
     if name in builtin_names.BELIEFS:
         return belief_reads.belief(node, scope)
     if name in builtin_names.RANGES:
         return range_calls.check(node, scope, expected)
-    if name == "at":
+    if name == "at" and not (len(node.arguments) == 1 and name in symbols.variants):
         return guarded_reads.at(node, scope, expected)
-    if name in builtin_names.FUNCTIONS:
+    if name in builtin_names.FUNCTIONS and name != "at":
         return _builtin(node, scope)
     if name in builtin_names.QUANTIFIERS | builtin_names.TABLES:
         raise Mistake(e03_calls.without_binder(name, node.span))
-    item = scope.program.symbols.globals.get(name)
-    if isinstance(item, ast.Function):
+    item = symbols.functions.get(name)
+    if item is not None:
         if item.rhs.draw:
             raise misplaced(f"{name}(..)", node, scope)
         return _function(item, node, scope)
-    if isinstance(item, ast.RecordDecl):
-        return _record(item, node, scope)
-    if name in scope.program.symbols.variants:
+    record = symbols.record(name)
+    if record is not None:
+        return _record(record, node, scope)
+    if name in symbols.variants:
         return _variant(node, scope, expected)
-    if item is not None or name in scope.locals:
-        kind = "a local" if item is None else kind_of(item)
+    value = symbols.values.get(name)
+    kind = (
+        "a local" if name in scope.locals else symbols.other_kind(name) if value is None else kind_of(value)
+    )
+    if kind is not None:
         raise Mistake(e02_names.not_a_function(name, kind, node.span))
-    functions = [n for n, i in scope.program.symbols.globals.items() if isinstance(i, ast.Function)]
-    known = [*functions, *builtin_names.FUNCTIONS, *builtin_names.DRAWS, *scope.program.symbols.variants]
+    known = [
+        *symbols.functions,
+        *builtin_names.FUNCTIONS,
+        *builtin_names.DRAWS,
+        *scope.program.symbols.variants,
+    ]
     own = builtin_names.FOREIGN_FUNCTIONS.get(name.lower())
     raise Mistake(e02_names.unknown_function(name, own, known, node.span))
 

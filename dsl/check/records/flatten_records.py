@@ -184,7 +184,7 @@ class _Flattener:
             case ast.Name(_, name):
                 return replace(e, name=_joined(name, path))
             case ast.Member(_, operand, name):
-                if self.shapes.element_of(operand, names) is not None:
+                if self.shapes.element_of(operand, name) is not None:
                     return replace(e, operand=self.scalar(operand, names), name=_joined(name, path))
                 outer = self.shapes.of(operand, names)
                 assert outer is not None, "a member that is a record belongs to one"
@@ -192,6 +192,8 @@ class _Flattener:
             case ast.Index(_, operand, indices):
                 array = self.leaf(operand, replace(shape, array=True), path, names)
                 return replace(e, operand=array, indices=tuple(self.scalar(i, names) for i in indices))
+            case ast.With():
+                return self._changed(e, shape, path, names)
             case ast.Call():
                 return self._call(e, shape, path, names)
         raise AssertionError(e)
@@ -248,6 +250,23 @@ class _Flattener:
             taken = found if here else taken
         assert taken is not None, "a leaf's path starts with a field"
         return taken
+
+    def _changed(self, e: ast.With, shape: Shape, path: Path, names: Names) -> ast.Expr:
+        """Return a leaf of a record with changed fields: of the new value, or of the record."""
+        found = None
+        for field in e.fields:
+            part = self.shapes.field(shape.record, field.name)
+            if part is None:
+                known = [f.name for f in shape.record.fields]
+                raise Mistake(e02_names.unknown_field(shape.record.name, field.name, known, field.span))
+            inner, here = self.shapes.of_type(part.type), field.name == path[0]
+            if inner is None:
+                value = self.scalar(field.value, names)
+            else:
+                rest = path[1:] if here else next(p for p, _ in self.shapes.leaves(inner.record))
+                value = self.leaf(field.value, inner, rest, names)
+            found = value if here else found
+        return self.leaf(e.operand, shape, path, names) if found is None else found
 
     def _arguments(self, e: ast.Call, names: Names) -> tuple[ast.Expr, ...]:
         """Return a function's arguments with each record as its leaves."""

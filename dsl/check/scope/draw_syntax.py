@@ -38,8 +38,10 @@ def is_draw(node: ast.Expr, scope: Scope) -> bool:
             return draw or is_draw(body, scope)
         case ast.Comprehension(_, _, body):
             return is_draw(body, scope)
-        case ast.Unary(_, _, operand) | ast.Member(_, operand):
+        case ast.Unary(_, _, operand) | ast.Member(_, operand) | ast.Is(_, operand):
             return is_draw(operand, scope)
+        case ast.With(_, operand, fields):
+            return _is_any_draw((operand, *(f.value for f in fields)), scope)
         case ast.Binary(_, _, left, right):
             return _is_any_draw((left, right), scope)
         case ast.Index(_, _, indices):
@@ -58,8 +60,8 @@ def is_normal(node: ast.Expr) -> bool:
 
 def named_draw(name: str, scope: Scope) -> ast.Function | None:
     """Return the function of that name if it names a distribution: ``fn name(..): T ~ D``."""
-    item = scope.program.symbols.globals.get(name)
-    return item if isinstance(item, ast.Function) and item.rhs.draw else None
+    item = scope.program.symbols.functions.get(name)
+    return item if item is not None and item.rhs.draw else None
 
 
 def misplaced(what: str, node: ast.Expr, scope: Scope) -> Mistake:
