@@ -161,8 +161,9 @@ class ToFloat(Expr):
 class Unary(Expr):
     """``neg not`` and the built-ins of one argument.
 
-    ``abs sign floor ceil round``, and of floats ``sqrt exp log log2 sin cos tan asin acos``. A sine, cosine
-    or tangent of what is not finite is NaN, and so is the arc of what lies beyond +-1.
+    ``abs sign floor ceil round``, and of floats ``sqrt exp log log2 sin cos tan asin acos`` and
+    ``normal_cdf``, the probability below a number of a standard normal one. A sine, cosine or tangent of what
+    is not finite is NaN, and so is the arc of what lies beyond +-1.
 
     ``floor ceil round`` take a float and give an int, saturated to the node's interval.
     """

@@ -210,6 +210,17 @@ def ints_not_clamped(span: Span) -> Diagnostic:
     return Diagnostic("E0709", message, span, "name the draw and clamp the name: let x ~ .. in clamp(x)")
 
 
+def not_cumulative(span: Span) -> Diagnostic:
+    """``cdf`` of a law without a formula for it."""
+    message = "'cdf' takes a draw by normal, exponential or uniform of floats"
+    return Diagnostic(
+        "E0709",
+        message,
+        span,
+        "write it as a function: fn below(x: int): prob = sum(k in 0 .. 9 where k < x: ..)",
+    )
+
+
 def not_binned(span: Span) -> Diagnostic:
     """``binned`` of a draw by another law."""
     message = "'binned' takes a draw by normal, uniform, exponential or truncated(..) of them"

@@ -115,7 +115,9 @@ def _check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.D
 
 def _takes_values(name: str, arguments: tuple[ast.Expr, ...], scope: Scope) -> bool:
     """Return whether a call is given a draw where it takes a value: a draw of a draw is no such call."""
-    if name in builtin_names.DRAWS or (name == "clamp" and arguments and is_draw(arguments[0], scope)):
+    if name in builtin_names.DRAWS | builtin_names.HISTORY | builtin_names.CUMULATIVE or (
+        name == "clamp" and arguments and is_draw(arguments[0], scope)
+    ):
         return False
     return name not in scope.program.symbols.variants and any(is_draw(n, scope) for n in arguments)
 

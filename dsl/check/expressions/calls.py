@@ -9,7 +9,7 @@ from functools import partial
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.uses import Use
-from hypgen.dsl.check.expressions import belief_reads, last_step
+from hypgen.dsl.check.expressions import belief_reads, cumulative, last_step
 from hypgen.dsl.check.scope.draw_syntax import misplaced
 from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
@@ -51,6 +51,8 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
         return last_step.last(node, scope)
     if name in builtin_names.BELIEFS:
         return belief_reads.belief(node, scope)
+    if name == "cdf":
+        return cumulative.cdf(node, scope)
     if name in builtin_names.RANGES:
         return range_calls.check(node, scope, expected)
     if name == "at" and not (len(node.arguments) == 1 and name in symbols.variants):

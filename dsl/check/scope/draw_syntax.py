@@ -23,7 +23,9 @@ def is_draw(node: ast.Expr, scope: Scope) -> bool:
         case ast.Call(_, name) if name in builtin_names.DRAWS or named_draw(name, scope) is not None:
             return True
         case ast.Call(_, name, arguments):
-            return name not in builtin_names.HISTORY and _is_any_draw(arguments, scope)
+            return name not in builtin_names.HISTORY | builtin_names.CUMULATIVE and _is_any_draw(
+                arguments, scope
+            )
         case ast.Prime(_, ast.Call(_, name, arguments)):
             return named_draw(name, scope) is not None or (
                 name not in builtin_names.DRAWS and _is_any_draw(arguments, scope)

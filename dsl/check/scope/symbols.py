@@ -108,7 +108,8 @@ class Symbols:
     def is_taken(self, name: str) -> bool:
         """Return whether anything declared is called ``name``."""
         spaces = (self.types, self.functions, self.elements, self.values, self.variants, self.policy)
-        return any(name in space for space in (*spaces, *self.members.values()))
+        is_member = any(name in own for own in self.members.values())
+        return is_member or any(name in space for space in spaces)
 
     def suggestion(self, name: str, element: str | None, extra: set[str], expected: Type | None) -> str:
         """Return a remedy for the unknown value ``name``, which stands where ``expected`` is needed."""

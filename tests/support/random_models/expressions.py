@@ -389,8 +389,11 @@ class Maker:
         if depth <= 0:
             return self.leaf(FLOAT)
         match self.pick(
-            "binary", "binary", "mixed", "unary", "choice", "clamp", "power", "sum", "field", "call"
+            *("binary", "binary", "mixed", "unary", "choice", "clamp", "power", "sum", "field", "call", "cdf")
         ):
+            case "cdf":
+                law = self.pick("normal(0.5, 1.5)", "exponential(0.75)", "uniform(-1.0, 2.0)")
+                return self.node(FLOAT, f"cdf({law}, ", self.number(depth - 1), ")")
             case "binary":
                 op = self.pick("+", "-", "*", "/", "min", "max", "hypot", "atan2")
                 a, b = self.number(depth - 1), self.number(depth - 1)
