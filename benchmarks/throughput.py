@@ -17,7 +17,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from quality import ROOT, machine
+from machine import ROOT, machine
 
 # Public DESPOT (AdaCompNUS), K 500, 1 CPU-second a step, one core of a 2-core 2.x GHz Xeon: expansions/s.
 PUBLIC = {"tiger": 70_000, "rock_sample": 4_300, "rs_11_11": 2_500, "tag": 2_500}

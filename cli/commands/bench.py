@@ -90,7 +90,8 @@ def command(
         raise click.UsageError("--jobs and --gpus are of this machine; with --dask the workers say theirs.")
     from hypgen.experiments import running, shares
     from hypgen.experiments.store import Store
-    from hypgen.experiments.suite import SuiteError, read_suite
+    from hypgen.experiments.suite import read_suite
+    from hypgen.experiments.suite_values import SuiteError
 
     try:
         whole = read_suite(suite)

@@ -45,7 +45,7 @@ def command(folder: Path, output: Path | None, csv: Path | None, parquet: Path |
                 f"pip install 'hypgen[{extra}]'"
             )
     from hypgen.experiments.reports import read_report
-    from hypgen.experiments.suite import SuiteError
+    from hypgen.experiments.suite_values import SuiteError
     from hypgen.whole_files import write_whole
 
     page = output if output is not None else folder / "report.html"

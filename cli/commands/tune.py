@@ -149,7 +149,7 @@ def command(
     """
     if importlib.util.find_spec("scipy") is None or importlib.util.find_spec("optuna") is None:
         raise click.ClickException("tuning needs Optuna and scipy: pip install 'hypgen[tune]'")
-    from hypgen.experiments.suite import SuiteError
+    from hypgen.experiments.suite_values import SuiteError
     from hypgen.tuning import space, tune
 
     known: Outcome | None = None

@@ -270,6 +270,8 @@ class _Descriptor:
             lines.append("model.first_observation_name = first_observation_name;")
         if hidden := ", ".join(self._hidden_variables()):
             lines += wrapped(f"model.hidden_variables = {{{hidden}}};")
+        if not exact and (visible := ", ".join(self._visible_variables())):
+            lines += wrapped(f"model.visible_variables = {{{visible}}};")
         if not exact and self._has_hidden_names():
             lines.append("model.hidden_value_name = hidden_value_name;")
         names = list(itertools.islice(self._variable_names(), _MAX_VARIABLE_NAMES + 1))
@@ -296,6 +298,14 @@ class _Descriptor:
             count = length_of(variable.indices)
             is_float = "true" if isinstance(variable.type, Float) else "false"
             yield f"{{{_string(variable.name)}, {firsts[variable.name]}, {count}, {is_float}}}"
+
+    def _visible_variables(self) -> Iterator[str]:
+        """Yield C++ for the name, length and kind of each visible variable."""
+        for variable in (v for v in self.model.variables if v.visible):
+            is_array, is_float = (
+                str(x).lower() for x in (bool(variable.indices), isinstance(variable.type, Float))
+            )
+            yield f"{{{_string(variable.name)}, {length_of(variable.indices)}, {is_array}, {is_float}}}"
 
     def _variable_names(self) -> itertools.chain[str]:
         def entries(variable: ir.Variable) -> list[str]:

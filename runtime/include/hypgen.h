@@ -55,7 +55,7 @@ typedef enum hypgen_status {
   HYPGEN_FAILED = 100,
   HYPGEN_WRONG_ARGUMENT = 100,
   HYPGEN_NO_LEGAL_ACTION = 101,
-  HYPGEN_NO_GPU = 102,    /* the settings require one that cannot be used */
+  HYPGEN_NO_GPU = 102,    /* one is asked for that cannot be used; of worlds: or theirs has failed */
   HYPGEN_NO_MEMORY = 103, /* the memory that the settings ask for is not to be had */
   HYPGEN_BUSY = 104,      /* another thread's call is under way */
   HYPGEN_INTERNAL_ERROR = 105
@@ -185,7 +185,9 @@ HYPGEN_API hypgen_status hypgen_probability(hypgen_planner* planner, const char*
  *   their own, so that several of them may be stepped by as many threads.
  * - The caller has the arrays that calls read and write. Only hypgen_worlds_create and
  *   hypgen_worlds_start allocate.
- * - `count` is the number of worlds, as a check of the arrays' length. */
+ * - `count` is the number of worlds, as a check of the arrays' length.
+ * - On a GPU their states stay there. HYPGEN_NO_GPU of a call means that the GPU has failed: destroy the worlds. A
+ *   fork leaves them to the parent. */
 
 typedef struct hypgen_worlds hypgen_worlds;
 
@@ -194,6 +196,8 @@ typedef struct hypgen_worlds_options {
   size_t count;       /* of worlds: 1 to 2^24 */
   uint64_t seed;      /* of all random numbers */
   const char* params; /* as in hypgen_options; NULL: the model's own values */
+  /* Where the worlds are: cpu, cuda (the first GPU) or cuda:N. NULL: the CPU. Results are the same on each. */
+  const char* device;
 } hypgen_worlds_options;
 
 #define HYPGEN_NEXT_EPISODE INT32_MIN /* in place of an action */

@@ -62,24 +62,44 @@ def test_a_suite_is_played_once_and_its_table_stays(suite: Path, tmp_path: Path)
     assert without_times(again.stdout) == without_times(done.stdout)
 
 
+def interrupt(suite: Path, folder: Path, number: signal.Signals, wait: float) -> int:
+    """Play a suite, end that some time after it has begun to play, and return how many cells there are."""
+    command = [*HYPGEN, "bench", str(suite), "-o", str(folder)]
+    before = set(folder.glob("lines-*"))  # of a process that was killed
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    while "cells" not in process.stderr.readline():  # it plays
+        pass
+    time.sleep(wait)
+    process.send_signal(number)
+    process.communicate()
+    # The second: while Python ends, after all is said.
+    assert process.returncode in (128 + number, -number, 0)
+    assert number == signal.SIGKILL or set(folder.glob("lines-*")) == before
+    return len(list(folder.glob("*.jsonl")))
+
+
 def test_an_interrupted_suite_ends_with_the_same_table(suite: Path, tmp_path: Path) -> None:
     whole = bench(suite, "-o", tmp_path / "whole", "--jobs", 2)
     chance = random.Random(1)
-    command = [*HYPGEN, "bench", str(suite), "-o", str(tmp_path / "cut")]
     for _ in range(4):
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        assert process.stderr is not None
-        while "cells" not in process.stderr.readline():  # it plays
-            pass
-        time.sleep(chance.uniform(0.0, 0.5))
-        process.send_signal(signal.SIGINT)
-        process.communicate()
-        assert process.returncode in (
-            0,
-            130,
-            -signal.SIGINT,
-        )  # the last: while Python ends, after all is said
-        assert not list((tmp_path / "cut").glob("*.lines"))
+        interrupt(suite, tmp_path / "cut", signal.SIGINT, chance.uniform(0.0, 0.5))
+    done = bench(suite, "-o", tmp_path / "cut")
+    assert done.returncode == 0, done.stderr
+    assert without_times(done.stdout) == without_times(whole.stdout)
+
+
+@pytest.mark.faults
+def test_a_suite_that_is_ended_ten_times_ends_with_the_same_table(suite: Path, tmp_path: Path) -> None:
+    text = SUITE.replace("runs = 6", "runs = 60").replace("[5, 20]", "[100, 300]")
+    suite.write_text(text.replace("steps = 6", "steps = 90"))
+    whole = bench(suite, "-o", tmp_path / "whole", "--jobs", 2)
+    chance, total = random.Random(10), len(list((tmp_path / "whole").glob("*.jsonl")))
+    played = []
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL, signal.SIGINT) * 2:
+        played.append(interrupt(suite, tmp_path / "cut", number, chance.uniform(0.0, 1.5)))
+    print(f"\ncells after each of ten signals, of {total}: {played}")
+    assert played == sorted(played) and played[0] < total
     done = bench(suite, "-o", tmp_path / "cut")
     assert done.returncode == 0, done.stderr
     assert without_times(done.stdout) == without_times(whole.stdout)

@@ -138,6 +138,11 @@ def test_wrong_worlds_are_refused(solver: hypgen.Solver) -> None:
         solver.worlds(0)
     with pytest.raises(hypgen.PlannerError, match="unknown param"):
         solver.worlds(params={"no": 1})
+    with pytest.raises(hypgen.PlannerError, match="device: expected cpu, cuda or cuda:N, found gpu"):
+        solver.worlds(device="gpu")
+    with pytest.raises(hypgen.PlannerError, match="this solver was built without CUDA") as caught:
+        solver.worlds(device="cuda:1")
+    assert caught.value.status == "no_gpu"
     with solver.worlds(params={"start_row": 1}) as found:
         found.reset()
         assert found.visible_by_name() == {"rover.x": 0, "rover.y": 1}
@@ -352,7 +357,7 @@ def test_worlds_keep_their_arrays_and_their_numbers(solver: hypgen.Solver) -> No
         with pytest.raises(hypgen.PlannerError, match="no number of an action"):
             worlds.step(wrong)
     worlds.reset([2**32 - 1, 0])
-    with pytest.raises(hypgen.PlannerError, match="below 2\\^32, found 4294967297"):
+    with pytest.raises(hypgen.PlannerError, match="there is no next episode: their numbers end at 2\\^32"):
         worlds.reset()
     worlds.close()
     worlds.close()

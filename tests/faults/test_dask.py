@@ -21,7 +21,8 @@ from hypgen.experiments.cells import Cell
 from hypgen.experiments.cluster import DaskExecutor
 from hypgen.experiments.running import State
 from hypgen.experiments.store import Store
-from hypgen.experiments.suite import SuiteError, read_suite
+from hypgen.experiments.suite import read_suite
+from hypgen.experiments.suite_values import SuiteError
 
 pytestmark = pytest.mark.faults
 

@@ -117,6 +117,25 @@ def test_a_small_disk_keeps_what_was_there(small: Path, tmp_path: Path) -> None:
     assert sorted(os.listdir(small)) == ["filler", "model.pomdp"]
 
 
+@pytest.mark.faults
+def test_a_full_disk_ends_a_suite_that_goes_on_once_there_is_room(small: Path, tmp_path: Path) -> None:
+    suite, out = tmp_path / "suite.toml", small / "out"
+    suite.write_text(
+        f'[tasks.tiger]\nmodel = "{TIGER}"\n[[study]]\nname = "s"\nruns = 4\nplay = ["default"]\nsteps = 3\n'
+        "beside = false\n"
+    )
+    filler = small / "filler"
+    with open(filler, "wb", buffering=0) as stream, pytest.raises(OSError, match=FULL):
+        while True:
+            stream.write(bytes(4096))
+    done = hypgen("bench", str(suite), "-o", str(out), stdout=PIPE)
+    assert done.returncode == Exit.MISTAKE and FULL in done.stderr and "bug" not in done.stderr
+    filler.unlink()
+    done = hypgen("bench", str(suite), "-o", str(out), stdout=PIPE)
+    assert done.returncode == Exit.OK and "| default | 4 |" in done.stdout, done.stderr
+    assert not list(out.glob(".*")), "nothing half written is left"
+
+
 def cassandra(folder: Path) -> str:
     path = folder / "one.POMDP"
     head = "discount: 0.9\nvalues: reward\nstates: 1\nactions: a\nobservations: o\n"

@@ -79,7 +79,7 @@ TEST(Allocation, NoneInPlansAndUpdatesOfAnAgent) {
 
 TEST(Allocation, NoneInAStepOfWorlds) {
   const hypgen_model model = {&this_runtime, rocks};
-  const hypgen_worlds_options options = {sizeof options, 5, 0, nullptr};
+  const hypgen_worlds_options options = {sizeof options, 5, 0, nullptr, nullptr};
   hypgen_worlds* worlds = nullptr;
   ASSERT_EQ(hypgen_worlds_create(&model, &options, &worlds, nullptr), HYPGEN_OK);
   const std::vector<int32_t> actions(5, 5);

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <hypgen.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cmath>
+#include <cstddef>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "embedded_rocks.hpp"
+#include "fake_support.hpp"
 #include "hypgen/embed/c_api.hpp"
 #include "hypgen/episode/world.hpp"
 #include "hypgen/solver/model_instance.hpp"
@@ -40,6 +44,23 @@ EmbeddedModel brittle() {
   return model;
 }
 
+// Rocks on a machine with a GPU, and on one without.
+EmbeddedModel rocks_with(const hypgen::DeviceSupport& support) {
+  EmbeddedModel model = rocks();
+  model.descriptor.device = &support;
+  return model;
+}
+
+EmbeddedModel gpu_rocks() {
+  static const hypgen::testing::FakeSupport support(true);
+  return rocks_with(support);
+}
+
+EmbeddedModel lost_rocks() {
+  static const hypgen::testing::FakeSupport support(false);
+  return rocks_with(support);
+}
+
 // Worlds with an array for each result. A failing call leaves a text, which this frees.
 class CWorldsTest : public ::testing::Test {
  protected:
@@ -48,11 +69,11 @@ class CWorldsTest : public ::testing::Test {
 
   // Gives the status of making them.
   hypgen_status make(EmbeddedModel (*model)(), std::size_t number, uint64_t seed = 0,
-                     const char* params = nullptr) {
+                     const char* params = nullptr, const char* device = nullptr) {
     hypgen_worlds_destroy(worlds);
     count = number;
     kept = {&hypgen::this_runtime, model};
-    const hypgen_worlds_options options = {sizeof options, number, seed, params};
+    const hypgen_worlds_options options = {sizeof options, number, seed, params, device};
     const hypgen_status status = hypgen_worlds_create(&kept, &options, &worlds, fresh());
     if (status != HYPGEN_OK) return status;
     rewards.resize(number);
@@ -167,7 +188,7 @@ TEST_F(CWorldsTest, RefusesWrongArguments) {
   EXPECT_EQ(make(rocks, std::size_t{1} << 25), HYPGEN_WRONG_ARGUMENT);
   EXPECT_STREQ(error, "count: expected 1 to 2^24 worlds, found 33554432");
   EXPECT_EQ(make(rocks, 1, 0, R"({"no": 1})"), HYPGEN_WRONG_ARGUMENT);
-  const hypgen_worlds_options options = {sizeof options - 1, 1, 0, nullptr};
+  const hypgen_worlds_options options = {sizeof options - 1, 1, 0, nullptr, nullptr};
   EXPECT_EQ(hypgen_worlds_create(&kept, &options, &worlds, fresh()), HYPGEN_WRONG_ARGUMENT);
   EXPECT_EQ(hypgen_worlds_create(&kept, nullptr, &worlds, fresh()), HYPGEN_WRONG_ARGUMENT);
   EXPECT_EQ(hypgen_worlds_create(&kept, &options, nullptr, fresh()), HYPGEN_WRONG_ARGUMENT);
@@ -233,6 +254,62 @@ TEST_F(CWorldsTest, StartWhereTheyAreToldTo) {
   ASSERT_EQ(hypgen_worlds_start(worlds, nullptr, fresh()), HYPGEN_OK);
   ASSERT_EQ(step({HYPGEN_NEXT_EPISODE, HYPGEN_NEXT_EPISODE}), HYPGEN_OK);
   EXPECT_EQ(visible, (std::vector<int32_t>{0, 2, 0, 2}));
+}
+
+TEST_F(CWorldsTest, AreOnAGpuWhereOneIsAskedFor) {
+  for (const char* device : {"cuda", "cuda:3"}) {
+    ASSERT_EQ(make(gpu_rocks, 2, 0, nullptr, device), HYPGEN_OK) << error;
+    ASSERT_EQ(reset(), HYPGEN_OK);
+    ASSERT_EQ(step({kEast, kCheck}), HYPGEN_OK);
+    EXPECT_EQ(visible, (std::vector<int32_t>{1, 2, 0, 2}));
+    EXPECT_EQ(step({kEast, kSample}), HYPGEN_WRONG_ARGUMENT);
+    EXPECT_STREQ(error, "world 1: action sample is not legal now");
+  }
+  const pid_t child = fork();
+  if (child == 0) {
+    const bool is_refused = reset() == HYPGEN_WRONG_ARGUMENT && hypgen_worlds_destroy(worlds) == HYPGEN_OK;
+    _exit(is_refused ? 0 : 1);
+  }
+  int result = -1;
+  ASSERT_EQ(waitpid(child, &result, 0), child);
+  EXPECT_EQ(result, 0);
+  EXPECT_EQ(step({hypgen::testing::FakeWorlds::kBreaks, kEast}), HYPGEN_NO_GPU);
+  EXPECT_STREQ(error, "GPU: lost");
+  EXPECT_EQ(reset(), HYPGEN_NO_GPU);
+  EXPECT_EQ(hypgen_worlds_start(worlds, nullptr, fresh()), HYPGEN_NO_GPU);
+  EXPECT_EQ(hypgen_worlds_seed(worlds, 1, fresh()), HYPGEN_NO_GPU);
+  EXPECT_EQ(hypgen_worlds_legal(worlds, legal.data(), 2, fresh()), HYPGEN_NO_GPU);
+  EXPECT_EQ(hypgen_worlds_visible(worlds, visible.data(), 2, fresh()), HYPGEN_NO_GPU);
+}
+
+TEST_F(CWorldsTest, SayWhyTheyAreNotOnAGpu) {
+  EXPECT_EQ(make(rocks, 2, 0, nullptr, "cpu"), HYPGEN_OK);
+  const struct {
+    EmbeddedModel (*model)();
+    std::size_t count;
+    const char* device;
+    hypgen_status status;
+    const char* text;
+  } cases[] = {
+      {rocks, 2, "cuda", HYPGEN_NO_GPU, "this solver was built without CUDA"},
+      {lost_rocks, 2, "cuda", HYPGEN_NO_GPU, "no GPU"},
+      {gpu_rocks, 2, "cuda:0", HYPGEN_NO_GPU, "no GPU with number 0 that this solver has code for"},
+      {gpu_rocks, 101, "cuda", HYPGEN_NO_GPU, "101 worlds need more memory than there is"},
+      {gpu_rocks, 2, "auto", HYPGEN_WRONG_ARGUMENT, "device: expected cpu, cuda or cuda:N, found auto"},
+      {gpu_rocks, 2, "cuda:x", HYPGEN_WRONG_ARGUMENT, "device: expected cpu, cuda or cuda:N, found cuda:x"},
+  };
+  for (const auto& wrong : cases) {
+    EXPECT_EQ(make(wrong.model, wrong.count, 0, nullptr, wrong.device), wrong.status);
+    EXPECT_STREQ(error, wrong.text);
+    EXPECT_EQ(worlds, nullptr);
+  }
+}
+
+// A caller that was compiled before the options had a device.
+TEST_F(CWorldsTest, TakeTheOptionsOfOlderCallers) {
+  kept = {&hypgen::this_runtime, gpu_rocks};
+  hypgen_worlds_options options = {offsetof(hypgen_worlds_options, device), 2, 0, nullptr, "not read"};
+  EXPECT_EQ(hypgen_worlds_create(&kept, &options, &worlds, fresh()), HYPGEN_OK) << error;
 }
 
 TEST_F(CWorldsTest, AreRefusedOnceTheyAreDestroyed) {

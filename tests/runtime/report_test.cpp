@@ -76,6 +76,27 @@ TEST(JsonLines, TellTheWholeRun) {
   EXPECT_NEAR(lines.back()["discounted_return"].get<double>(), total / 2, 1e-12);
 }
 
+TEST(JsonLines, TellWhatIsVisibleAtTheEnd) {
+  const std::string file = ::testing::TempDir() + "end.jsonl";
+  ModelDescriptor model = testing::rock_sample_descriptor<4, 3>();
+  const std::vector<std::string> words = {"--mode", "default", "--runs", "1", "--quiet", "--json", file};
+  const auto visible = [&] {
+    EXPECT_EQ(solve(model, words), 0);
+    for (const nlohmann::json& line : json_lines(file)) {
+      if (line["type"] == "episode") return line["visible"];
+    }
+    return nlohmann::json();
+  };
+  EXPECT_EQ(visible(), nlohmann::json::object());
+  model.visible_variables = {{"place", 2, true, false}};
+  const nlohmann::json place = visible()["place"];
+  ASSERT_EQ(place.size(), 2U);
+  EXPECT_EQ(place[0], 4);  // beyond the east border
+  model.visible_variables = {{"x", 1, false, false}, {"y", 1, false, true}};
+  EXPECT_EQ(visible()["x"], place[0]);
+  EXPECT_EQ(visible()["y"].get<float>(), math::from_bits(place[1].get<std::uint32_t>()));
+}
+
 TEST(JsonLines, TellWhatIsSeenAtTheStart) {
   const std::string file = ::testing::TempDir() + "start.jsonl";
   ModelDescriptor model = testing::rock_sample_descriptor<4, 3>();

@@ -131,7 +131,9 @@ class WalkingInstance final : public VerifiableInstance {
     return nullptr;
   }
   std::unique_ptr<World> make_world(std::uint64_t) const override { return nullptr; }
-  std::unique_ptr<Worlds> make_worlds(std::uint64_t, std::size_t) const override { return nullptr; }
+  std::unique_ptr<Worlds> make_worlds(std::uint64_t, std::size_t, std::vector<KeyDigit>) const override {
+    return nullptr;
+  }
   void export_states(const ScenarioBuffer&, std::int32_t*) const override {}
   std::unique_ptr<ScenarioWalk> walk(const ScenarioBuffer&, StreamKey) const override { return nullptr; }
   bool write_trace(const TraceOptions&, std::string&) const override { return false; }

@@ -59,6 +59,11 @@ class FakeGpu final : public DeviceSupport {
     return std::make_unique<Failing>(std::move(evaluator));
   }
 
+  std::unique_ptr<Worlds> make_worlds(const void*, std::uint64_t, std::size_t, const std::vector<KeyDigit>&,
+                                      int, std::string&) const override {
+    return nullptr;
+  }
+
  private:
   const ModelInstance& instance_;
   Fault fault_;

@@ -83,11 +83,12 @@ TEST(Start, IsThatOfEachEpisodeAndLeavesTheOtherDraws) {
 TEST(Start, IsThatOfManyWorlds) {
   std::string error;
   const auto instance = rocks().descriptor.create(ParamValues(), error);
-  const auto worlds = instance->make_worlds(7, 3);
-  worlds->set_start(read(R"({"x": 3})"));
-  worlds->reset(nullptr, nullptr);
+  const auto worlds = instance->make_worlds(7, 3, {});
+  std::size_t refused = 3;
+  EXPECT_EQ(worlds->set_start(read(R"({"x": 3})"), error), Status::kOk);
+  EXPECT_EQ(worlds->reset(nullptr, nullptr, refused, error), Status::kOk);
   std::array<std::int32_t, 6> visible{};
-  worlds->export_visible(visible.data());
+  EXPECT_EQ(worlds->export_visible(visible.data(), error), Status::kOk);
   EXPECT_EQ(visible, (std::array<std::int32_t, 6>{3, 2, 3, 2, 3, 2}));
 }
 

@@ -75,7 +75,7 @@ static int plans(const hypgen_model* model) {
 static int refusals(const hypgen_model* model) {
   hypgen_options options = {sizeof options, "scenario=3", NULL};
   hypgen_planner* planner = NULL;
-  hypgen_worlds_options worlds_options = {sizeof worlds_options, 0, 0, NULL};
+  hypgen_worlds_options worlds_options = {sizeof worlds_options, 0, 0, NULL, NULL};
   hypgen_worlds* worlds = NULL;
   REFUSED(hypgen_create(model, &options, &planner, &error));
   MUST(hypgen_create(model, &options, &planner, NULL) >= HYPGEN_FAILED);
@@ -87,6 +87,9 @@ static int refusals(const hypgen_model* model) {
   options.size = 1;
   REFUSED(hypgen_create(model, &options, &planner, &error));
   REFUSED(hypgen_worlds_create(model, &worlds_options, &worlds, &error));
+  worlds_options.count = 1;
+  worlds_options.device = "cuda";
+  REFUSED(hypgen_worlds_create(model, &worlds_options, &worlds, &error));
   MUST(planner == NULL && worlds == NULL);
   GIVES(hypgen_describe(model, &text, NULL));
   return 0;
@@ -94,7 +97,7 @@ static int refusals(const hypgen_model* model) {
 
 static int simulates(const hypgen_model* model) {
   enum { kCount = 20 };
-  hypgen_worlds_options options = {sizeof options, kCount, 1, NULL};
+  hypgen_worlds_options options = {sizeof options, kCount, 1, NULL, NULL};
   hypgen_worlds* worlds = NULL;
   int32_t actions[kCount] = {0};
   double rewards[kCount];

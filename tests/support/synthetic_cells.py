@@ -94,6 +94,7 @@ def _episode(setting: Setting, episode: int) -> list[dict[str, Any]]:
                 "type": "step",
                 "episode": episode,
                 "step": step,
+                "action_name": ("wait", "go", "wait")[step],
                 "status": "time_limit" if searches else "none",
                 "search_seconds": float(told.get("time", 0.1)) if searches else 1e-5,
                 "update_seconds": 1e-4,
@@ -103,6 +104,7 @@ def _episode(setting: Setting, episode: int) -> list[dict[str, Any]]:
                 "nodes": 12 * expansions,
                 "trials": expansions // 3,
                 "simulations": 500 * expansions,
+                "collisions": 0,
                 "max_depth": int(4 * math.log10(10 * expansions)) if expansions else 0,
             }
         )
@@ -115,6 +117,8 @@ def _episode(setting: Setting, episode: int) -> list[dict[str, Any]]:
             "discounted_return": earned,
             "steps": 3 + world.randrange(20),
             "status": "terminal",
+            "terminal": True,
             "success": success,
+            "visible": {"robot.x": episode},
         },
     ]

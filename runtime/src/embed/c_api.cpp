@@ -71,8 +71,10 @@ struct LivePlanner : Handled {
   static constexpr const char* kIsNull = "planner: is NULL";
   static constexpr const char* kIsUnknown = "planner: was destroyed, or another library has made it";
   static constexpr const char* kIsBusy = "planner: another thread's call is under way";
+  static constexpr const char* kIsForked =
+      "planner: belongs to the process that made it, of which this one is a fork";
 
-  LivePlanner() : Handled(kKind) {}
+  LivePlanner() : Handled(kKind, true) {}
 
   std::unique_ptr<Agent> agent;
   std::vector<std::uint64_t> key{};  // scratch of updates

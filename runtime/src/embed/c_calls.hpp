@@ -57,7 +57,7 @@ hypgen_status with_handle(const void* handle, char** error, const Run& run) {
     case Refusal::kUnknown:
       return wrong(Object::kIsUnknown, error);
     case Refusal::kForked:
-      return wrong("planner: belongs to the process that made it, of which this one is a fork", error);
+      return wrong(Object::kIsForked, error);
     case Refusal::kBusy:
       return fail(HYPGEN_BUSY, Object::kIsBusy, error);
     case Refusal::kNone:

@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // The simulated worlds of hypgen.h.
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "../model/input_text.hpp"
 #include "c_calls.hpp"
 #include "hypgen/embed/key_codec.hpp"
 #include "hypgen/episode/worlds.hpp"
+#include "hypgen/leaves/device.hpp"
 #include "hypgen/model/params.hpp"
 #include "hypgen/model/start_text.hpp"
+#include "hypgen/solver/device_choice.hpp"
+#include "hypgen/solver/options.hpp"
 
 namespace hypgen {
 
@@ -23,6 +29,7 @@ void this_runtime() {}
 namespace {
 
 constexpr std::size_t kMostWorlds = std::size_t{1} << 24;
+constexpr const char* kNoNextEpisode = "there is no next episode: their numbers end at 2^32";
 
 static_assert(Worlds::kNextEpisode == HYPGEN_NEXT_EPISODE);
 
@@ -32,16 +39,16 @@ struct LiveWorlds : Handled {
   static constexpr const char* kIsNull = "worlds: is NULL";
   static constexpr const char* kIsUnknown = "worlds: were destroyed, or another library has made them";
   static constexpr const char* kIsBusy = "worlds: another thread's call is under way";
+  static constexpr const char* kIsForked =
+      "worlds: are on a GPU of the process that made them, of which this one is a fork";
 
-  explicit LiveWorlds(EmbeddedModel model_of_all)
-      : Handled(kKind), model(std::move(model_of_all)), codec(model.seen, model.key_words) {}
+  LiveWorlds(EmbeddedModel model_of_all, bool on_gpu)
+      : Handled(kKind, on_gpu), model(std::move(model_of_all)) {}
 
   EmbeddedModel model;
-  KeyCodec codec;
   std::size_t count = 0;
   std::unique_ptr<ModelInstance> instance;  // has what the worlds refer to
   std::unique_ptr<Worlds> worlds;
-  std::vector<std::uint64_t> keys;  // of the step, where the caller has no place for them
 };
 
 Status refuse(std::string text, std::string& error) {
@@ -58,7 +65,29 @@ hypgen_status with_worlds(hypgen_worlds* worlds, std::size_t count, char** error
   });
 }
 
-Status make(LiveWorlds& made, const hypgen_worlds_options& options, std::string& error) {
+// The options as this version has them, from a caller that may know none but the first ones. False if it knows others.
+bool read_options(const hypgen_worlds_options& given, hypgen_worlds_options& options) {
+  constexpr std::size_t kFirstSize = offsetof(hypgen_worlds_options, device);
+  options = {};
+  if (given.size != kFirstSize && given.size != sizeof options) return false;
+  std::memcpy(&options, &given, given.size);
+  return true;
+}
+
+// What `device` of the options asks for.
+struct WantedDevice {
+  DeviceKind kind = DeviceKind::kCpu;
+  int index = kFirstDevice;
+};
+
+bool read_wanted(const char* text, WantedDevice& wanted, std::string& error) {
+  if (text == nullptr) return true;
+  if (read_device(text, wanted.kind, wanted.index) && wanted.kind != DeviceKind::kAuto) return true;
+  error = "device: expected cpu, cuda or cuda:N, found " + excerpt(text);
+  return false;
+}
+
+Status make(LiveWorlds& made, const hypgen_worlds_options& options, WantedDevice wanted, std::string& error) {
   if (options.count < 1 || options.count > kMostWorlds)
     return refuse("count: expected 1 to 2^24 worlds, found " + std::to_string(options.count), error);
   const ModelDescriptor& descriptor = made.model.descriptor;
@@ -69,36 +98,34 @@ Status make(LiveWorlds& made, const hypgen_worlds_options& options, std::string&
   made.instance = descriptor.create(values, error);
   if (!made.instance) return Status::kWrongArgument;
   made.count = options.count;
-  made.worlds = made.instance->make_worlds(options.seed, made.count);
-  made.keys.resize(made.count * made.codec.words());
-  return Status::kOk;
+  const KeyCodec codec(made.model.seen, made.model.key_words);
+  if (wanted.kind == DeviceKind::kCpu) {
+    made.worlds = made.instance->make_worlds(options.seed, made.count, codec.digits());
+    return Status::kOk;
+  }
+  if (find_device(descriptor.device, wanted.index, error)) {
+    made.worlds = descriptor.device->make_worlds(made.instance->params(), options.seed, made.count,
+                                                 codec.digits(), wanted.index, error);
+  }
+  return made.worlds ? Status::kOk : Status::kNoGpu;
 }
 
 // Why a world does not do its action.
-std::string refusal_of(const LiveWorlds& worlds, std::size_t world, std::int32_t action) {
+std::string refusal_of(LiveWorlds& worlds, std::size_t world, std::int32_t action) {
   const std::string where = "world " + std::to_string(world) + ": ";
   const std::vector<std::string>& names = worlds.model.descriptor.action_names;
-  if (action == Worlds::kNextEpisode) return where + "there is no next episode: their numbers end at 2^32";
+  if (action == Worlds::kNextEpisode) return where + kNoNextEpisode;
   if (action < 0 || static_cast<std::size_t>(action) >= names.size()) {
     return where + "expected an action from 0 to " + std::to_string(names.size() - 1) +
            ", or HYPGEN_NEXT_EPISODE, found " + std::to_string(action);
   }
   std::vector<std::uint8_t> legal(worlds.count * names.size());
-  worlds.worlds->export_legal(legal.data());
+  std::string problem;
+  if (worlds.worlds->export_legal(legal.data(), problem) != Status::kOk) return where + problem;
   const auto row = legal.begin() + static_cast<std::ptrdiff_t>(world * names.size());
   if (std::any_of(row, row + static_cast<std::ptrdiff_t>(names.size()), [](auto is) { return is != 0; }))
     return where + "action " + names[static_cast<std::size_t>(action)] + " is not legal now";
   return where + "no action is legal: its episode has ended, or none has begun";
-}
-
-// Writes the values of what each world has shown.
-Status write_seen(LiveWorlds& worlds, const std::uint64_t* keys, std::int32_t* out, std::string& error) {
-  const std::size_t words = worlds.codec.words();
-  for (std::size_t i = 0; i < worlds.count; ++i, out += worlds.codec.values()) {
-    if (!worlds.codec.decode({keys + i * words, words}, out))
-      return refuse("world " + std::to_string(i) + ": its model made a key that has no values", error);
-  }
-  return Status::kOk;
 }
 
 }  // namespace
@@ -117,11 +144,14 @@ hypgen_status hypgen_worlds_create(const hypgen_model* model, const hypgen_world
   HYPGEN_NEED(options);
   const hypgen_status found = hypgen::check_model(model, error);
   if (found != HYPGEN_OK) return found;
-  if (options->size != sizeof(hypgen_worlds_options))
+  hypgen_worlds_options known;
+  if (!hypgen::read_options(*options, known))
     return hypgen::wrong("options: its size is not sizeof(hypgen_worlds_options)", error);
   return hypgen::guarded(error, [&](std::string& text) {
-    auto made = std::make_unique<LiveWorlds>(model->make());
-    const Status status = hypgen::make(*made, *options, text);
+    hypgen::WantedDevice wanted;
+    if (!hypgen::read_wanted(known.device, wanted, text)) return Status::kWrongArgument;
+    auto made = std::make_unique<LiveWorlds>(model->make(), wanted.kind == hypgen::DeviceKind::kCuda);
+    const Status status = hypgen::make(*made, known, wanted, text);
     if (status == Status::kOk)
       *worlds = static_cast<hypgen_worlds*>(hypgen::LiveHandles::add(std::move(made)));
     return status;
@@ -133,10 +163,8 @@ hypgen_status hypgen_worlds_destroy(hypgen_worlds* worlds) {
 }
 
 hypgen_status hypgen_worlds_seed(hypgen_worlds* worlds, uint64_t seed, char** error) {
-  return hypgen::with_handle<LiveWorlds>(worlds, error, [&](LiveWorlds& all, std::string&) {
-    all.worlds->reseed(seed);
-    return Status::kOk;
-  });
+  return hypgen::with_handle<LiveWorlds>(
+      worlds, error, [&](LiveWorlds& all, std::string& text) { return all.worlds->reseed(seed, text); });
 }
 
 hypgen_status hypgen_worlds_start(hypgen_worlds* worlds, const char* start, char** error) {
@@ -144,40 +172,36 @@ hypgen_status hypgen_worlds_start(hypgen_worlds* worlds, const char* start, char
     hypgen::StartValues values;
     if (start != nullptr && !hypgen::read_start(start, all.model, values, text))
       return Status::kWrongArgument;
-    all.worlds->set_start(std::move(values));
-    return Status::kOk;
+    return all.worlds->set_start(std::move(values), text);
   });
 }
 
 hypgen_status hypgen_worlds_reset(hypgen_worlds* worlds, const uint8_t* mask, const uint64_t* episodes,
                                   size_t count, char** error) {
   return hypgen::with_worlds(worlds, count, error, [&](LiveWorlds& all, std::string& text) {
-    for (std::size_t i = 0; i < count; ++i) {
-      if (mask != nullptr && mask[i] == 0) continue;
-      const std::uint64_t number = episodes != nullptr ? episodes[i] : all.worlds->next_episode(i);
-      if (number < hypgen::Worlds::kMostEpisodes) continue;
-      return hypgen::refuse(
-          "world " + std::to_string(i) + ": expected an episode below 2^32, found " + std::to_string(number),
-          text);
+    std::size_t refused = count;
+    const Status status = all.worlds->reset(mask, episodes, refused, text);
+    if (refused < count) {
+      text = "world " + std::to_string(refused) + ": ";
+      text += episodes == nullptr
+                  ? hypgen::kNoNextEpisode
+                  : "expected an episode below 2^32, found " + std::to_string(episodes[refused]);
     }
-    all.worlds->reset(mask, episodes);
-    return Status::kOk;
+    return status;
   });
 }
 
 hypgen_status hypgen_worlds_visible(hypgen_worlds* worlds, int32_t* visible, size_t count, char** error) {
   return hypgen::with_worlds(worlds, count, error, [&](LiveWorlds& all, std::string& text) {
     if (visible == nullptr) return hypgen::refuse("visible: is NULL", text);
-    all.worlds->export_visible(visible);
-    return Status::kOk;
+    return all.worlds->export_visible(visible, text);
   });
 }
 
 hypgen_status hypgen_worlds_legal(hypgen_worlds* worlds, uint8_t* legal, size_t count, char** error) {
   return hypgen::with_worlds(worlds, count, error, [&](LiveWorlds& all, std::string& text) {
     if (legal == nullptr) return hypgen::refuse("legal: is NULL", text);
-    all.worlds->export_legal(legal);
-    return Status::kOk;
+    return all.worlds->export_legal(legal, text);
   });
 }
 
@@ -187,16 +211,12 @@ hypgen_status hypgen_worlds_step(hypgen_worlds* worlds, const int32_t* actions, 
     if (actions == nullptr || out == nullptr) return hypgen::refuse("actions or out: is NULL", text);
     if (out->size != sizeof(hypgen_worlds_results))
       return hypgen::refuse("out: its size is not sizeof(hypgen_worlds_results)", text);
-    const std::size_t refused = all.worlds->find_refusal(actions);
-    if (refused < count) return hypgen::refuse(hypgen::refusal_of(all, refused, actions[refused]), text);
-    std::uint64_t* const keys = out->keys == nullptr ? all.keys.data() : out->keys;
-    const bool has_rewards = all.worlds->step(
-        actions, {out->rewards, keys, out->visible, out->legal, out->terminal, out->success});
-    if (out->seen != nullptr) {
-      const Status status = hypgen::write_seen(all, keys, out->seen, text);
-      if (status != Status::kOk) return status;
-    }
-    return has_rewards ? Status::kOk : Status::kModelNan;
+    std::size_t refused = count;
+    const Status status = all.worlds->step(
+        actions, {out->rewards, out->seen, out->keys, out->visible, out->legal, out->terminal, out->success},
+        refused, text);
+    if (refused < count) text = hypgen::refusal_of(all, refused, actions[refused]);
+    return status;
   });
 }
 

@@ -40,7 +40,7 @@ Refusal LiveHandles::find(const void* handle, Handled::Kind kind, Handled*& obje
   const auto number = reinterpret_cast<std::uintptr_t>(handle);
   while (object != nullptr && (object->number_ != number || object->kind_ != kind)) object = object->next_;
   if (object == nullptr) return Refusal::kUnknown;
-  const bool is_forked = kind == Handled::Kind::kPlanner && object->process_ != getpid();
+  const bool is_forked = object->stays_ && object->process_ != getpid();
   return is_forked ? Refusal::kForked : Refusal::kNone;
 }
 

@@ -16,7 +16,8 @@ class Handled {
  public:
   enum class Kind { kPlanner, kWorlds };
 
-  explicit Handled(Kind kind) : kind_(kind) {}
+  // `stays`: a fork leaves it to its parent, as threads and GPUs stay there.
+  Handled(Kind kind, bool stays) : kind_(kind), stays_(stays) {}
   virtual ~Handled() = default;
   Handled(const Handled&) = delete;
   Handled& operator=(const Handled&) = delete;
@@ -25,6 +26,7 @@ class Handled {
   friend class LiveHandles;
 
   const Kind kind_;
+  const bool stays_;
   const pid_t process_ = getpid();
   std::uintptr_t number_ = 0;
   Handled* next_ = nullptr;
@@ -40,8 +42,8 @@ class LiveHandles {
   // The handle of an object, which is alive from now on.
   static void* add(std::unique_ptr<Handled> object);
 
-  // Lets one call have an object for itself, until `give_back` or `end`. A planner is refused in a fork: its
-  // threads stay with the parent.
+  // Lets one call have an object for itself, until `give_back` or `end`. In a fork, what stays with the parent is
+  // refused.
   static Refusal take(const void* handle, Handled::Kind kind, Handled*& object);
   static void give_back(Handled& object) { object.is_busy_.store(false, std::memory_order_release); }
   static std::unique_ptr<Handled> end(Handled& object);

@@ -12,7 +12,7 @@ KeyCodec::KeyCodec(const std::vector<ValueField>& fields, std::size_t words) : w
     const std::uint64_t size =
         is_float ? std::uint64_t{1} << 32
                  : static_cast<std::uint64_t>(static_cast<std::int64_t>(field.high) - low) + 1;
-    digits_.insert(digits_.end(), field.length(), Digit{size, low, is_float});
+    digits_.insert(digits_.end(), field.length(), KeyDigit{size, low, is_float});
   }
 }
 
@@ -20,7 +20,7 @@ void KeyCodec::encode(Span<const std::int32_t> values, std::vector<std::uint64_t
   key.assign(words_, 0);
   KeyCursor cursor;
   for (std::size_t i = 0; i < digits_.size(); ++i) {
-    const Digit& digit = digits_[i];
+    const KeyDigit& digit = digits_[i];
     const std::uint64_t number = digit.is_float ? static_cast<std::uint32_t>(values[i])
                                                 : static_cast<std::uint64_t>(values[i] - digit.low);
     if (words_ == 1) {  // the first digit is the most significant, as in generated code
@@ -38,21 +38,7 @@ bool KeyCodec::decode(KeyWords key, std::vector<std::int32_t>& values) const {
 }
 
 bool KeyCodec::decode(KeyWords key, std::int32_t* values) const {
-  if (key.size() != words_) return false;
-  KeyCursor cursor;
-  std::uint64_t rest = key[0];
-  for (std::size_t n = 0; n < digits_.size(); ++n) {
-    const std::size_t i = words_ == 1 ? digits_.size() - 1 - n : n;
-    const Digit& digit = digits_[i];
-    if (words_ > 1 && cursor.advance(digit.size)) {
-      if (rest != 0) return false;  // more than the digits of the word before can say
-      rest = key[cursor.word()];
-    }
-    const std::uint64_t higher = rest < digit.size ? 0 : rest / digit.size;  // a division is slow
-    values[i] = static_cast<std::int32_t>(static_cast<std::int64_t>(rest - higher * digit.size) + digit.low);
-    rest = higher;
-  }
-  return rest == 0;
+  return key.size() == words_ && decode_key(digits_.data(), digits_.size(), key, values);
 }
 
 }  // namespace hypgen

@@ -19,18 +19,7 @@ std::unique_ptr<LeafEvaluator> make_on_device(const ModelDescriptor& model, cons
     problem = std::string("--mode ") + mode_name(options.planner.mode) + " does not use a GPU";
     return nullptr;
   }
-  if (model.device == nullptr) {
-    problem = "this solver was built without CUDA";
-    return nullptr;
-  }
-  const std::vector<DeviceInfo> devices = model.device->devices(problem);
-  if (devices.empty()) return nullptr;
-  if (index == kFirstDevice) index = devices.front().index;
-  const auto is_wanted = [=](const DeviceInfo& device) { return device.index == index; };
-  if (std::none_of(devices.begin(), devices.end(), is_wanted)) {
-    problem = "no GPU with number " + std::to_string(index) + " that this solver has code for";
-    return nullptr;
-  }
+  if (!find_device(model.device, index, problem)) return nullptr;
   const EvaluatorOptions whole = evaluator_options(options.planner, model);
   // In closed form a leaf costs a device so little that a full batch is sooner done than its share on the host.
   if (options.planner.mode != Mode::kHyp || options.planner.threads == 1 || !model.rolls_out) {
@@ -43,6 +32,20 @@ std::unique_ptr<LeafEvaluator> make_on_device(const ModelDescriptor& model, cons
 }
 
 }  // namespace
+
+bool find_device(const DeviceSupport* support, int& index, std::string& problem) {
+  if (support == nullptr) {
+    problem = "this solver was built without CUDA";
+    return false;
+  }
+  const std::vector<DeviceInfo> devices = support->devices(problem);
+  if (devices.empty()) return false;
+  if (index == kFirstDevice) index = devices.front().index;
+  const auto is_wanted = [=](const DeviceInfo& device) { return device.index == index; };
+  if (std::any_of(devices.begin(), devices.end(), is_wanted)) return true;
+  problem = "no GPU with number " + std::to_string(index) + " that this solver has code for";
+  return false;
+}
 
 bool wants_device(const SolverOptions& options) {
   if (options.device == DeviceKind::kCpu) return false;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "hypgen/math/float_bits.hpp"
 #include "marginal_json.hpp"
 
 namespace hypgen {
@@ -30,6 +31,16 @@ Json counts(const std::map<Status, std::uint64_t>& statuses) {
   Json json = Json::object();
   for (const auto& [status, count] : statuses) json[status_name(status)] = count;
   return json;
+}
+
+// The values of a variable, an array if it has several entries.
+Json json_of(const VisibleVariable& variable, const std::int32_t* values) {
+  Json json = Json::array();
+  for (int i = 0; i < variable.count; ++i) {
+    const auto bits = static_cast<std::uint32_t>(values[i]);
+    json.push_back(variable.is_float ? Json(math::from_bits(bits)) : Json(values[i]));
+  }
+  return variable.is_array ? json : json.front();
 }
 
 void add_details(const ModelDescriptor& model, const StepDetails& details, Json& json) {
@@ -182,8 +193,14 @@ void JsonLines::write(const EpisodeRecord& episode) {
                {"steps", episode.steps},
                {"terminal", episode.terminal},
                {"success", nullptr},
-               {"status", status_name(episode.status)}};
+               {"status", status_name(episode.status)},
+               {"visible", Json::object()}};
   if (model_.has_success) json["success"] = episode.success;
+  const std::int32_t* values = episode.visible.data();
+  for (const VisibleVariable& variable : model_.visible_variables) {
+    json["visible"][variable.name] = json_of(variable, values);
+    values += variable.count;
+  }
   write_line(json.dump());
 }
 

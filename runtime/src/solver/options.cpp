@@ -34,14 +34,6 @@ bool read_mode(const std::string& text, Mode& mode) {
   return false;
 }
 
-bool read_device(const std::string& text, DeviceKind& kind, int& index) {
-  const std::string numbered = "cuda:";
-  kind = text == "auto" ? DeviceKind::kAuto : text == "cpu" ? DeviceKind::kCpu : DeviceKind::kCuda;
-  index = kFirstDevice;
-  if (kind != DeviceKind::kCuda || text == "cuda") return true;
-  return text.rfind(numbered, 0) == 0 && read_integer(text.substr(numbered.size()), 0, 1023, index);
-}
-
 bool read_pruning(const std::string& text, double& lambda) {
   lambda = kAutoPruning;
   return text == "auto" || read_double(text, 0.0, 1e9, lambda);
@@ -238,6 +230,14 @@ std::vector<Option> option_table(SolverOptions& options) {
 }
 
 }  // namespace
+
+bool read_device(const std::string& text, DeviceKind& kind, int& index) {
+  const std::string numbered = "cuda:";
+  kind = text == "auto" ? DeviceKind::kAuto : text == "cpu" ? DeviceKind::kCpu : DeviceKind::kCuda;
+  index = kFirstDevice;
+  if (kind != DeviceKind::kCuda || text == "cuda") return true;
+  return text.rfind(numbered, 0) == 0 && read_integer(text.substr(numbered.size()), 0, 1023, index);
+}
 
 const char* mode_name(Mode mode) {
   switch (mode) {

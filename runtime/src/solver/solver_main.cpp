@@ -131,8 +131,10 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Model
       lines.write(start);
     };
     for (std::uint64_t run = 0; run < options.runs && !limits.interrupted(); ++run) {
-      const EpisodeRecord record = run_episode(planner, *belief, *world, model.visible_count,
-                                               options.first_run + run, limits, report, report_start);
+      EpisodeRecord record = run_episode(planner, *belief, *world, model.visible_count,
+                                         options.first_run + run, limits, report, report_start);
+      record.visible.resize(static_cast<std::size_t>(model.visible_count));
+      world->export_visible(record.visible.data());
       lines.write(record);
       if (record.status == Status::kInterrupted) break;  // half an episode has no return
       totals.add(record);

@@ -53,6 +53,7 @@ class CWorldsOptions(ctypes.Structure):
         ("count", ctypes.c_size_t),
         ("seed", ctypes.c_uint64),
         ("params", ctypes.c_char_p),
+        ("device", ctypes.c_char_p),
     )
 
 

@@ -58,12 +58,16 @@ class Solver:
         seed: int = 0,
         params: Mapping[str, Any] | None = None,
         start: Mapping[str, Any] | None = None,
+        device: str = "cpu",
     ) -> Worlds:
         """Return so many simulated worlds side by side, which one call moves.
 
         ``params`` sets the model's params, and ``start`` what episodes start with, as ``Worlds.start`` does.
+        ``device`` is ``cpu``, or where the model was compiled for GPUs ``cuda``, the first one, or
+        ``cuda:N``. Results are the same on each. ``PlannerError`` with the status ``no_gpu`` says why a GPU
+        cannot be used, or that it has failed.
         """
-        return Worlds(self._library, count, seed, _text(params), start)
+        return Worlds(self._library, count, seed, _text(params), start, device)
 
     def env(
         self,
@@ -91,12 +95,17 @@ class Solver:
         steps: int | None = None,
         params: Mapping[str, Any] | None = None,
         start: Mapping[str, Any] | None = None,
+        device: str = "cpu",
     ) -> WorldVectorEnv:
-        """Return so many simulated worlds as a vectorised environment of Gymnasium, one call of C a step."""
+        """Return so many simulated worlds as a vectorised environment of Gymnasium, one call of C a step.
+
+        ``device`` is that of ``worlds``.
+        """
         _need_gymnasium()
         from hypgen.api.environments import WorldVectorEnv
 
-        return WorldVectorEnv(self.worlds(count, seed=seed, params=params, start=start), steps)
+        worlds = self.worlds(count, seed=seed, params=params, start=start, device=device)
+        return WorldVectorEnv(worlds, steps)
 
     def simulate(
         self,

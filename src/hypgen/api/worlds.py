@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from hypgen.api.arguments import encoded_object, in_range
+from hypgen.api.arguments import encoded, encoded_object, in_range
 from hypgen.api.c_interface import CLibrary, CWorldsOptions, CWorldsResults, PlannerError
 from hypgen.api.fields import Codes, named, read_fields
 
@@ -39,6 +39,7 @@ class Worlds:
         seed: int,
         params: bytes | None,
         start: Mapping[str, Any] | None = None,
+        device: str = "cpu",
     ) -> None:
         self._library = library
         self._handle: ctypes.c_void_p | None = None
@@ -80,10 +81,12 @@ class Worlds:
         self._step_arguments = _pointer(self._actions), self._count, ctypes.byref(self._results)
 
         options = CWorldsOptions(
-            ctypes.sizeof(CWorldsOptions),
+            # Libraries of before GPUs had worlds know the options up to that.
+            CWorldsOptions.device.offset if device == "cpu" else ctypes.sizeof(CWorldsOptions),
             count,
             in_range("seed", seed, 0, 2**64 - 1),
             params,
+            encoded("device", device),
         )
         handle = ctypes.c_void_p()
         library.call("worlds_create", library.model, ctypes.byref(options), ctypes.byref(handle))

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,7 +17,8 @@ from hypgen.experiments.cells import Cell
 from hypgen.experiments.generated import generate, program_of
 from hypgen.experiments.process import Played
 from hypgen.experiments.store import Failure, Store
-from hypgen.experiments.suite import SuiteError, Task
+from hypgen.experiments.suite import Task
+from hypgen.experiments.suite_values import SuiteError
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -45,9 +47,10 @@ class DaskExecutor:
         """Leave the scheduler."""
         self._client.close()
 
-    def play(self, cells: Sequence[Cell], store: Store) -> Iterator[Cell | Failure]:
-        """Play cells in about their order, keep each, and yield it; closing the iterator ends all processes.
+    def play(self, cells: Sequence[Cell], store: Store, end: float = math.inf) -> Iterator[Cell | Failure]:
+        """Play cells in about their order, keep each, and yield it.
 
+        At ``end``, or where the iterator is closed, all processes are ended.
         A setting one of whose cells fails is not played on. A cell whose worker is lost plays on another.
         """
         waiting = list(cells)
@@ -55,7 +58,7 @@ class DaskExecutor:
         ended: Queue[Future[Played]] = Queue()
         able = time.monotonic()
         try:
-            while waiting or playing:
+            while (waiting or playing) and time.monotonic() < end:
                 workers = self._workers()
                 for cell, needs in _next(waiting, [one for one, _ in playing.values()], workers):
                     waiting.remove(cell)
@@ -97,7 +100,7 @@ class DaskExecutor:
             cell.program,
             self._project(cell),
             tuple(cell.arguments()),
-            None if setting.task.param is None else setting.task.param.read_text(encoding="utf-8"),
+            cell.param,
             setting.threads,
             setting.wants_gpu,
             self._cell_seconds,

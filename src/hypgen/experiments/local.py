@@ -3,17 +3,19 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from hypgen.experiments.cells import Cell
 from hypgen.experiments.process import POLL, SolverProcess
 from hypgen.experiments.store import Failure, Store
-from hypgen.experiments.suite import SuiteError
+from hypgen.experiments.suite_values import SuiteError
 
 
 @dataclass
@@ -44,48 +46,58 @@ class LocalExecutor:
     def __post_init__(self) -> None:
         self.size = len(self.cores)
 
-    def play(self, cells: Sequence[Cell], store: Store) -> Iterator[Cell | Failure]:
-        """Play cells in about their order, keep each, and yield it; closing the iterator ends all processes.
+    def play(self, cells: Sequence[Cell], store: Store, end: float = math.inf) -> Iterator[Cell | Failure]:
+        """Play cells in about their order, keep each, and yield it.
 
+        At ``end``, or where the iterator is closed, all processes are ended.
         A setting one of whose cells fails is not played on.
         """
         waiting, running = list(cells), list[Running]()
         if not self.gpus and (cell := next((one for one in waiting if one.setting.wants_gpu), None)):
             raise SuiteError(f"`{cell.setting}` needs a GPU, and none may be used")
-        try:
-            while waiting or running:
-                while (cell := next((one for one in waiting if self._has_room(one)), None)) is not None:
-                    waiting.remove(cell)
-                    running.append(self._start(cell, store))
-                time.sleep(POLL)
-                for one in [one for one in running if one.process.has_ended()]:
-                    running.remove(one)
-                    self._free(one)
-                    outcome = one.process.played().keep(one.cell, store)
-                    if isinstance(outcome, Failure):
-                        waiting = [cell for cell in waiting if cell.setting != one.cell.setting]
-                    yield outcome
-        finally:
-            for one in running:
-                one.process.stop()
+        # Whatever an interrupt leaves, the folder goes, with all that processes write.
+        with TemporaryDirectory(dir=store.folder, prefix="lines-") as folder:
+            try:
+                while (waiting or running) and time.monotonic() < end:
+                    while (cell := self._next(waiting)) is not None:
+                        waiting.remove(cell)
+                        running.append(self._start(cell, Path(folder)))
+                    time.sleep(POLL)
+                    for one in [one for one in running if one.process.has_ended()]:
+                        running.remove(one)
+                        self._free(one)
+                        outcome = one.process.played().keep(one.cell, store)
+                        if isinstance(outcome, Failure):
+                            waiting = [cell for cell in waiting if cell.setting != one.cell.setting]
+                        yield outcome
+            finally:
+                for one in running:
+                    one.process.ask_to_end()
+                for one in running:
+                    one.process.stop()
+
+    def _next(self, waiting: Sequence[Cell]) -> Cell | None:
+        """Return the next cell that could start now.
+
+        Those of later waves wait, as small ones would else keep one with many cores out until the end.
+        """
+        this_wave = (one for one in waiting if one.wave == waiting[0].wave)
+        return next((one for one in this_wave if self._has_room(one)), None)
 
     def _has_room(self, cell: Cell) -> bool:
         """Return whether a cell could start now. One with more threads than cores takes all cores."""
         has_cores = len(self.cores) >= min(cell.setting.threads, self.size)
         return self.jobs > 0 and has_cores and (bool(self.gpus) or not cell.setting.wants_gpu)
 
-    def _start(self, cell: Cell, store: Store) -> Running:
+    def _start(self, cell: Cell, folder: Path) -> Running:
         count = min(cell.setting.threads, self.size)
         mine, self.cores = self.cores[:count], self.cores[count:]
         gpu = self.gpus.pop(0) if cell.setting.wants_gpu else None
         self.jobs -= 1
-        task = cell.setting.task
-        param = [] if task.param is None else [f"--param={task.param}"]
-        command = [str(self.programs[task.name]), *cell.arguments(), *param]
-        lines = store.scratch(cell, "lines")
-        return Running(
-            cell, SolverProcess(command, lines, mine, gpu, self.about, self.cell_seconds), mine, gpu
-        )
+        command = [str(self.programs[cell.setting.task.name]), *cell.arguments()]
+        lines = folder / cell.key
+        process = SolverProcess(command, lines, mine, gpu, self.about, self.cell_seconds, cell.param)
+        return Running(cell, process, mine, gpu)
 
     def _free(self, one: Running) -> None:
         self.cores = sorted(self.cores + one.cores)

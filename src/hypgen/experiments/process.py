@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import platform
 import signal
@@ -17,6 +18,9 @@ from typing import Any
 from hypgen import __version__
 from hypgen.experiments.cells import Cell
 from hypgen.experiments.store import Failure, Store
+from hypgen.runtime.builder.compile_flags import host_flags
+from hypgen.runtime.builder.solver import runtime_id
+from hypgen.runtime.builder.tools import user_flags
 
 PATIENCE = 10.0  # seconds that a solver has to end its step once it is asked to stop
 POLL = 0.02  # seconds between two looks at processes
@@ -43,8 +47,9 @@ class Played:
 class SolverProcess:
     """A solver that plays now. The system kills it where the thread that started it ends.
 
-    ``command`` is the solver and its arguments, ``lines`` the file that it writes its JSON lines to.
-    ``about`` says how it was compiled. It is killed after ``seconds``.
+    ``command`` is the solver and its arguments, ``lines`` the file that it writes its JSON lines to, and
+    ``param`` the text of its file of params. ``about`` says how it was compiled. It is killed after
+    ``seconds``.
     """
 
     def __init__(
@@ -55,8 +60,13 @@ class SolverProcess:
         gpu: str | None,
         about: dict[str, Any],
         seconds: float,
+        param: str | None,
     ) -> None:
         self._lines, self._seconds, self._began = lines, seconds, time.monotonic()
+        self._param = lines.with_suffix(".param")
+        given = [] if param is None else [f"--param={self._param}"]
+        if param is not None:
+            self._param.write_text(param, encoding="utf-8")
         self._about = about | {
             "machine": machine(),
             "cores": len(cores),
@@ -65,7 +75,7 @@ class SolverProcess:
         }
         bound = ["setpriv", "--pdeathsig", "KILL", "taskset", "-c", ",".join(map(str, cores))]
         self._process = subprocess.Popen(
-            [*bound, *command, "--quiet", f"--json={lines}"],
+            [*bound, *command, *given, "--quiet", f"--json={lines}"],
             env=os.environ | ({} if gpu is None else {"CUDA_VISIBLE_DEVICES": gpu}),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
@@ -92,7 +102,7 @@ class SolverProcess:
                 about = {**self._about, "seconds": round(seconds, 3)}
                 return Played(about, self._lines.read_text(encoding="utf-8"))
         finally:
-            self._lines.unlink(missing_ok=True)
+            self._remove_files()
         reason = (
             f"the solver ended with code {code}" if code > 0 else f"the solver was ended by signal {-code}"
         )
@@ -100,21 +110,33 @@ class SolverProcess:
             reason = f"the solver was killed after {seconds:.0f} s: out of memory, or hung"
         return Played(self._about, "", f"{reason}{': ' if said else ''}{said}")
 
+    def ask_to_end(self) -> None:
+        """Let it end after its step."""
+        self._process.send_signal(signal.SIGTERM)
+
     def stop(self) -> None:
         """End it; what it has played is dropped."""
-        self._process.send_signal(signal.SIGTERM)
+        self.ask_to_end()
         try:
             self._process.communicate(timeout=PATIENCE)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.communicate()
-        self._lines.unlink(missing_ok=True)
+        self._remove_files()
+
+    def _remove_files(self) -> None:
+        for path in (self._lines, self._param):
+            path.unlink(missing_ok=True)
 
 
+@functools.cache
 def machine() -> dict[str, Any]:
-    """Return what tells results of this machine from those of others."""
+    """Return what tells results of this machine, and of this hypgen, from those of others."""
     found = {
         "hypgen": __version__,
+        "commit": _commit(),
+        "runtime": runtime_id(),
+        "flags": [*host_flags(), *user_flags("CXXFLAGS"), *user_flags("LDFLAGS")],
         "system": f"{platform.system()} {platform.release()}",
         "cores": os.cpu_count(),
     }
@@ -126,3 +148,15 @@ def machine() -> dict[str, Any]:
     except (OSError, StopIteration):
         found["processor"] = platform.machine()
     return found
+
+
+def _commit() -> str:
+    """Return the commit of the clone that this is, with a mark if files have changed; empty elsewhere."""
+    clone = Path(__file__).resolve().parents[3]
+    if not (clone / ".git").exists():
+        return ""
+    command = ["git", "-C", str(clone), "describe", "--always", "--dirty", "--exclude=*"]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, timeout=10.0).stdout.strip()
+    except (OSError, subprocess.TimeoutExpired):
+        return ""

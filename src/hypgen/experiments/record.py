@@ -9,9 +9,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from hypgen.experiments.measures import Measure
+from hypgen.experiments.published import Published
 from hypgen.experiments.results import cells_by_setting
 from hypgen.experiments.store import Named, Store
-from hypgen.experiments.suite import Published, Setting, Study, Suite, SuiteError, Task
+from hypgen.experiments.suite import Setting, Study, Suite, Task
+from hypgen.experiments.suite_values import SuiteError
 
 
 @dataclass(frozen=True)
@@ -95,6 +98,7 @@ def _to_json(study: Study, cells: Mapping[Setting, list[Named]]) -> dict[str, An
         "tasks": tasks,
         "settings": settings,
         "published": [asdict(one) for one in study.published],
+        "measures": [asdict(one) for one in study.measures],
     }
 
 
@@ -125,7 +129,13 @@ def _from_json(found: Mapping[str, Any]) -> Recorded:
         for one in found["published"]
     )
     study = Study(
-        found["name"], tuple(cells), found["runs"], found["against"], found["episodes_a_cell"], published
+        found["name"],
+        tuple(cells),
+        found["runs"],
+        tuple(found["against"]),
+        found["episodes_a_cell"],
+        published,
+        tuple(Measure(**one) for one in found["measures"]),
     )
     return Recorded(study, {setting: list[Named](names) for setting, names in cells.items()})
 

@@ -11,6 +11,7 @@ from statistics import fmean
 from typing import Any
 
 from hypgen.experiments.cells import cells_of
+from hypgen.experiments.measures import Measure
 from hypgen.experiments.store import Named, Store, broken
 from hypgen.experiments.suite import Setting, Study
 
@@ -36,6 +37,7 @@ class Played:
     lengths: dict[int, int] = field(default_factory=dict)
     successes: dict[int, bool] = field(default_factory=dict)  # where the model says
     promised: dict[int, float] = field(default_factory=dict)  # the first root's bounds' middle
+    gaps: dict[int, float] = field(default_factory=dict)  # between the first root's bounds
     endings: Counter[str] = field(default_factory=Counter)
     searches: Counter[str] = field(default_factory=Counter)
     seconds: list[float] = field(default_factory=list)  # of planning, a step
@@ -43,12 +45,15 @@ class Played:
     totals: Counter[str] = field(default_factory=Counter)  # of the search's counts, over all steps
     places: Counter[Place] = field(default_factory=Counter)  # cells
     began: list[str] = field(default_factory=list)  # when each cell began, in ISO 8601
+    measures: tuple[Measure, ...] = ()
+    measured: dict[str, dict[int, float]] = field(default_factory=dict)  # of each measure, by episode
     crowded: int = 0  # cells that began on a machine with more to do than it has cores
     problems: list[str] = field(default_factory=list)
 
     def take(self, lines: Iterable[dict[str, Any]]) -> None:
         """Take the lines of a cell."""
         head: dict[str, Any] = {}
+        actions = Counter[str]()  # of the present episode
         for line in lines:
             match line["type"]:
                 case "cell":
@@ -57,6 +62,7 @@ class Played:
                     self._take_place(head, line)
                 case "step":
                     self._take_step(line)
+                    actions[line["action_name"]] += 1
                 case "episode":
                     episode = line["episode"]
                     self.returns[episode] = line["discounted_return"]
@@ -64,6 +70,9 @@ class Played:
                     self.endings[line["status"]] += 1
                     if line["success"] is not None:
                         self.successes[episode] = line["success"]
+                    for one in self.measures:
+                        self.measured.setdefault(one.name, {})[episode] = one.of(actions, line)
+                    actions.clear()
 
     def _take_place(self, head: Mapping[str, Any], run: Mapping[str, Any]) -> None:
         machine = head["machine"]
@@ -84,10 +93,11 @@ class Played:
         self.seconds.append(line["search_seconds"])
         self.updates.append(line["update_seconds"])
         self.searches[line["status"]] += 1
-        for name in ("expansions", "nodes", "trials", "simulations", "max_depth"):
+        for name in ("expansions", "nodes", "trials", "simulations", "max_depth", "collisions"):
             self.totals[name] += line[name]
         if line["step"] == 0 and line["upper"] is not None and line["lower"] is not None:
             self.promised[line["episode"]] = (line["upper"] + line["lower"]) / 2
+            self.gaps[line["episode"]] = line["upper"] - line["lower"]
 
     @property
     def success_rate(self) -> float:
@@ -122,7 +132,7 @@ def read_cells(study: Study, cells: Mapping[Setting, Sequence[Named]], store: St
     """Return what each setting has played of its cells; raise ``SuiteError`` at what is no cell."""
     found: dict[Setting, Played] = {}
     for setting in study.settings:
-        played = found[setting] = Played(study.runs)
+        played = found[setting] = Played(study.runs, measures=study.measures)
         for cell in cells.get(setting, ()):
             if store.has(cell):
                 try:

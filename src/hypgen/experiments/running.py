@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import time
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from hypgen.api.model import FilePath
 from hypgen.api.programs import Progress
+from hypgen.dsl import ir
 from hypgen.dsl.messages.diagnostic import did_you_mean
 from hypgen.experiments.cells import Cell, cells_of
 from hypgen.experiments.generated import generate, program_of
@@ -21,7 +23,8 @@ from hypgen.experiments.local import LocalExecutor
 from hypgen.experiments.record import record
 from hypgen.experiments.results import read
 from hypgen.experiments.store import Failure, Store
-from hypgen.experiments.suite import Suite, SuiteError, Task, read_suite
+from hypgen.experiments.suite import Suite, Task, read_suite
+from hypgen.experiments.suite_values import SuiteError
 from hypgen.runtime.builder import cuda_tools
 from hypgen.runtime.builder.tools import find_compiler
 
@@ -32,8 +35,11 @@ if TYPE_CHECKING:
 class Executor(Protocol):
     """What plays cells: this machine, or several."""
 
-    def play(self, cells: Sequence[Cell], store: Store) -> Iterator[Cell | Failure]:
-        """Play cells in about their order, keep each in the store, and yield it."""
+    def play(self, cells: Sequence[Cell], store: Store, end: float = math.inf) -> Iterator[Cell | Failure]:
+        """Play cells in about their order, keep each in the store, and yield it.
+
+        At ``end``, a time of ``time.monotonic()``, what plays is ended and dropped.
+        """
         ...
 
 
@@ -43,6 +49,7 @@ class Build:
 
     solver: Path
     program: str
+    model: ir.Model
 
 
 @dataclass
@@ -72,13 +79,16 @@ def _build(task: Task, wants_gpu: bool, target: str, progress: Progress | None) 
     model, files = generate(task)
     cuda = cuda_tools.choose(target if wants_gpu else "cpu", "", "").build
     solver = model.program("solver", cuda=cuda, progress=progress, generated=files)
-    return Build(solver, program_of(files))
+    return Build(solver, program_of(files), model.loaded.model)
 
 
 def check_options(suite: Suite, builds: dict[str, Build]) -> None:
-    """Raise ``SuiteError`` where a solver does not have an option that the suite gives it."""
+    """Raise ``SuiteError`` where solvers lack an option of the suite, or models what it measures."""
     known = {name: _options_of(one.solver) for name, one in builds.items()}
     for study in suite.studies:
+        for task in dict.fromkeys(setting.task.name for setting in study.settings):
+            for measure in study.measures:
+                measure.check(builds[task].model, f"study {study.name}, measure {measure.name}")
         for setting in study.settings:
             for name, _ in setting.options:
                 option = name.replace("_", "-")
@@ -111,9 +121,9 @@ def play(
     failed = {failure.cell.setting for failure in known}
     waiting = [cell for cell in left if cell.setting not in failed]
     state = State(len(cells), len(cells) - len(left), failures=known)
-    end = time.monotonic() + (limit if limit is not None else float("inf"))
+    end = time.monotonic() + (limit if limit is not None else math.inf)
     tell(state)
-    playing = executor.play(waiting, store)
+    playing = executor.play(waiting, store, end)
     try:
         for outcome in playing:
             if isinstance(outcome, Failure):
@@ -122,8 +132,6 @@ def play(
                 state.done += 1
                 state.last = outcome
             tell(state)
-            if time.monotonic() >= end:
-                break
     finally:
         close = getattr(playing, "close", None)
         if close is not None:

@@ -8,14 +8,13 @@ name is its cell's key, so files of another machine can be copied in.
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
 from hypgen.experiments.cells import Cell
-from hypgen.experiments.suite import SuiteError
+from hypgen.experiments.suite_values import SuiteError
 from hypgen.whole_files import write_whole
 
 _NOTE = "suite.json"
@@ -129,10 +128,6 @@ class Store:
                     yield json.loads(line)
         except (OSError, ValueError) as error:
             raise broken(path, str(error)) from None
-
-    def scratch(self, cell: Cell, suffix: str) -> Path:
-        """Return where a process of this machine may write while it plays a cell."""
-        return self.folder / f"{cell.key}.{os.getpid()}.{suffix}"
 
     def path(self, cell: Named) -> Path:
         """Return where a played cell is kept."""

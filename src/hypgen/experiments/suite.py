@@ -4,24 +4,35 @@
 from __future__ import annotations
 
 import itertools
+import json
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from hypgen.dsl.messages.diagnostic import did_you_mean
-
-MODES = ("default", "rollout", "despot", "parallel", "pomcp", "gpu", "hyp")
-THREADED = ("parallel", "hyp")
-ON_GPU = ("gpu", "hyp")
-BESIDE = ("default", "rollout")  # what a search has to beat
+from hypgen.experiments.measures import Measure, measure_of
+from hypgen.experiments.published import Published, publication_of
+from hypgen.experiments.suite_values import (
+    BESIDE,
+    MODES,
+    ON_GPU,
+    THREADED,
+    SuiteError,
+    check_keys,
+    number_of,
+    numbers_of,
+    strings_of,
+    table_of,
+    text_of,
+)
 
 _SUITE = ("title", "tasks", "study")
 _TASK = ("model", "instance", "set", "param", "name", "at")
-_STUDY = ("name", "tasks", "play", "runs", "seed", "against", "beside", "episodes_a_cell", "published")
-_QUANTITIES = ("return", "success", "steps", "seconds", "expansions", "speed_up")  # that others publish
-_PUBLISHED = ("task", "label", "mode", "at", *_QUANTITIES, "interval", "source", "differs")
+_STUDY = (
+    "name", "tasks", "play", "runs", "seed", "against", "beside", "episodes_a_cell", "measure", "published",
+)  # fmt: skip
 _OURS = ("runs", "first_run", "json", "quiet", "param", "settings", "seed", "help", "version")  # bench's own
 _BUDGETS = ("time", "period", "trials")
 # What the default policy does not take up: it plays once, whatever the searches beside it are told.
@@ -30,17 +41,16 @@ _OF_SEARCHES = (
     "exploration", "memory", "device_memory", "patience",
 )  # fmt: skip
 
+FIRST = "first"  # in place of a mode: what others are compared with is the first setting of the task
+
 Value = bool | int | float | str
-
-
-class SuiteError(ValueError):
-    """A suite that cannot be played; the text says where and what would do."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """A model with its instance and values. ``settings`` are texts "NAME=VALUE"; ``param`` is a JSON file.
+    """A model with its instance and values. ``settings`` are texts "NAME=VALUE".
 
+    ``param`` is a JSON file of params, or of a list of them, which the cells of a study take in turn.
     ``at`` places the task on the axes of figures over several tasks.
     """
 
@@ -96,33 +106,19 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Published:
-    """What others say that a planner reached on a task.
-
-    ``at`` has the options that place it on a figure's axis. ``values`` has what of it is known: ``return``,
-    ``success`` and so on. ``interval`` is of the return. ``differs`` says what is not as in the study.
-    """
-
-    task: str
-    label: str
-    source: str
-    differs: str
-    mode: str = ""
-    at: tuple[tuple[str, float], ...] = ()
-    values: tuple[tuple[str, float], ...] = ()
-    interval: tuple[float, float] | None = None
-
-
-@dataclass(frozen=True)
 class Study:
-    """Settings that play the same episodes of each task, compared with those of mode ``against``."""
+    """Settings that play the same episodes of each task, each compared with those of the modes ``against``.
+
+    One of a mode of ``against`` is compared with those of the modes before. ``FIRST`` is the first setting.
+    """
 
     name: str
     settings: tuple[Setting, ...]
     runs: int
-    against: str
+    against: tuple[str, ...]
     episodes_a_cell: int
     published: tuple[Published, ...] = ()
+    measures: tuple[Measure, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -142,8 +138,8 @@ def read_suite(path: Path) -> Suite:
         raise SuiteError(f"the suite '{path}' cannot be read: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise SuiteError(f"{path} is not TOML: {error}") from None
-    _check_keys(data, _SUITE, str(path))
-    texts = _table(data, "tasks", str(path))
+    check_keys(data, _SUITE, str(path))
+    texts = table_of(data, "tasks", str(path))
     tasks = {name: _task(name, text, path) for name, text in texts.items()}
     shown = [task.name for task in tasks.values()]
     if doubled := next((name for name in shown if shown.count(name) > 1), None):
@@ -154,7 +150,7 @@ def read_suite(path: Path) -> Suite:
     names = [study.name for study in studies]
     if doubled := next((name for name in names if names.count(name) > 1), None):
         raise SuiteError(f"{path}: two studies have the name {doubled!r}")
-    return Suite(_text(data, "title", str(path), path.stem), path, studies)
+    return Suite(text_of(data, "title", str(path), path.stem), path, studies)
 
 
 def _studies(data: Mapping[str, Any], path: Path) -> list[dict[str, Any]]:
@@ -168,19 +164,21 @@ def _task(name: str, text: Any, path: Path) -> Task:
     where = f"{path}, task {name}"
     if not isinstance(text, dict):
         raise SuiteError(f"{where}: expected a table with `model`")
-    _check_keys(text, _TASK, where)
+    check_keys(text, _TASK, where)
     files = {key: _file(text, key, where, path) for key in ("model", "instance", "param")}
     if files["model"] is None:
         raise SuiteError(f"{where}: `model` is missing")
-    values = _table(text, "set", where)
+    if files["param"] is not None:
+        _check_params(files["param"], where)
+    values = table_of(text, "set", where)
     settings = tuple(f"{key}={_as_model_text(value)}" for key, value in values.items())
     return Task(
-        _text(text, "name", where, name),
+        text_of(text, "name", where, name),
         files["model"],
         files["instance"],
         settings,
         files["param"],
-        _numbers(text, "at", where),
+        numbers_of(text, "at", where),
     )
 
 
@@ -188,22 +186,33 @@ def _file(text: Mapping[str, Any], key: str, where: str, suite: Path) -> Path | 
     """Return a file that a suite names; its path is relative to the suite's."""
     if key not in text:
         return None
-    file = suite.parent / _text(text, key, where)
+    file = suite.parent / text_of(text, key, where)
     if not file.is_file():
         raise SuiteError(f"{where}: `{key}` names '{file}', which is no file")
     return file
 
 
+def _check_params(path: Path, where: str) -> None:
+    """Refuse a file that is neither params nor a list of them; the solver checks their values."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise SuiteError(f"{where}: `param` names '{path}', which is no JSON: {error}") from None
+    each = found if isinstance(found, list) else [found]
+    if not each or not all(isinstance(one, dict) for one in each):
+        raise SuiteError(f"{where}: `param` names '{path}': expected an object of params, or a list of them")
+
+
 def _study(text: dict[str, Any], tasks: Mapping[str, Task], where: str) -> Study:
-    name = _text(text, "name", where)
+    name = text_of(text, "name", where)
     where = f"{where} ({name})"
-    played = _strings(text, "tasks", where, list(tasks))
+    played = strings_of(text, "tasks", where, list(tasks))
     for task in played:
         if task not in tasks:
             raise SuiteError(
                 f"{where}: there is no task {task!r}. {did_you_mean(task, tuple(tasks))}".strip()
             )
-    runs = _number(text, "runs", where, None, 1)
+    runs = number_of(text, "runs", where, None, 1)
     axes = {key: value for key, value in text.items() if key not in _STUDY}
     searches = text.get("play", ["despot"])
     if not isinstance(searches, list) or not searches:
@@ -213,68 +222,48 @@ def _study(text: dict[str, Any], tasks: Mapping[str, Task], where: str) -> Study
         raise SuiteError(f"{where}: `beside` is true or false")
     known = [one.get("mode") if isinstance(one, dict) else one for one in searches]
     play = [*(mode for mode in BESIDE if beside and mode not in known), *searches]
-    seed = _number(text, "seed", where, 1, 0)
+    seed = number_of(text, "seed", where, 1, 0)
     settings = [
         Setting(tasks[task], *_labelled(options, where), seed)
         for task in played
         for one in play
         for options in _product({**axes, **_own(one, where)}, where)
     ]
-    against = _text(text, "against", where, "default")
-    if against not in {setting.mode for setting in settings}:
-        raise SuiteError(f"{where}: `against` names the mode {against!r}, which does not play")
-    published = text.get("published", [])
-    if not isinstance(published, list) or not all(isinstance(one, dict) for one in published):
-        raise SuiteError(f"{where}: published values are written as [[study.published]]")
+    against = text.get("against", "default")
+    against = [against] if isinstance(against, str) else strings_of(text, "against", where, [])
+    for mode in against:
+        if mode != FIRST and mode not in {setting.mode for setting in settings}:
+            raise SuiteError(f"{where}: `against` names the mode {mode!r}, which does not play")
+    measures = tuple(
+        measure_of(one, f"{where}, measure {i}") for i, one in enumerate(_tables(text, "measure", where), 1)
+    )
+    shown = [measure.name for measure in measures]
+    if doubled := next((one for one in shown if shown.count(one) > 1), None):
+        raise SuiteError(f"{where}: two measures have the name {doubled!r}")
     return Study(
         name,
         tuple(settings),
         runs,
-        against,
-        _number(text, "episodes_a_cell", where, 5, 1),
+        tuple(against),
+        number_of(text, "episodes_a_cell", where, 5, 1),
         tuple(
-            _publication(one, {key: tasks[key].name for key in played}, f"{where}, published {i}")
-            for i, one in enumerate(published, 1)
+            publication_of(
+                one,
+                {key: tasks[key].name for key in played},
+                tuple(measure.name for measure in measures),
+                f"{where}, published {i}",
+            )
+            for i, one in enumerate(_tables(text, "published", where), 1)
         ),
+        measures,
     )
 
 
-def _publication(text: dict[str, Any], played: Mapping[str, str], where: str) -> Published:
-    """Return published values; ``played`` has the names of the study's tasks by their keys."""
-    _check_keys(text, _PUBLISHED, where)
-    task = _text(text, "task", where)
-    if task not in played:
-        raise SuiteError(f"{where}: the study plays no task {task!r}; it plays {', '.join(played)}")
-    mode = text.get("mode", "")
-    if mode and mode not in MODES:
-        raise SuiteError(f"{where}: there is no mode {mode!r}; there are {', '.join(MODES)}")
-    values = _numbers({"values": {key: text[key] for key in _QUANTITIES if key in text}}, "values", where)
-    if not values:
-        raise SuiteError(f"{where}: expected at least one of {', '.join(_QUANTITIES)}")
-    if not 0.0 <= dict(values).get("success", 0.0) <= 1.0:
-        raise SuiteError(f"{where}: `success` is a share from 0 to 1")
-    return Published(
-        played[task],
-        _text(text, "label", where),
-        _text(text, "source", where),
-        _text(text, "differs", where),
-        mode,
-        _numbers(text, "at", where),
-        values,
-        _interval(text, where),
-    )
-
-
-def _interval(text: Mapping[str, Any], where: str) -> tuple[float, float] | None:
-    """Return an interval that is written as its half width, or as [low, high]."""
-    given = text.get("interval")
-    if given is None:
-        return None
-    if _is_number(given) and given >= 0 and "return" in text:
-        return text["return"] - given, text["return"] + given
-    if isinstance(given, list) and len(given) == 2 and all(map(_is_number, given)) and given[0] <= given[1]:
-        return given[0], given[1]
-    raise SuiteError(f"{where}: `interval` is the half width of that of `return`, or [low, high]")
+def _tables(text: Mapping[str, Any], key: str, where: str) -> list[Any]:
+    found = text.get(key, [])
+    if not isinstance(found, list):
+        raise SuiteError(f"{where}: `{key}` is written as [[study.{key}]]")
+    return found
 
 
 def _own(one: Any, where: str) -> dict[str, Any]:
@@ -336,52 +325,3 @@ def _as_model_text(value: Any) -> str:
     if isinstance(value, list):
         return f"[{', '.join(map(_as_model_text, value))}]"
     return str(value)
-
-
-def _check_keys(data: Mapping[str, Any], known: Sequence[str], where: str) -> None:
-    for key in data:
-        if key not in known:
-            nearest = did_you_mean(key, known) or f"there are {', '.join(known)}"
-            raise SuiteError(f"{where}: unknown key `{key}`: {nearest}")
-
-
-def _table(data: Mapping[str, Any], key: str, where: str) -> dict[str, Any]:
-    value = data.get(key, {})
-    if not isinstance(value, dict):
-        raise SuiteError(f"{where}: `{key}` is a table")
-    return value
-
-
-def _text(data: Mapping[str, Any], key: str, where: str, default: str | None = None) -> str:
-    value = data.get(key, default)
-    if not isinstance(value, str) or not value:
-        raise SuiteError(f"{where}: `{key}` is {'a text' if key in data else 'missing'}")
-    return value
-
-
-def _strings(data: Mapping[str, Any], key: str, where: str, default: list[str]) -> list[str]:
-    value = data.get(key, default)
-    if not isinstance(value, list) or not value or not all(isinstance(one, str) for one in value):
-        raise SuiteError(f"{where}: `{key}` is a list of texts")
-    return value
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _numbers(data: Mapping[str, Any], key: str, where: str) -> tuple[tuple[str, float], ...]:
-    """Return a table of numbers as pairs."""
-    found = _table(data, key, where)
-    if wrong := next((name for name, value in found.items() if not _is_number(value)), None):
-        raise SuiteError(f"{where}: `{wrong}` is a number")
-    return tuple(found.items())
-
-
-def _number(data: Mapping[str, Any], key: str, where: str, default: int | None, least: int) -> int:
-    value = data.get(key, default)
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
-        raise SuiteError(
-            f"{where}: `{key}` is {f'a whole number from {least}' if key in data else 'missing'}"
-        )
-    return value

@@ -5,21 +5,22 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 
 from hypgen.experiments.results import Played
 from hypgen.experiments.statistics import Difference, Interval, compare, difference_of, mean_of, share_of
-from hypgen.experiments.suite import Setting, Study, Task
+from hypgen.experiments.suite import FIRST, Setting, Study, Task
 
 
 @dataclass(frozen=True)
 class Row:
     """A setting's line.
 
-    ``difference`` is from the setting that its group is compared with, if another. ``excess`` is what the
-    root promised minus what was earned, in the same episodes. ``speed_up`` is the ratio of expansions a
-    second of planning to those of ``despot``.
+    ``differences`` are from the settings that its group is compared with, by their modes. ``excess`` is what
+    the root promised minus what was earned, in the same episodes. ``gap`` is between the root's bounds in the
+    first decision, where all settings have the same belief. ``speed_up`` is the ratio of expansions a second
+    of planning to those of ``despot``.
     """
 
     setting: Setting
@@ -29,13 +30,20 @@ class Row:
     excess: Interval
     success: Interval
     steps: Interval
-    difference: Difference | None
+    gap: Interval
+    measured: Mapping[str, Interval]
+    differences: Mapping[str, Difference]
     speed_up: float
 
     @property
     def promises_too_much(self) -> bool:
         """Whether the root promises more than is earned, and chance does not explain it."""
         return self.excess.is_known and self.excess.low > 0.0
+
+    @property
+    def is_below(self) -> list[str]:
+        """The modes that are shown to earn more."""
+        return [mode for mode, one in self.differences.items() if one.is_shown and one.interval.mean < 0.0]
 
 
 @dataclass(frozen=True)
@@ -64,22 +72,34 @@ def tables_of(study: Study, played: Mapping[Setting, Played]) -> list[Table]:
 
 
 def _table(study: Study, task: Task, settings: Sequence[Setting], played: Mapping[Setting, Played]) -> Table:
-    others = {setting: other for setting in settings if (other := _against(setting, settings, study.against))}
-    found = compare([(played[one].returns, played[other].returns) for one, other in others.items()])
-    differences = dict(zip(others, found, strict=True))
-    rows = {setting.options: setting for setting in reversed(settings) if setting not in others}
-    shown = [setting for setting in settings if setting in others or rows[setting.options] is setting]
+    others = {
+        (setting, mode): other
+        for setting in settings
+        for mode in _compared(setting, study.against)
+        if (other := _against(setting, settings, mode))
+    }
+    found = compare([(played[one].returns, played[other].returns) for (one, _), other in others.items()])
+    differences: dict[Setting, dict[str, Difference]] = {}
+    for (setting, mode), one in zip(others, found, strict=True):
+        differences.setdefault(setting, {})[mode] = one
+    rows = {setting.options: setting for setting in reversed(settings) if setting not in differences}
+    shown = [setting for setting in settings if setting in differences or rows[setting.options] is setting]
     return Table(
         study,
         task,
         tuple(
-            _row(setting, played[setting], differences.get(setting), _speed_up(setting, settings, played))
+            _row(setting, played[setting], differences.get(setting, {}), _speed_up(setting, settings, played))
             for setting in shown
         ),
     )
 
 
-def _row(setting: Setting, played: Played, difference: Difference | None, speed_up: float) -> Row:
+def _compared(setting: Setting, against: Sequence[str]) -> Sequence[str]:
+    """Return the modes that a setting is compared with."""
+    return against[: against.index(setting.mode)] if setting.mode in against else against
+
+
+def _row(setting: Setting, played: Played, differences: Mapping[str, Difference], speed_up: float) -> Row:
     return Row(
         setting,
         played,
@@ -88,7 +108,9 @@ def _row(setting: Setting, played: Played, difference: Difference | None, speed_
         difference_of(played.promised, played.returns),
         share_of(played.successes.values()),
         mean_of(played.lengths.values()),
-        difference,
+        mean_of(played.gaps.values()),
+        {one.name: mean_of(played.measured.get(one.name, {}).values()) for one in played.measures},
+        differences,
         speed_up,
     )
 
@@ -101,24 +123,28 @@ def _speed_up(setting: Setting, settings: Sequence[Setting], played: Mapping[Set
     return played[setting].a_second("expansions") / played[other].a_second("expansions")
 
 
-def _against(setting: Setting, settings: Iterable[Setting], mode: str) -> Setting | None:
-    """Return the setting of ``mode`` that shares most labels with ``setting``."""
+def _against(setting: Setting, settings: Sequence[Setting], mode: str) -> Setting | None:
+    """Return the setting of ``mode`` that shares most labels with ``setting``, or the first of all."""
+    if mode == FIRST:
+        return None if setting == settings[0] else settings[0]
     candidates = [one for one in settings if one.mode == mode and one != setting]
     if setting.mode == mode or not candidates:
         return None
     return max(candidates, key=lambda one: len(set(one.group) & set(setting.group)))
 
 
-COLUMNS = (
-    "setting", "episodes", "return", "minus", "promised", "success", "steps", "planning", "expansions a step",
-    "searches",
-)  # fmt: skip
+def columns_of(table: Table) -> tuple[str, ...]:
+    """Return the names of a table's columns."""
+    minus = (f"minus {mode}" for mode in table.study.against)
+    measured = (one.name for one in table.study.measures)
+    left = ("setting", "episodes", "return", *minus, "promised", "success", *measured, "steps")
+    return (*left, "planning", "expansions a step", "first gap", "searches")
 
 
 def cells_of(table: Table) -> list[tuple[str, ...]]:
     """Return the texts of a table, a tuple a row."""
     varied = varied_in(table)
-    return [_texts(row, varied) for row in table.rows]
+    return [_texts(row, varied, table.study) for row in table.rows]
 
 
 def varied_in(table: Table) -> set[str]:
@@ -138,24 +164,33 @@ def label_of(setting: Setting, varied: Set[str]) -> str:
     return ", ".join([setting.mode, *(f"{name} {told[name]}" for name in names)])
 
 
-def _texts(row: Row, varied: set[str]) -> tuple[str, ...]:
+def _texts(row: Row, varied: set[str], study: Study) -> tuple[str, ...]:
     played = row.played
     label = label_of(row.setting, varied)
     if not played.returns:
-        return (label, "0", *([""] * (len(COLUMNS) - 3)), "; ".join(set(played.problems)))
+        empty = 7 + len(study.against) + len(study.measures)
+        return (label, "0", *([""] * empty), "; ".join(set(played.problems)))
     lengths = played.lengths.values()
     return (
         label,
         str(len(played.returns)),
         str(row.returned),
-        "" if row.difference is None else str(row.difference),
+        *(_minus(row, mode) for mode in study.against),
         _promised(row),
         "" if math.isnan(played.success_rate) else f"{100 * played.success_rate:.1f} %",
+        *(f"{row.measured[one.name].mean:.4g}" for one in study.measures),
         f"{sum(lengths) / len(lengths):.1f}",
         f"{sum(played.seconds) / len(played.seconds):.3g} s" if played.seconds else "",
         f"{played.a_step('expansions'):,.1f}" if played.totals["expansions"] else "",
+        "" if math.isnan(row.gap.mean) else f"{row.gap.mean:.4g}",
         _counts(played.searches) + ("; " + "; ".join(set(played.problems)) if played.problems else ""),
     )
+
+
+def _minus(row: Row, mode: str) -> str:
+    if mode not in row.differences:
+        return ""
+    return f"{row.differences[mode]}{', **below**' if mode in row.is_below else ''}"
 
 
 def _promised(row: Row) -> str:
@@ -170,6 +205,6 @@ def _counts(of: Counter[str]) -> str:
 
 def markdown(table: Table) -> str:
     """Return a table in Markdown."""
-    columns = tuple(f"minus {table.study.against}" if name == "minus" else name for name in COLUMNS)
+    columns = columns_of(table)
     lines = (columns, ("---",) * len(columns), *cells_of(table))
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)

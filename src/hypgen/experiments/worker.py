@@ -110,11 +110,8 @@ def _play(
         tempfile.TemporaryDirectory(prefix="hypgen-") as folder,
         held(work.threads, gpus, is_stopped) as mine,
     ):
-        param = Path(folder) / "param.json"
-        param.write_text(work.param or "", encoding="utf-8")
         command = [str(solver), *work.arguments]
-        command += [] if work.param is None else [f"--param={param}"]
-        process = SolverProcess(command, Path(folder) / "lines", *mine, about, work.seconds)
+        process = SolverProcess(command, Path(folder) / "lines", *mine, about, work.seconds, work.param)
         try:
             while not process.has_ended():
                 if is_stopped():

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from hypgen.dsl.messages.diagnostic import did_you_mean
-from hypgen.experiments.suite import BESIDE, MODES, ON_GPU, THREADED, Setting, Study, Task, Value
+from hypgen.experiments.suite import Setting, Study, Task, Value
+from hypgen.experiments.suite_values import BESIDE, MODES, ON_GPU, THREADED
 from hypgen.tuning.space import Dimension, TuningError, text_of
 
 EPISODES_A_CELL = 5
@@ -63,7 +64,7 @@ class Asked:
 
     def study(self, settings: tuple[Setting, ...], runs: int) -> Study:
         """Return settings that play the same episodes."""
-        return Study("tuning", settings, runs, self.mode, EPISODES_A_CELL)
+        return Study("tuning", settings, runs, (self.mode,), EPISODES_A_CELL)
 
     @property
     def beside(self) -> str | None:

@@ -58,7 +58,7 @@ class Player:
             return problems
         if time.monotonic() >= self.end:
             raise TimeIsUp
-        playing = self.executor.play(list(missing.values()), self.store)
+        playing = self.executor.play(list(missing.values()), self.store, self.end)
         try:
             for outcome in playing:
                 if isinstance(outcome, Failure):
@@ -66,14 +66,12 @@ class Player:
                 self.state.done += 1
                 self.tell(self.state)
                 missing.pop((outcome.cell if isinstance(outcome, Failure) else outcome).key, None)
-                if time.monotonic() >= self.end and any(
-                    one.setting not in problems for one in missing.values()
-                ):
-                    raise TimeIsUp
         finally:
             close = getattr(playing, "close", None)
             if close is not None:
                 close()
+        if any(one.setting not in problems for one in missing.values()):
+            raise TimeIsUp
         return problems
 
     def _played(self, cells: Sequence[Cell]) -> Played:

@@ -19,7 +19,8 @@ from hypgen.experiments import running
 from hypgen.experiments.results import Played
 from hypgen.experiments.running import Executor
 from hypgen.experiments.store import Store
-from hypgen.experiments.suite import ON_GPU, THREADED, Suite, Task, Value
+from hypgen.experiments.suite import Suite, Task, Value
+from hypgen.experiments.suite_values import ON_GPU, THREADED
 from hypgen.tuning import space
 from hypgen.tuning.asked import BUDGETS, EPISODES_A_CELL, Asked, check, key
 from hypgen.tuning.outcome import HeldOut, Outcome, Tried, settings_text

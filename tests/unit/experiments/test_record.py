@@ -7,7 +7,8 @@ from support import synthetic_cells
 
 from hypgen.experiments.record import read_record, record
 from hypgen.experiments.store import Store
-from hypgen.experiments.suite import SuiteError, read_suite
+from hypgen.experiments.suite import read_suite
+from hypgen.experiments.suite_values import SuiteError
 
 SUITE = """
 title = "T"

@@ -86,7 +86,7 @@ def test_a_solver_ends_where_its_player_is_killed() -> None:
     code = (
         "from hypgen.experiments.process import SolverProcess; from pathlib import Path; import os, time\n"
         "mine = sorted(os.sched_getaffinity(0))[:1]\n"
-        "one = SolverProcess(['sh', '-c', 'exec sleep 100'], Path('none'), mine, None, {}, 100)\n"
+        "one = SolverProcess(['sh', '-c', 'exec sleep 100'], Path('none'), mine, None, {}, 100, None)\n"
         "print(one._process.pid, flush=True); time.sleep(100)"
     )
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as player:

@@ -5,7 +5,8 @@ import pytest
 
 from hypgen.experiments.cells import cells_of
 from hypgen.experiments.store import Failure, Store
-from hypgen.experiments.suite import Suite, SuiteError, read_suite
+from hypgen.experiments.suite import Suite, read_suite
+from hypgen.experiments.suite_values import SuiteError
 
 HEAD = 'title = "T"\n[tasks.tiger]\nmodel = "tiger.pomdp"\n'
 STUDY = '[[study]]\nname = "modes"\nruns = 7\n'
@@ -54,6 +55,23 @@ def test_a_param_file_is_part_of_a_cells_name(tmp_path: Path) -> None:
     assert keys[0] == keys[2] != keys[1]
 
 
+def test_cells_take_a_list_of_params_in_turn(tmp_path: Path) -> None:
+    text = HEAD + 'param = "values.json"\n' + STUDY + "trials = 9\nepisodes_a_cell = 2\n"
+    (tmp_path / "values.json").write_text('[{"x": 1}, {"x": 2}, {"x": 3}]')
+    cells = cells_of(suite(tmp_path, text).studies, {"tiger": "abc"})
+    assert {(cell.first, cell.param) for cell in cells} == {
+        (0, '{"x": 1}'), (2, '{"x": 2}'), (4, '{"x": 3}'), (6, '{"x": 1}'),
+    }  # fmt: skip
+    assert len({cell.key for cell in cells}) == len(cells) == 3 * 4
+
+
+@pytest.mark.parametrize("params", ["", "[]", "[1]", "7"])
+def test_what_is_wrong_with_params_is_said(tmp_path: Path, params: str) -> None:
+    (tmp_path / "values.json").write_text(params)
+    with pytest.raises(SuiteError, match=r"task tiger: `param` names '.*values.json'"):
+        suite(tmp_path, HEAD + 'param = "values.json"\n' + STUDY + "trials = 9\n")
+
+
 def test_threads_tell_settings_of_threaded_modes_apart(tmp_path: Path) -> None:
     text = HEAD + STUDY + 'play = ["despot", "parallel"]\nbeside = false\nagainst = "despot"\n'
     [study] = suite(tmp_path, text + "threads = [1, 2]\ntime = 1\n").studies
@@ -84,6 +102,7 @@ def test_published_values_have_a_source_and_what_differs(tmp_path: Path) -> None
         (WHOLE.replace("return = 5\n", ""), "expected at least one of return, success"),
         (WHOLE.replace("return = 5", 'return = "5"'), "`return` is a number"),
         (WHOLE + "success = 97\n", "`success` is a share from 0 to 1"),
+        (WHOLE + "measured = { waits = 3 }\n", "the study has no measure 'waits'"),
         (WHOLE + 'mode = "fast"\n', "there is no mode 'fast'"),
         (WHOLE + "interval = [6, 4]\n", "`interval` is the half width"),
         (WHOLE + "at = { time = true }\n", "`time` is a number"),
@@ -114,6 +133,21 @@ def test_what_is_wrong_with_published_values_is_said(tmp_path: Path, text: str, 
         (HEAD + STUDY + "time = []\n", "`time` is a value of a solver's option, or a list of them"),
         (HEAD + STUDY + "time = 1\nfirst_run = 3\n", "`first_run` is no option of a setting"),
         (HEAD + STUDY + 'time = 1\nagainst = "hyp"\n', "`against` names the mode 'hyp', which does not play"),
+        (HEAD + STUDY + "time = 1\nagainst = []\n", "`against` is a list of texts"),
+        (HEAD + STUDY + "time = 1\nmeasure = 3\n", "`measure` is written as [[study.measure]]"),
+        (HEAD + STUDY + "time = 1\npublished = [3]\n", "values are written as [[study.published]]"),
+        (
+            HEAD + STUDY + 'time = 1\n[[study.measure]]\nname = "a"\n',
+            "measure 1: expected one of `visible`, `action` and `failure = true`",
+        ),
+        (
+            HEAD + STUDY + 'time = 1\n[[study.measure]]\nname = "a"\nfailure = false\n',
+            "measure 1: `failure` is true",
+        ),
+        (
+            HEAD + STUDY + "time = 1\n" + '[[study.measure]]\nname = "a"\naction = "b"\n' * 2,
+            "two measures have the name 'a'",
+        ),
         (
             HEAD + '[tasks.b]\nmodel = "tiger.pomdp"\nname = "tiger"\n' + STUDY,
             "two tasks have the name 'tiger'",

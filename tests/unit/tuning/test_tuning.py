@@ -22,7 +22,8 @@ from hypgen.dsl import ir
 from hypgen.dsl.load import load
 from hypgen.experiments.cells import Cell
 from hypgen.experiments.store import Failure, Store
-from hypgen.experiments.suite import SuiteError, Task
+from hypgen.experiments.suite import Task
+from hypgen.experiments.suite_values import SuiteError
 from hypgen.tuning.outcome import Outcome, candidates_markdown, held_out_markdown
 from hypgen.tuning.playing import Player, State
 from hypgen.tuning.running import Tuning, ask
@@ -40,7 +41,7 @@ class Table:
     ends_after: int = 10**9  # cells until Ctrl-C
     played: list[str] = field(default_factory=list)
 
-    def play(self, cells: Sequence[Cell], store: Store) -> Iterator[Cell | Failure]:
+    def play(self, cells: Sequence[Cell], store: Store, end: float) -> Iterator[Cell | Failure]:
         failed = set()
         for cell in cells:
             if cell.setting in failed:
@@ -152,7 +153,7 @@ def test_clearly_worse_candidates_end_early(model: ir.Model, tmp_path: Path) -> 
 
 def test_a_candidate_that_gains_much_in_few_episodes_goes_on(model: ir.Model, tmp_path: Path) -> None:
     class Rare(Table):
-        def play(self, cells: Sequence[Cell], store: Store) -> Iterator[Cell | Failure]:
+        def play(self, cells: Sequence[Cell], store: Store, end: float) -> Iterator[Cell | Failure]:
             for cell in cells:
                 risky = "xi" in dict(cell.setting.options)
                 extra = (40.0, -2.0) if risky else (0.0, 0.0)
@@ -321,9 +322,9 @@ def test_a_journal_that_was_cut_is_mended_and_a_damaged_one_refused(model: ir.Mo
 
 def test_two_processes_do_not_share_a_folder(model: ir.Model, tmp_path: Path) -> None:
     class Second(Table):
-        def play(self, cells: Sequence[Cell], store: Store) -> Iterator[Cell | Failure]:
+        def play(self, cells: Sequence[Cell], store: Store, end: float) -> Iterator[Cell | Failure]:
             tuning(model, tmp_path, Table(peak))
-            yield from super().play(cells, store)
+            yield from super().play(cells, store, end)
 
     with pytest.raises(TuningError, match="another process tunes in"):
         tuning(model, tmp_path, Second(peak))

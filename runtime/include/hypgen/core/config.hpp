@@ -16,5 +16,12 @@
 #define HYPGEN_COLD_FN __attribute__((noinline, cold)) inline
 #endif
 
+/// The same for functions that are too large to stand in each of their callers, for which host compilers make one copy.
+#if defined(__CUDACC__)
+#define HYPGEN_LARGE_FN HYPGEN_FN
+#else
+#define HYPGEN_LARGE_FN __attribute__((noinline)) inline
+#endif
+
 /// Whether `condition`, which hardly ever holds, does.
 #define HYPGEN_RARELY(condition) __builtin_expect(static_cast<bool>(condition), false)

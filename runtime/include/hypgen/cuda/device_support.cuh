@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hypgen/cuda/evaluator.cuh"
+#include "hypgen/cuda/worlds.cuh"
 #include "hypgen/leaves/device.hpp"
 #include "hypgen/model/model_contract.hpp"
 
@@ -56,6 +57,13 @@ class ModelDeviceSupport final : public DeviceSupport {
   std::unique_ptr<LeafEvaluator> make_evaluator(const void* params, const EvaluatorOptions& options,
                                                 int device, std::string& error) const override {
     return CudaEvaluator<M>::make(*static_cast<const typename M::Params*>(params), options, device, error);
+  }
+
+  std::unique_ptr<Worlds> make_worlds(const void* params, std::uint64_t seed, std::size_t count,
+                                      const std::vector<KeyDigit>& digits, int device,
+                                      std::string& error) const override {
+    return CudaWorlds<M>::make(*static_cast<const typename M::Params*>(params), seed, count, digits, device,
+                               error);
   }
 };
 

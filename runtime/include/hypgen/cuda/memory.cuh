@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Owners of a device's resources: memory, pinned memory of the host, and events.
+// Owners of a device's resources: memory, pinned memory of the host, streams and events.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -52,6 +52,26 @@ class PinnedArray : public Array<T, &cudaFreeHost> {
         cudaHostAlloc(reinterpret_cast<void**>(&this->data_), count * sizeof(T), cudaHostAllocMapped),
         "pinned memory", error);
   }
+};
+
+class Stream {
+ public:
+  Stream() = default;
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+  ~Stream() {
+    if (stream_ == nullptr) return;
+    cudaStreamSynchronize(stream_);
+    cudaStreamDestroy(stream_);
+  }
+
+  bool make(std::string& error) {
+    return worked(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "stream", error);
+  }
+  cudaStream_t get() const { return stream_; }
+
+ private:
+  cudaStream_t stream_ = nullptr;
 };
 
 class Event {

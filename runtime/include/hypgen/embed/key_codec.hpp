@@ -19,6 +19,7 @@ class KeyCodec {
 
   std::size_t words() const { return words_; }
   std::size_t values() const { return digits_.size(); }
+  const std::vector<KeyDigit>& digits() const { return digits_; }
 
   // The key of values that `check_values` accepts.
   void encode(Span<const std::int32_t> values, std::vector<std::uint64_t>& key) const;
@@ -30,13 +31,7 @@ class KeyCodec {
   bool decode(KeyWords key, std::int32_t* values) const;
 
  private:
-  struct Digit {
-    std::uint64_t size;
-    std::int64_t low;
-    bool is_float;
-  };
-
-  std::vector<Digit> digits_;
+  std::vector<KeyDigit> digits_;
   std::size_t words_;
 };
 

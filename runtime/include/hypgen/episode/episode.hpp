@@ -46,6 +46,7 @@ struct EpisodeRecord {
   bool terminal = false;
   bool success = false;
   Status status = Status::kOk;
+  std::vector<std::int32_t> visible;  // the world's visible variables at the end
 };
 
 struct EpisodeLimits {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "hypgen/core/config.hpp"
 #include "hypgen/model/key.hpp"
 #include "hypgen/model/model.hpp"
 #include "hypgen/model/start_values.hpp"
@@ -42,7 +43,7 @@ struct SimulatedEpisode {
   typename M::Fixed fixed{};
   typename M::State state{};
 
-  void begin(const typename M::Params& params, StreamKey key, std::uint64_t run, const StartValues& start) {
+  HYPGEN_FN void begin(const typename M::Params& params, StreamKey key, std::uint64_t run, StartView start) {
     number = static_cast<std::uint32_t>(run);
     time = 0;
     StartDraws draws(key, number, start);
@@ -50,9 +51,8 @@ struct SimulatedEpisode {
     M::init_hidden(params, draws, fixed, state);
   }
 
-  // Not inlined: a model's step is large, and all that plays shares one copy.
-  __attribute__((noinline)) StepResult step(const typename M::Params& params, StreamKey key, int action,
-                                            typename M::Key& seen) {
+  HYPGEN_LARGE_FN StepResult step(const typename M::Params& params, StreamKey key, int action,
+                                  typename M::Key& seen) {
     PhiloxDraws draws(key, number, time++);
     typename M::State next;
     const StepResult result = M::step(params, fixed, state, action, draws, next);
@@ -69,7 +69,7 @@ class ModelWorld final : public World {
   ModelWorld(const typename M::Params& params, std::uint64_t seed)
       : params_(params), key_(derive(seed, StreamKind::kWorld, 0)) {}
 
-  void reset(std::uint64_t run) override { now_.begin(params_, key_, run, start_); }
+  void reset(std::uint64_t run) override { now_.begin(params_, key_, run, start_.view()); }
 
   void set_start(StartValues start) override { start_ = std::move(start); }
 

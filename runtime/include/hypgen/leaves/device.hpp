@@ -3,13 +3,17 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "hypgen/model/key.hpp"
+
 namespace hypgen {
 
 class LeafEvaluator;
+class Worlds;
 struct EvaluatorOptions;
 
 struct DeviceInfo {
@@ -33,6 +37,11 @@ class DeviceSupport {
   // `params` points to the model's Params, which may go away after the call.
   virtual std::unique_ptr<LeafEvaluator> make_evaluator(const void* params, const EvaluatorOptions& options,
                                                         int device, std::string& error) const = 0;
+
+  // The same of `params`. `digits` are those of an observation's key.
+  virtual std::unique_ptr<Worlds> make_worlds(const void* params, std::uint64_t seed, std::size_t count,
+                                              const std::vector<KeyDigit>& digits, int device,
+                                              std::string& error) const = 0;
 };
 
 }  // namespace hypgen

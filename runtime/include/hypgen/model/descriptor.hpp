@@ -61,6 +61,14 @@ struct HiddenVariable {
   bool is_float;
 };
 
+// A visible variable, likewise. In export_visible the values of one follow those of the one before.
+struct VisibleVariable {
+  std::string name;
+  int count;  // 0 for a family without members
+  bool is_array;
+  bool is_float;
+};
+
 // Checked values of all params, row-major; every value (float32, int32, bool or code) is exact in a double.
 class ParamValues {
  public:
@@ -103,7 +111,9 @@ class ModelInstance {
   virtual std::unique_ptr<Belief> make_belief(std::uint64_t seed, std::size_t particles,
                                               BeliefKind kind) const = 0;
   virtual std::unique_ptr<World> make_world(std::uint64_t seed) const = 0;
-  virtual std::unique_ptr<Worlds> make_worlds(std::uint64_t seed, std::size_t count) const = 0;
+  // `digits` are those of an observation's key.
+  virtual std::unique_ptr<Worlds> make_worlds(std::uint64_t seed, std::size_t count,
+                                              std::vector<KeyDigit> digits) const = 0;
   // Walks the scenarios again of a search with this root and this key. The instance and `root` outlive the walk.
   virtual std::unique_ptr<ScenarioWalk> walk(const ScenarioBuffer& root, StreamKey key) const = 0;
   // Writes the values of each state of a belief of this model, one state after the other.
@@ -129,6 +139,7 @@ struct ModelDescriptor {
   std::vector<std::string> action_names;
   std::vector<std::string> variable_names;  // flattened, in the order of export_state; may be empty
   std::vector<HiddenVariable> hidden_variables;
+  std::vector<VisibleVariable> visible_variables;
   // The name of a value of hidden_variables[variable]; empty where all are numbers.
   std::function<std::string(int variable, std::int32_t value)> hidden_value_name;
   std::function<std::string(KeyWords)> observation_name;

@@ -87,6 +87,33 @@ class KeyCursor {
   std::uint64_t largest_ = 0;  // that the digits so far can make of the word
 };
 
+// What a digit of a key says: a whole number from `low` on, or the bits of a float.
+struct KeyDigit {
+  std::uint64_t size;
+  std::int64_t low;
+  bool is_float;
+};
+
+// The values of a key, one for each digit; false if these digits make no such key. In a key of one word the first
+// digit is the most significant.
+HYPGEN_FN bool decode_key(const KeyDigit* digits, std::size_t count, KeyWords key, std::int32_t* values) {
+  const bool is_wide = key.size() > 1;
+  KeyCursor cursor;
+  std::uint64_t rest = key[0];
+  for (std::size_t n = 0; n < count; ++n) {
+    const std::size_t i = is_wide ? n : count - 1 - n;
+    const KeyDigit& digit = digits[i];
+    if (is_wide && cursor.advance(digit.size)) {
+      if (rest != 0) return false;  // more than the digits of the word before can say
+      rest = key[cursor.word()];
+    }
+    const std::uint64_t higher = rest < digit.size ? 0 : rest / digit.size;  // a division is slow
+    values[i] = static_cast<std::int32_t>(static_cast<std::int64_t>(rest - higher * digit.size) + digit.low);
+    rest = higher;
+  }
+  return rest == 0;
+}
+
 // Writes the digits of a wide key in order.
 template <class Key>
 class KeyWriter {

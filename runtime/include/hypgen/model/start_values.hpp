@@ -12,28 +12,34 @@
 
 namespace hypgen {
 
-// Empty: nothing is given. Otherwise both have an entry for each value of export_state.
-struct StartValues {
-  std::vector<std::int32_t> values;
-  std::vector<std::uint8_t> given;  // 1: the value counts
+// Where such values lie: both arrays have an entry for each value of export_state. Null: nothing is given.
+struct StartView {
+  const std::int32_t* values = nullptr;
+  const std::uint8_t* given = nullptr;  // 1: the value counts
 };
 
-// The draws of such a start; it must outlive them. A value that is not given draws the words that it always does.
+// Empty: nothing is given.
+struct StartValues {
+  std::vector<std::int32_t> values;
+  std::vector<std::uint8_t> given;
+
+  StartView view() const { return given.empty() ? StartView{} : StartView{values.data(), given.data()}; }
+};
+
+// The draws of such a start, whose arrays must outlive them. A value that is not given draws the words that it
+// always does.
 class StartDraws : public PhiloxDraws {
  public:
-  StartDraws(StreamKey key, std::uint32_t scenario, const StartValues& start)
-      : PhiloxDraws(key, scenario, 0),
-        values_(start.values.data()),
-        given_(start.given.empty() ? nullptr : start.given.data()) {}
+  HYPGEN_FN StartDraws(StreamKey key, std::uint32_t scenario, StartView start)
+      : PhiloxDraws(key, scenario, 0), start_(start) {}
 
   // The given value at a place of export_state; null where none is.
   HYPGEN_FN const std::int32_t* given(std::int32_t place) const {
-    return given_ != nullptr && given_[place] != 0 ? values_ + place : nullptr;
+    return start_.given != nullptr && start_.given[place] != 0 ? start_.values + place : nullptr;
   }
 
  private:
-  const std::int32_t* values_;
-  const std::uint8_t* given_;
+  StartView start_;
 };
 
 template <class D, class = void>

@@ -17,6 +17,10 @@ struct ChosenEvaluator {
   std::string problem;  // why it is the CPU's, where a GPU was asked for
 };
 
+// Whether the program can use GPU `index`, or any for kFirstDevice: then `index` is the first. False and `problem`
+// if it cannot.
+bool find_device(const DeviceSupport* support, int& index, std::string& problem);
+
 // Whether the options ask for a GPU.
 bool wants_device(const SolverOptions& options);
 

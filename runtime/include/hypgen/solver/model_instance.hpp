@@ -50,8 +50,9 @@ class TypedInstance : public Interface {
     return std::make_unique<ModelWorld<M>>(*params_, seed);
   }
 
-  std::unique_ptr<Worlds> make_worlds(std::uint64_t seed, std::size_t count) const override {
-    return std::make_unique<ModelWorlds<M>>(*params_, seed, count);
+  std::unique_ptr<Worlds> make_worlds(std::uint64_t seed, std::size_t count,
+                                      std::vector<KeyDigit> digits) const override {
+    return std::make_unique<ModelWorlds<M>>(*params_, seed, count, std::move(digits));
   }
 
   std::unique_ptr<ScenarioWalk> walk(const ScenarioBuffer& root, StreamKey key) const override {

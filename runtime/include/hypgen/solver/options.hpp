@@ -40,6 +40,9 @@ struct SolverOptions {
   bool version = false;
 };
 
+// Reads the name of a device: auto, cpu, cuda (the first GPU) or cuda:N. False if it is none of these.
+bool read_device(const std::string& text, DeviceKind& kind, int& index);
+
 // What a machine has, for options that are not given.
 struct Machine {
   std::size_t cores = 1;

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from hypgen.experiments.statistics import Interval
-from hypgen.experiments.suite import Published
+from hypgen.experiments.published import Published
+from hypgen.experiments.statistics import Difference, Interval
 from hypgen.experiments.tables import Row, Table, label_of, varied_in
 
 
@@ -33,14 +33,8 @@ def _of_table(table: Table) -> Iterator[dict[str, Any]]:
 
 
 def _of_row(row: Row, table: Table, varied: set[str]) -> dict[str, Any]:
-    played, difference = row.played, row.difference
+    played = row.played
     options = {f"option.{name}": value for name, value in row.setting.options if name != "mode"}
-    against = {} if difference is None else _interval("difference", difference.interval) | {
-        "against": table.study.against,
-        "difference_pairs": difference.interval.count,
-        "difference_p": _known(difference.p),
-        "difference_shown": difference.is_shown,
-    }  # fmt: skip
     return {
         "setting": label_of(row.setting, varied),
         "mode": row.setting.mode,
@@ -50,12 +44,16 @@ def _of_row(row: Row, table: Table, varied: set[str]) -> dict[str, Any]:
         **_interval("return", row.returned),
         "promised": _known(row.promised.mean),
         **_interval("promised_minus_earned", row.excess),
-        **against,
+        **{name: value for mode, one in row.differences.items() for name, value in _difference(mode, one)},
         **_interval("success", row.success),
+        **{key: value for name, one in row.measured.items() for key, value in _interval(name, one).items()},
         **_interval("steps", row.steps),
         "decision_seconds": _known(_mean(played.seconds)),
         "update_seconds": _known(_mean(played.updates)),
         **{f"{name}_a_step": _known(played.a_step(name)) for name in ("expansions", "nodes", "trials")},
+        **_interval("first_gap", row.gap),
+        "collisions_a_step": _known(played.a_step("collisions")),
+        "trials_a_second": _known(played.a_second("trials")),
         "depth": _known(played.a_step("max_depth")),
         "expansions_a_second": _known(played.a_second("expansions")),
         "speed_up": _known(row.speed_up),
@@ -93,6 +91,7 @@ def episodes(tables: Sequence[Table]) -> list[dict[str, Any]]:
             "promised": row.played.promised.get(episode),
             "steps": row.played.lengths[episode],
             "success": row.played.successes.get(episode),
+            **{name: values[episode] for name, values in row.played.measured.items()},
         }
         for table in tables
         for row in table.rows
@@ -134,6 +133,14 @@ def _of_one_type(values: list[Any]) -> list[Any]:
 def columns(rows: Sequence[dict[str, Any]]) -> list[str]:
     """Return the names of all columns, in the order in which rows first have them."""
     return list(dict.fromkeys(name for row in rows for name in row))
+
+
+def _difference(mode: str, one: Difference) -> Iterator[tuple[str, Any]]:
+    name = f"minus_{mode}"
+    yield from _interval(name, one.interval).items()
+    yield f"{name}_pairs", one.interval.count
+    yield f"{name}_p", _known(one.p)
+    yield f"{name}_shown", one.is_shown
 
 
 def _interval(name: str, value: Interval) -> dict[str, float | None]:

@@ -7,9 +7,11 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+from hypgen.experiments.published import Published
 from hypgen.experiments.reports.texts import count_text
 from hypgen.experiments.statistics import Interval
-from hypgen.experiments.suite import MODES, Published, Setting, Task, Value
+from hypgen.experiments.suite import Setting, Task, Value
+from hypgen.experiments.suite_values import MODES
 from hypgen.experiments.tables import Row, Table, label_of, varied_in
 
 MOST_SERIES = 7  # in one figure; more are divided by an option

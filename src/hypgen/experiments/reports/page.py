@@ -16,11 +16,12 @@ import jinja2
 from markupsafe import Markup
 
 from hypgen import __version__
+from hypgen.experiments.published import QUANTITIES, Published
 from hypgen.experiments.record import Record
 from hypgen.experiments.reports import export, figures, svg, texts
 from hypgen.experiments.results import Place
 from hypgen.experiments.statistics import Interval
-from hypgen.experiments.suite import ON_GPU, Published
+from hypgen.experiments.suite_values import ON_GPU
 from hypgen.experiments.tables import Row, Table, label_of, varied_in
 
 _TEMPLATES = jinja2.Environment(
@@ -42,12 +43,6 @@ class Line:
     cells: dict[str, tuple[str, str, str]]  # a column's text, what stands small below, and a CSS class
     promise: Markup
     problem: str
-
-
-COLUMNS = (
-    "episodes", "return", "difference", "promised", "success", "steps", "decision", "expansions", "speed-up",
-    "machine", "searches",
-)  # fmt: skip
 
 
 def page_of(record: Record, studies: Sequence[Sequence[Table]]) -> str:
@@ -139,12 +134,12 @@ def _table(table: Table, places: Sequence[Place]) -> dict[str, Any]:
     ]
     published = [one for one in figures.lettered(table.study.published) if one[1].task == table.task.name]
     lines += [_published(letter, one) for letter, one in published]
-    columns = [name for name in COLUMNS if any(line.cells.get(name, ("",))[0] for line in lines)]
+    columns = [name for name in _columns(table) if any(line.cells.get(name, ("",))[0] for line in lines)]
     return {
         "name": table.task.name,
         "model": table.task.model.name,
         "values": ", ".join(text.replace("=", " = ") for text in table.task.settings),
-        "columns": [(name, _heading(name, table.study.against)) for name in columns],
+        "columns": [(name, _HEADINGS.get(name, name)) for name in columns],
         "lines": lines,
         "published": published,
         "mixed": mixed,
@@ -158,8 +153,12 @@ _HEADINGS = {
 }  # fmt: skip
 
 
-def _heading(column: str, against: str) -> str:
-    return f"minus {against}" if column == "difference" else _HEADINGS.get(column, column)
+def _columns(table: Table) -> list[str]:
+    """Return the columns that a table may have."""
+    minus = (f"minus {mode}" for mode in table.study.against)
+    measured = (one.name for one in table.study.measures)
+    left = ["episodes", "return", *minus, "promised", "success", *measured, "steps", "decision", "expansions"]
+    return [*left, "speed-up", "first gap", "machine", "searches"]
 
 
 def _line(row: Row, label: str, ends: tuple[float, float], places: Sequence[Place]) -> Line:
@@ -173,6 +172,7 @@ def _line(row: Row, label: str, ends: tuple[float, float], places: Sequence[Plac
         "return": (texts.mean_text(row.returned), texts.interval_text(row.returned), ""),
         "success": (texts.percent(row.success.mean), _percents(row.success), ""),
         "steps": (texts.number(row.steps.mean, 1), "", ""),
+        "first gap": (texts.mean_text(row.gap), "", ""),
         "decision": (texts.seconds_text(_mean(played.seconds)), "", ""),
         "expansions": (texts.count_text(played.a_step("expansions") or math.nan), "", ""),
         "speed-up": (
@@ -183,11 +183,14 @@ def _line(row: Row, label: str, ends: tuple[float, float], places: Sequence[Plac
         "searches": (_counts(played.searches), "", "words"),
         "machine": (", ".join(f"M{i}" for i, place in enumerate(places, 1) if _is_of(place, row)), "", ""),
     }
-    if row.difference is not None and row.difference.interval.count:
-        interval = row.difference.interval
-        shown = "" if row.difference.is_shown else ", not shown"
-        css = ("better" if interval.mean > 0.0 else "worse") if row.difference.is_shown else "hidden"
-        cells["difference"] = (texts.signed(interval), texts.interval_text(interval) + shown, css)
+    for against, one in row.differences.items():
+        interval = one.interval
+        if interval.count:
+            shown = "" if one.is_shown else ", not shown"
+            css = ("better" if interval.mean > 0.0 else "worse") if one.is_shown else "hidden"
+            cells[f"minus {against}"] = (texts.signed(interval), texts.interval_text(interval) + shown, css)
+    for name, measured in row.measured.items():
+        cells[name] = (texts.mean_text(measured), texts.interval_text(measured), "")
     if math.isfinite(row.promised.mean):
         decimals = texts.mean_text(row.promised)
         note = f"{texts.signed(row.excess)} over" if row.promises_too_much else ""
@@ -207,6 +210,7 @@ def _published(letter: str, one: Published) -> Line:
         "steps": (texts.number(values.get("steps", math.nan), 1), "", ""),
         "decision": (texts.seconds_text(values.get("seconds", math.nan)), "", ""),
         "expansions": (texts.count_text(values.get("expansions", math.nan)), "", ""),
+        **{name: (texts.number(value, 4), "", "") for name, value in one.values if name not in QUANTITIES},
         "speed-up": (f"{texts.count_text(values['speed_up'])}\u00d7" if "speed_up" in values else "", "", ""),
     }
     return Line(letter, one.mode or "published", one.label, cells, Markup(""), "")

@@ -10,7 +10,7 @@ from html import escape
 from hypgen.experiments.reports.figures import SUCCESS, Figure, Mark, Panel, Point, Series
 from hypgen.experiments.reports.scale import Scale, scale_of, tick_label
 from hypgen.experiments.statistics import Interval
-from hypgen.experiments.suite import MODES
+from hypgen.experiments.suite_values import MODES
 
 WIDTH, HEIGHT = 460, 300
 _LEFT, _RIGHT, _TOP, _BOTTOM = 62, 18, 36, 46

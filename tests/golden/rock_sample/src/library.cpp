@@ -74,6 +74,7 @@ hypgen::ModelDescriptor descriptor() {
   model.action_names = action_names();
   model.observation_name = observation_name;
   model.hidden_variables = {{"rock.good", 2, 8, false}};
+  model.visible_variables = {{"rover.x", 1, false, false}, {"rover.y", 1, false, false}};
   model.hidden_value_name = hidden_value_name;
   model.variable_names = {"rover.x", "rover.y", "rock.good[0]", "rock.good[1]", "rock.good[2]",
       "rock.good[3]", "rock.good[4]", "rock.good[5]", "rock.good[6]", "rock.good[7]"};

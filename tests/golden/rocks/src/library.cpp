@@ -72,6 +72,7 @@ hypgen::ModelDescriptor descriptor() {
   model.action_names = action_names();
   model.observation_name = observation_name;
   model.hidden_variables = {{"rock.good", 1, 2, false}};
+  model.visible_variables = {{"rover.x", 1, false, false}};
   model.hidden_value_name = hidden_value_name;
   model.variable_names = {"rover.x", "rock.good[0]", "rock.good[1]"};
   model.params.push_back({"rock_x", hypgen::ParamKind::kInt, 0, 3, {2}, {0, 2}, {}});

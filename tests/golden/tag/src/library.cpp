@@ -76,6 +76,8 @@ hypgen::ModelDescriptor descriptor() {
   model.action_names = action_names();
   model.observation_name = observation_name;
   model.hidden_variables = {{"opponent.cell", 3, 1, false}};
+  model.visible_variables = {{"robot.cell", 1, false, false}, {"robot.seen", 1, false, false},
+      {"robot.heading", 1, false, false}};
   model.hidden_value_name = hidden_value_name;
   model.variable_names = {"robot.cell", "robot.seen", "robot.heading", "opponent.cell"};
 #ifdef HYPGEN_CUDA

@@ -80,6 +80,7 @@ hypgen::ModelDescriptor descriptor() {
   model.action_names = action_names();
   model.observation_name = observation_name;
   model.hidden_variables = {{"rock.good", 4, 20, false}};
+  model.visible_variables = {{"bot.x", 2, true, false}, {"bot.y", 2, true, false}};
   model.hidden_value_name = hidden_value_name;
   model.variable_names = {"bot.x[0]", "bot.x[1]", "bot.y[0]", "bot.y[1]", "rock.good[0]", "rock.good[1]",
       "rock.good[2]", "rock.good[3]", "rock.good[4]", "rock.good[5]", "rock.good[6]", "rock.good[7]",

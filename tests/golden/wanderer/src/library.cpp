@@ -74,6 +74,7 @@ hypgen::ModelDescriptor descriptor() {
   model.action_names = action_names();
   model.observation_name = observation_name;
   model.hidden_variables = {{"map.wall", 0, 5, false}, {"bot.at", 5, 2, false}};
+  model.visible_variables = {{"bot.seen", 2, true, false}};
   model.hidden_value_name = hidden_value_name;
   model.variable_names = {"map.wall[1]", "map.wall[2]", "map.wall[3]", "map.wall[4]", "map.wall[5]",
       "bot.at[0]", "bot.at[1]", "bot.seen[0]", "bot.seen[1]"};

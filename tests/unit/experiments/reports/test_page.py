@@ -13,7 +13,8 @@ from hypgen.cli.main import run
 from hypgen.experiments.cells import Cell, cells_of
 from hypgen.experiments.reports import Report, read_report
 from hypgen.experiments.store import Failure
-from hypgen.experiments.suite import SuiteError, read_suite
+from hypgen.experiments.suite import read_suite
+from hypgen.experiments.suite_values import SuiteError
 
 SUITE = """
 title = "Rocks & <robots>"
@@ -24,6 +25,17 @@ name = "time"
 runs = 10
 play = ["despot", { mode = "parallel", threads = 4 }]
 time = [0.1, 1.0]
+against = ["default", "rollout"]
+[[study.measure]]
+name = "way, m"
+visible = "robot.x"
+times = 0.5
+[[study.measure]]
+name = "waits"
+action = "wait"
+[[study.measure]]
+name = "failures"
+failure = true
 [[study.published]]
 task = "rocks"
 label = "DESPOT of others"
@@ -32,6 +44,7 @@ at = { time = 1.0 }
 return = 20.93
 interval = 0.3
 success = 0.5
+measured = { waits = 7 }
 source = "Ye et al., table 1"
 differs = "another layout </script>"
 """
@@ -91,6 +104,14 @@ def test_the_page_says_what_when_where_and_how(whole: Report) -> None:
     assert "Differs: another layout &lt;/script&gt;" in page
 
 
+def test_rows_have_the_colours_of_their_modes(whole: Report) -> None:
+    found = re.findall(r'<i class="dot m-(\w+)"></i>(\w+)', whole.page())
+    assert [mode for mode, label in found if mode == label] == [
+        "default", "rollout", "rollout", "despot", "despot", "parallel", "parallel",
+    ]  # fmt: skip
+    assert len(found) == 8, "the last is published"
+
+
 def test_the_data_are_within_the_page_and_as_csv(whole: Report) -> None:
     found = re.search(r'<script type="application/json" id="data">(.*?)</script>', whole.page(), re.DOTALL)
     assert found is not None
@@ -98,7 +119,12 @@ def test_the_data_are_within_the_page_and_as_csv(whole: Report) -> None:
     assert data["title"] == "Rocks & <robots>"
     rows = {row["setting"]: row for row in data["rows"]}
     assert rows["default"]["episodes"] == 10 and rows["default"]["speed_up"] is None
-    assert rows["parallel, time 1.0, threads 4"]["difference_shown"] is True
+    parallel = rows["parallel, time 1.0, threads 4"]
+    assert parallel["minus_default_shown"] is True and parallel["minus_rollout_pairs"] == 10
+    assert "minus_rollout" not in rows["rollout, time 1.0"], "it is compared with the modes before it"
+    assert (parallel["way, m"], parallel["waits"]) == (0.5 * 4.5, 2.0)
+    assert parallel["failures"] == pytest.approx(1.0 - parallel["success"])
+    assert rows["DESPOT of others"]["waits"] == 7
     assert rows["parallel, time 1.0, threads 4"]["speed_up"] == pytest.approx(14, rel=0.2)
     assert rows["DESPOT of others"]["differs"] == "another layout </script>"
     table = list(csv.DictReader(io.StringIO(whole.csv())))

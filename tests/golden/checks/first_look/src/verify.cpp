@@ -76,6 +76,8 @@ hypgen::ModelDescriptor descriptor() {
   model.observation_name = observation_name;
   model.first_observation_name = first_observation_name;
   model.hidden_variables = {{"chest.full", 1, 2, false}};
+  model.visible_variables = {{"bell.rings", 1, false, false}, {"chest.done", 2, true, false},
+      {"chest.glint", 2, true, false}};
   model.hidden_value_name = hidden_value_name;
   model.variable_names = {"bell.rings", "chest.full[0]", "chest.full[1]", "chest.done[0]", "chest.done[1]",
       "chest.glint[0]", "chest.glint[1]"};
