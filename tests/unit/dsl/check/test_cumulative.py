@@ -48,3 +48,14 @@ def test_values(text: str, wanted: object, tmp_path: Path) -> None:
         found = Evaluator(model, {}).value(model.rewards[0].value, frame)
     assert callable(wanted)
     assert found.tolist() == pytest.approx([wanted(float(x)) for x in XS], abs=2e-7)
+
+
+def test_a_law_that_cdf_takes_is_no_draw(tmp_path: Path) -> None:
+    path = tmp_path / "m.pomdp"
+    path.write_text(
+        MODEL.format("robot.p").replace(
+            "  init x = 0\n", "  init x = 0\n  let p: float ~ cdf(uniform(-1.0, 2.0), x)\n"
+        )
+    )
+    [let] = load(path).model.lets
+    assert not let.draws
