@@ -11,6 +11,7 @@ import click
 from hypgen.cli.show.node_dump import dump
 from hypgen.dsl.check.passes import Draft, Whole, Written
 from hypgen.dsl.check.scope.symbols import Symbols, kind_of
+from hypgen.dsl.syntax import ast
 
 
 class StagePrinter:
@@ -63,11 +64,10 @@ def _news(before: object, given: object, inside: bool = False) -> Iterator[tuple
 
 def _names(symbols: Symbols) -> Iterator[tuple[str, str]]:
     """Yield every declared name with what it is."""
-    for name, item in symbols.globals.items():
-        yield name, kind_of(item)
-        yield from (
-            (f"{name}.{own}", kind_of(member)) for own, member in symbols.members.get(name, {}).items()
-        )
+    for item in symbols.declared:
+        yield item.name, kind_of(item)
+        members = symbols.members[item.name] if isinstance(item, ast.Element) else {}
+        yield from ((f"{item.name}.{own}", kind_of(member)) for own, member in members.items())
     for name, enums in symbols.variants.items():
         yield name, f"a variant of {' and of '.join(e.name for e in enums)}"
     yield from ((name, "an observation") for name in symbols.observations)

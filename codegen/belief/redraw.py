@@ -10,9 +10,10 @@ import math
 from collections import Counter
 
 from hypgen.codegen.cpp import template_data
-from hypgen.codegen.layout.naming import Names, takes_word
+from hypgen.codegen.layout.naming import Names
 from hypgen.codegen.layout.state_layout import WORD, Block, Field
 from hypgen.dsl import ir
+from hypgen.dsl.ir.draw_words import words_of
 from hypgen.dsl.types import Float, length_of, size_of
 
 MOST = 4_096  # words that a particle keeps: 16 kB, and thousands of particles have them
@@ -37,14 +38,14 @@ def moves_values(model: ir.Model) -> bool:
     hidden = [v for v in model.variables if not v.visible]
     if not hidden or {a.variable for a in _drawn(model)} != {v.name for v in hidden}:
         return False
-    if any(isinstance(v.type, Float) for v in hidden) or any(takes_word(e.dist) for e in model.all_lets):
+    if any(isinstance(v.type, Float) for v in hidden) or any(words_of(e.dist) for e in model.all_lets):
         return False
     bits = sum(length_of(v.indices) * math.log2(size_of(v.type)) for v in hidden)
     return bits <= MOST_BITS and sum(length_of(v.indices) for v in hidden) <= MOST_MOVED
 
 
 def _drawn(model: ir.Model) -> tuple[ir.Assign, ...]:
-    """Return the inits of hidden fixed variables that draw, each word for one value."""
+    """Return the inits of hidden fixed variables that draw, one word for each value."""
     if model.factored:
         return ()
     variables = {v.name: v for v in model.variables}
@@ -54,7 +55,7 @@ def _drawn(model: ir.Model) -> tuple[ir.Assign, ...]:
         for a in model.inits
         if variables[a.variable].fixed
         and not variables[a.variable].visible
-        and takes_word(a.dist)
+        and words_of(a.dist) == 1
         and times[a.site.path] == 1
     ]
     if not any(a.binders for a in found) or sum(_words(a) for a in found) > MOST:

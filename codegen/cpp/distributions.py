@@ -15,27 +15,36 @@ from hypgen.codegen.cpp.text import code_of, integer, scalar, shifted
 from hypgen.codegen.layout import nodes
 from hypgen.codegen.passes.expr_shapes import needs_statements
 from hypgen.dsl import ir
+from hypgen.dsl.ir.draw_words import words_of
 from hypgen.dsl.ir.walk import negated
 from hypgen.dsl.types import Bool, Type, low_of, size_of
 
-_DRAWN = "drawn%"  # the local that stands for a variant that was drawn
+_DRAWN = "drawn%"  # the local that stands for what was drawn
 
 
 @dataclass(frozen=True)
 class Word:
-    """The word of a draw as C++: ``plain`` of 32 bits, ``fine`` with the 31 bits below it."""
+    """The word of a draw as C++: ``plain`` of 32 bits, ``fine`` with the 31 bits below it; its ``place``."""
 
     plain: str
     fine: str
+    place: str
 
     @staticmethod
     def of(site: str, index: str) -> Word:
         """Return the word that a site of the model draws."""
-        return Word(f"draws.word(Site::{site}, {index})", f"dist::fine(draws, Site::{site}, {index})")
+        place = f"Site::{site}, {index}"
+        return Word(f"draws.word({place})", f"dist::fine(draws, {place})", place)
 
     def to(self, is_plain: bool) -> str:
         """Return one of both."""
         return self.plain if is_plain else self.fine
+
+    def behind(self, words: int) -> Word:
+        """Return the word that lies so many behind this one, for a draw within the draw."""
+        steps = "dist::kNextDraw" if words == 1 else f"{words} * dist::kNextDraw"
+        place = f"{self.place} + {steps}" if words else self.place
+        return Word(f"draws.word({place})", f"dist::fine(draws, {place})", place)
 
 
 class DistPrinter:
@@ -96,6 +105,12 @@ class DistPrinter:
                 self._sample_weighted(dist, word, sink)
             case ir.Widened(dist=inner):
                 self.sample(inner, word, sink)
+            case ir.DrawIn(name=name, law=law, body=body):
+                local = printer.scope.unique(name)
+                self.code.add(f"{scalar(law.type)} {local}{{}};")
+                self.sample(law, word, Sink(f"{local} = "))
+                printer.bind(name, local)
+                self.sample(body, word.behind(words_of(law)), sink)
             case ir.InVariant(type=enum, variant=variant, dist=inner):
                 make = printer.constructor(enum, variant)
                 self.sample(inner, word, Sink(f"{sink.before}{make}(", f"){sink.after}"))
@@ -293,6 +308,8 @@ class DistPrinter:
                     lambda: self.density(inner, value, sink),
                     sink,
                 )
+            case ir.DrawIn():
+                self._density_of_two(dist, value, sink)
             case ir.InVariant():
                 self._variant_density(dist, value, sink)
             case nodes.WeightedPick(probabilities=probabilities, value=picked):
@@ -322,6 +339,31 @@ class DistPrinter:
         last = dist.entries[-1][0] if dist.rest is None else dist.rest
         code.add(f"{sums}.take_rest({self._is(last, value)});")
         code.add(sink(f"{sums}.density()"))
+
+    def _density_of_two(self, dist: ir.DrawIn, value: str, sink: Sink) -> None:
+        """Sum over what may be drawn first; a record of it tells what it was."""
+        printer, code, total = self.printer, self.code, self.printer.scope.unique("total")
+        code.add(f"double {total} = 0.0;")
+
+        def add(first: str) -> None:
+            chance = printer.scope.unique("chance")
+            code.add(f"double {chance} = 0.0;")
+            self.density(dist.law, first, Sink(f"{chance} = "))
+            printer.bind(dist.name, first)  # only the body knows it: draws in the law may have the name
+            with printer.block(f"if ({chance} > 0.0)"):
+                self.density(dist.body, value, Sink(f"{total} += {chance} * (", ");"))
+            code.join()
+
+        read = _told_by_record(dist)
+        if read is None:
+            with printer.loops((ir.Binder(dist.name, dist.law.type),)):
+                add(printer.locals[dist.name])
+        else:
+            printer.bind(_DRAWN, value)
+            text, local = printer.text(read), printer.scope.unique(dist.name)
+            code.add(f"const {scalar(read.type)} {local} = {text};")
+            add(local)
+        code.add(sink(total))
 
     def _variant_density(self, dist: ir.InVariant, value: str, sink: Sink) -> None:
         printer, inner = self.printer, dist.dist
@@ -407,6 +449,20 @@ class DistPrinter:
     def _is(self, expr: ir.Expr, value: str) -> str:
         text = self.printer.text(expr, ADD)
         return f"{value} == ({text})" if text.startswith("!") else f"{value} == {text}"
+
+
+def _told_by_record(dist: ir.DrawIn) -> ir.Expr | None:
+    """Return the field of a record drawn, ``_DRAWN``, that is what was drawn first; None if none is."""
+    body = dist.body
+    while isinstance(body, ir.DrawIn | ir.LetDist) and body.name != dist.name:
+        body = body.body
+    if not isinstance(body, ir.Certain) or not isinstance(body.value, ir.MakeRecord):
+        return None
+    record = body.value.record
+    for (name, type_), value in zip(record.fields, body.value.values, strict=True):
+        if isinstance(value, ir.Local) and value.name == dist.name and type_ == dist.law.type:
+            return ir.FieldRead(type_, record, name, ir.Local(record, _DRAWN))
+    return None
 
 
 def _value(code: str, type_: Type) -> str:

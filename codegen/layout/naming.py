@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from hypgen.codegen.layout.history_layout import belief_reads, fields
 from hypgen.dsl import ir
+from hypgen.dsl.ir.draw_words import words_of
 from hypgen.dsl.types import Enum, Record
 
 
@@ -156,24 +157,12 @@ class Names:
 def sites_of(model: ir.Model) -> tuple[ir.Site, ...]:
     """Return the sites of all declarations that draw, in the order of the file's parts."""
     found = [
-        *(a.site for a in (*model.inits, *model.updates) if takes_word(a.dist)),
-        *(let.site for let in model.all_lets if takes_word(let.dist)),
-        *(o.site for o in model.observations if takes_word(o.dist)),
+        *(a.site for a in (*model.inits, *model.updates) if words_of(a.dist)),
+        *(let.site for let in model.all_lets if words_of(let.dist)),
+        *(o.site for o in model.observations if words_of(o.dist)),
     ]
     if model.policy is None:
         found.append(ir.Site("policy:default"))
-    elif takes_word(model.policy.dist):
+    elif words_of(model.policy.dist):
         found.append(model.policy.site)
     return tuple(found)
-
-
-def takes_word(dist: ir.Dist) -> bool:
-    """Return whether sampling ``dist`` can need a random word."""
-    match dist:
-        case ir.Certain():
-            return False
-        case ir.IfDist(_, _, then, otherwise):
-            return takes_word(then) or takes_word(otherwise)
-        case ir.LetDist(body=body):
-            return takes_word(body)
-    return True

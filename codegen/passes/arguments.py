@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from hypgen.codegen.layout.naming import takes_word
 from hypgen.codegen.layout.nodes import ArrayBits, BeliefCall, HistoryRead
 from hypgen.dsl import ir
+from hypgen.dsl.ir.draw_words import words_of
 from hypgen.dsl.ir.reads import reached
 from hypgen.dsl.ir.walk import Node
 
@@ -73,6 +73,6 @@ class NeedsAnalysis:
                 return frozenset({"history"})
             case BeliefCall(number=number):
                 return self.belief(number)
-            case ir.Dist() if takes_word(node):
+            case ir.Dist() if words_of(node):
                 return frozenset({"draws"})
         return frozenset()

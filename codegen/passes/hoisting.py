@@ -99,6 +99,9 @@ class Hoisting:
             case ir.LetIn() | ir.LetDist():
                 self.locals.setdefault(value.name, []).append(value.value.type)
                 self._declare_fields(value)
+            case ir.DrawIn():
+                self.locals.setdefault(value.name, []).append(value.law.type)
+                self._declare_fields(value)
             case tuple():
                 for entry in value:
                     self._declare(entry)

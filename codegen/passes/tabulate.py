@@ -39,7 +39,7 @@ from hypgen.dsl.types import INT32_MAX, INT32_MIN, Int, Type, is_finite, size_of
 
 _PARTS = (("inits", "dist"), ("updates", "dist"), ("observations", "dist"), ("rewards", "value"))
 _SLOW = frozenset(
-    {"pow", "hypot", "exp", "log", "log2", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan2"}
+    {"pow", "hypot", "exp", "log", "log2", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan2", "normal_cdf"}
 )
 
 

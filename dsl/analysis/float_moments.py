@@ -11,7 +11,11 @@ from hypgen.dsl.ir.walk import Node, shape
 from hypgen.dsl.types import FLOAT, Float
 
 _KNOWN = (ir.Certain, ir.Table, ir.Normal, ir.UniformFloat, ir.Exponential)
-_WORDS: dict[type[ir.Dist], str] = {ir.Truncated: "truncated(..)", ir.Clamped: "clamp(..)"}
+_WORDS: dict[type[ir.Dist], str] = {
+    ir.Truncated: "truncated(..)",
+    ir.Clamped: "clamp(..)",
+    ir.DrawIn: "a draw within a draw",
+}
 
 
 def moments_of(

@@ -232,7 +232,7 @@ def _may_keep(node: ir.Dist | ir.Expr, variable: str) -> bool:
             return _may_keep(value, variable)
         case ir.IfDist(_, _, a, b) | ir.If(_, _, a, b) | ir.Binary(_, "and" | "or" | "min" | "max", a, b):
             return _may_keep(a, variable) or _may_keep(b, variable)
-        case ir.LetDist(_, _, _, body) | ir.LetIn(_, _, _, body):
+        case ir.LetDist(_, _, _, body) | ir.LetIn(_, _, _, body) | ir.DrawIn(_, _, _, body):
             return _may_keep(body, variable)
         case ir.StateRead(variable=name, primed=primed):
             return name == variable and not primed

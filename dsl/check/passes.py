@@ -289,7 +289,7 @@ def _hash(sources: Sequence[Source], program: Program) -> str:
     """Return the SHA-256 of the texts and, in order of names, the values that settings replace."""
     digest = hashlib.sha256("\n".join(s.text for s in sources).encode())
     for name in sorted(program.overrides):
-        item = program.symbols.globals[name]
+        item = program.symbols.values[name]
         value: object = None
         if isinstance(item, ast.Param):
             value = program.param(item).default

@@ -111,8 +111,7 @@ class CheckedProgram:
 
     def element(self, name: str) -> ir.Element:
         """Return an element."""
-        item = self.symbols.globals[name]
-        assert isinstance(item, ast.Element)
+        item = self.symbols.elements[name]
         return self._demand(f"element {name}", item.span, lambda: declarations.element(item, self))
 
     def variable(self, element: str, item: ast.Variable) -> ir.Variable:

@@ -161,8 +161,9 @@ class ToFloat(Expr):
 class Unary(Expr):
     """``neg not`` and the built-ins of one argument.
 
-    ``abs sign floor ceil round``, and of floats ``sqrt exp log log2 sin cos tan asin acos``. A sine, cosine
-    or tangent of what is not finite is NaN, and so is the arc of what lies beyond +-1.
+    ``abs sign floor ceil round``, and of floats ``sqrt exp log log2 sin cos tan asin acos`` and
+    ``normal_cdf``, the probability below a number of a standard normal one. A sine, cosine or tangent of what
+    is not finite is NaN, and so is the arc of what lies beyond +-1.
 
     ``floor ceil round`` take a float and give an int, saturated to the node's interval.
     """
@@ -387,6 +388,21 @@ class LetDist(Dist):
 
     name: str
     value: Expr
+    body: Dist
+
+
+@dataclass(frozen=True)
+class DrawIn(Dist):
+    """``body`` with ``name`` standing for what ``law`` draws, which is no float.
+
+    ``law`` takes the first words of the draw, ``body`` those behind them (``draw_words.words_of``): word n of
+    entry i is that of the site at index i + n * 2^24. Density of v: the sum, from 0, over the values x of
+    ``law``'s type, ascending, whose density p is above 0, of p * (density of v under ``body``, where ``name``
+    is x).
+    """
+
+    name: str
+    law: Dist
     body: Dist
 
 

@@ -301,6 +301,11 @@ def rising(op: str, e: ir.Expr) -> ir.Expr:
     return folded(op, unit, e) or ir.Unary(_float(found, unit), op, e)
 
 
+def normal_cdf(e: ir.Expr) -> ir.Expr:
+    """Return how likely a standard normal number is below a float."""
+    return folded("normal_cdf", units.PLAIN, e) or ir.Unary(Float(0.0, 1.0), "normal_cdf", e)
+
+
 def to_int(op: str, e: ir.Expr) -> ir.Expr:
     """Return ``floor ceil round`` of a number; an int is its own."""
     if isinstance(e.type, Int):

@@ -119,6 +119,8 @@ class _LawErrors:
                 return self.lost(body)
             case ir.Widened(dist=inner) | ir.InVariant(dist=inner):
                 return self.lost(inner)
+            case ir.DrawIn(law=law, body=body):
+                return self.lost(law) + self.lost(body)
             case ir.Certain() | ir.Uniform():
                 return 0.0
             case ir.UniformSet(otherwise=otherwise):
@@ -168,6 +170,9 @@ class _LawErrors:
                 return max(a[0], b[0]), max(a[1], b[1])
             case ir.LetDist(name=name, value=value, body=body):
                 return self.relative(body, {**local, name: self._of.pair(value, local)})
+            case ir.DrawIn(law=law, body=body):
+                a, b = self.relative(law, local), self.relative(body, local)
+                return a[0] + b[0] + a[0] * b[0], a[1] + b[1]
             case ir.Widened(dist=inner) | ir.InVariant(dist=inner):
                 return self.relative(inner, local)
         return 0.0, self.of_law(dist, local)
@@ -219,6 +224,8 @@ class _LawErrors:
                 return max(self.of_law(then, local), self.of_law(otherwise, local))
             case ir.LetDist(name=name, value=value, body=body):
                 return self.of_law(body, {**local, name: self._of.pair(value, local)})
+            case ir.DrawIn(law=law, body=body):
+                return self.of_law(law, local) + self.of_law(body, local)
             case ir.Widened(dist=inner) | ir.InVariant(dist=inner):
                 return self.of_law(inner, local)
         return words + _LAW

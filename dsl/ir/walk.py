@@ -68,7 +68,7 @@ def _map(value: Any, change: Change) -> Any:
 def bound_names(node: Node) -> tuple[str, ...]:
     """Return the locals that ``node`` introduces for its children."""
     match node:
-        case ir.LetIn(name=name) | ir.LetDist(name=name):
+        case ir.LetIn(name=name) | ir.LetDist(name=name) | ir.DrawIn(name=name):
             return (name,)
         case ir.Quantified(binders=binders) | ir.UniformSet(binders=binders) | ir.Weighted(binders=binders):
             return tuple(b.name for b in binders)
@@ -161,7 +161,7 @@ def rename_bound(node: Kind, suffix: str) -> Kind:
         match node:
             case ir.Local(name=name) if name in bound:
                 return replace(node, name=name + suffix)
-            case ir.LetIn(name=name) | ir.LetDist(name=name):
+            case ir.LetIn(name=name) | ir.LetDist(name=name) | ir.DrawIn(name=name):
                 return replace(node, name=name + suffix)
             case (
                 ir.Quantified(binders=binders) | ir.UniformSet(binders=binders) | ir.Weighted(binders=binders)

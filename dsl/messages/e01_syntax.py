@@ -93,3 +93,10 @@ def record_in_braces(record: str, fields: Sequence[str], span: Span) -> Diagnost
     """A record's value that is written as a struct of other languages, ``{x: 1, y: 2}``."""
     message = f"braces are a table of probabilities, and a value of '{record}' is built with parentheses"
     return Diagnostic("E0146", message, span, f"write `{record}({', '.join(fields)})`, its fields in order")
+
+
+def several_indexes(family: str, span: Span) -> Diagnostic:
+    """A family with more than one index."""
+    message = f"the family '{family}' has one index: this is a second one"
+    remedy = f"index it by a record: record Place {{ r: Row  c: Col }}   element {family}[p in Place]"
+    return Diagnostic("E0153", message, span, remedy)

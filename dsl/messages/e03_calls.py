@@ -89,7 +89,7 @@ def several_binders(quantifier: str, span: Span) -> Diagnostic:
 def variant_takes_argument(name: str, argument: Type, span: Span) -> Diagnostic:
     """A variant without the argument that it takes."""
     message = f"variant '{name}' takes an argument of type {argument}"
-    return Diagnostic("E0302", message, span, f"write {name}(..)")
+    return Diagnostic("E0302", message, span, f"write {name}(..), or 'x is {name}' to ask whether x is one")
 
 
 def variant_takes_none(name: str, span: Span) -> Diagnostic:

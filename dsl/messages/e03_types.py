@@ -159,6 +159,18 @@ def match_of_other(found: Type, span: Span) -> Diagnostic:
     return Diagnostic("E0308", message, span, "use if .. then .. else")
 
 
+def is_of_other(found: Type, span: Span) -> Diagnostic:
+    """``is`` of a value that is no enum's."""
+    message = f"'is' asks for the variant of an enum's value, but this is {described(found)}"
+    return Diagnostic("E0308", message, span, "compare other values with ==")
+
+
+def with_of_other(found: Type, span: Span) -> Diagnostic:
+    """``with`` behind a value that is no record."""
+    message = f"'with' changes fields of a record, but this is {described(found)}"
+    return Diagnostic("E0308", message, span, "write it behind a record: p with { x = 1 }")
+
+
 def without_order(found: Type, span: Span) -> Diagnostic:
     """``<`` and the like between values that are no numbers."""
     remedy = "use == or !=, or index(..) for a variant's place in its enum"

@@ -11,8 +11,9 @@ from hypgen.dsl.types import Int, Type
 
 _NAME_IT = "name the draw with 'let name ~ ..' and use the name"
 _LET = "name the draw with 'let name ~ ...' in an element and read the name"
-_SHIFT = "; a shift of a normal draw can stand in its mean: normal(mean + shift, sd)"
-_SCALE = "; a normal draw can be scaled inside: normal(factor * mean, factor * sd)"
+_WITHOUT_DRAWS = frozenset({"legal", "bound", "invariant", "first memory", "next memory"})
+_SHIFT = "shift it in its mean, normal(mean + shift, sd); or "
+_SCALE = "scale it inside, normal(factor * mean, factor * sd); or "
 _NORMAL = {"+": _SHIFT, "-": _SHIFT, "*": _SCALE, "/": _SCALE}
 
 
@@ -21,15 +22,37 @@ def draw_behind_equals(span: Span) -> Diagnostic:
     return Diagnostic("E0701", "this is a draw, and '=' is exact", span, "write '~' in place of '=' to draw")
 
 
-def misplaced_draw(what: str, span: Span) -> Diagnostic:
-    """A draw where a value is needed."""
-    return Diagnostic("E0702", f"{what} is a draw, and a function of a draw has no meaning here", span, _LET)
+def misplaced_draw(what: str, owner: str, span: Span) -> Diagnostic:
+    """A draw where a value is needed; ``owner`` is the kind of declaration that it stands in."""
+    remedy = _LET
+    if owner == "function":
+        remedy = "make it a distribution, fn name(..): type ~ .., and draw from it"
+    elif owner in _WITHOUT_DRAWS:
+        remedy = "let a variable hold what is drawn, name' ~ .., and read that"
+    return Diagnostic("E0702", f"{what} is a draw, and a value is needed here", span, remedy)
 
 
-def draw_as_operand(op: str, is_normal: bool, span: Span) -> Diagnostic:
-    """A draw as an operand; a normal one can be shifted and scaled inside."""
-    message = f"'{op}' is given a draw, and a function of a draw has no meaning here"
-    return Diagnostic("E0702", message, span, _LET + (_NORMAL.get(op, "") if is_normal else ""))
+def continuous_part(owner: str, op: str, span: Span) -> Diagnostic:
+    """A draw of a float within a draw; ``op`` is the operator that a normal one is given to, if it is."""
+    message = "this draws from a continuum, so that what is made of it has no density"
+    remedy = _LET
+    if owner in ("init", "observe"):
+        remedy = "draw the bin that it falls into: let name: 0 .. 9 ~ binned(.., low, high) in .."
+    elif owner.startswith("policy"):
+        remedy = "name the draw with 'let name ~ ...' in the policy and read the name"
+    return Diagnostic("E0710", message, span, _NORMAL.get(op, "") + remedy)
+
+
+def large_part(values: int, most: int, span: Span) -> Diagnostic:
+    """A draw within a draw of too many values to sum over."""
+    message = f"this draws one of {values} values, and a draw within a draw has at most {most}"
+    return Diagnostic("E0710", message, span, "limit it, clamp(.., low, high); or name it with a 'let'")
+
+
+def many_draws(most: int, span: Span) -> Diagnostic:
+    """A draw with too many others inside it."""
+    message = f"more than {most} draws stand within each other"
+    return Diagnostic("E0710", message, span, "name some of them in an element: let name ~ ..")
 
 
 def no_weights(span: Span) -> Diagnostic:
@@ -184,7 +207,18 @@ def floats_not_clamped(span: Span) -> Diagnostic:
 def ints_not_clamped(span: Span) -> Diagnostic:
     """``clamp`` of a draw of ints by another law."""
     message = "'clamp' takes a draw by normal, exponential, uniform, poisson, binomial or a table"
-    return Diagnostic("E0709", message, span, _NAME_IT)
+    return Diagnostic("E0709", message, span, "name the draw and clamp the name: let x ~ .. in clamp(x)")
+
+
+def not_cumulative(span: Span) -> Diagnostic:
+    """``cdf`` of a law without a formula for it."""
+    message = "'cdf' takes a draw by normal, exponential or uniform of floats"
+    return Diagnostic(
+        "E0709",
+        message,
+        span,
+        "write it as a function: fn below(x: int): prob = sum(k in 0 .. 9 where k < x: ..)",
+    )
 
 
 def not_binned(span: Span) -> Diagnostic:

@@ -120,6 +120,30 @@ class Call(Expr):
 
 
 @dataclass(frozen=True)
+class Is(Expr):
+    """``e is variant``, of any argument."""
+
+    operand: Expr
+    variant: str
+
+
+@dataclass(frozen=True)
+class NewField(Node):
+    """``name = e`` behind ``with``."""
+
+    name: str
+    value: Expr
+
+
+@dataclass(frozen=True)
+class With(Expr):
+    """``e with { name = value, ... }``: a record with some of its fields changed."""
+
+    operand: Expr
+    fields: tuple[NewField, ...]
+
+
+@dataclass(frozen=True)
 class Binder(Node):
     """``name in Type``."""
 
@@ -149,11 +173,13 @@ class If(Expr):
 
 @dataclass(frozen=True)
 class LetIn(Expr):
-    """``let x = e in body``."""
+    """``let x [: type] = e in body``, or ``let x [: type] ~ d in body`` (``draw`` True)."""
 
     name: str
     value: Expr
     body: Expr
+    draw: bool = False
+    type: TypeExpr | None = None
 
 
 @dataclass(frozen=True)

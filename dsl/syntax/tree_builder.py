@@ -174,7 +174,12 @@ class _Builder:
     def condition(self, span: Span, kind: Token, condition: ast.Expr) -> ast.Condition:
         return ast.Condition(span, str(kind), condition)
 
-    def element(self, span: Span, name: Token, binder: ast.Binder | None, *members: Any) -> ast.Element:
+    def element(
+        self, span: Span, name: Token, binders: tuple[ast.Binder, ...] | None, *members: Any
+    ) -> ast.Element:
+        if binders is not None and len(binders) > 1:
+            self.diagnostics.append(e01_syntax.several_indexes(name, binders[1].span))
+        binder = None if binders is None else binders[0]
         placed = [m.placed() if isinstance(m, _FirstLook) else m for m in members]
         return ast.Element(span, str(name), binder, _flat(placed))
 
@@ -252,8 +257,10 @@ class _Builder:
     def if_(self, span: Span, condition: ast.Expr, then: ast.Expr, otherwise: ast.Expr) -> ast.If:
         return ast.If(span, condition, then, otherwise)
 
-    def let_in(self, span: Span, name: Token, value: ast.Expr, body: ast.Expr) -> ast.LetIn:
-        return ast.LetIn(span, str(name), value, body)
+    def let_in(
+        self, span: Span, name: Token, type_: ast.TypeExpr | None, rhs: ast.Rhs, body: ast.Expr
+    ) -> ast.LetIn:
+        return ast.LetIn(span, str(name), rhs.expr, body, rhs.draw, type_)
 
     def binary(self, span: Span, left: ast.Expr, op: Token, right: ast.Expr) -> ast.Binary:
         return ast.Binary(span, str(op), left, right)
@@ -269,6 +276,15 @@ class _Builder:
 
     def index(self, span: Span, operand: ast.Expr, *indices: ast.Expr) -> ast.Index:
         return ast.Index(span, operand, indices)
+
+    def is_variant(self, span: Span, operand: ast.Expr, variant: Token) -> ast.Is:
+        return ast.Is(span, operand, str(variant))
+
+    def new_field(self, span: Span, name: Token, value: ast.Expr) -> ast.NewField:
+        return ast.NewField(span, str(name), value)
+
+    def changed(self, span: Span, operand: ast.Expr, *fields: ast.NewField | None) -> ast.With:
+        return ast.With(span, operand, _flat(fields))
 
     def integer(self, span: Span, digits: Token) -> ast.Literal:
         return ast.Literal(span, self._integer(span, digits))
@@ -314,7 +330,7 @@ class _Builder:
         at = self.span_of(kind)
         if kind not in QUANTIFIERS:
             self.diagnostics.append(e01_syntax.unknown_quantifier(kind, QUANTIFIERS, at))
-        elif body is None and kind not in _WITHOUT_BODY:
+        elif body is None and kind not in _WITHOUT_BODY and not (kind == "any" and where is not None):
             self.diagnostics.append(e01_syntax.missing_body(kind, span))
         return ast.Quantified(span, str(kind), binders, where, body, otherwise)
 

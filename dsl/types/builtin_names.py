@@ -16,7 +16,8 @@ FUNCTIONS = (
 )
 QUANTIFIERS = frozenset({"sum", "any", "all", "count", "min", "max", "argmin", "argmax"})
 TABLES = frozenset({"distance"})
-RESERVED_CALLS = TABLES | DRAWS | HISTORY | FUNCTIONS | QUANTIFIERS
+CUMULATIVE = frozenset({"cdf"})
+RESERVED_CALLS = CUMULATIVE | TABLES | DRAWS | HISTORY | FUNCTIONS | QUANTIFIERS
 RESERVED_VALUES = frozenset({"gamma", "pi"})
 # What other languages call it, and how it is written here.
 FOREIGN_FUNCTIONS = {

@@ -22,9 +22,21 @@ READING = Enum("Reading", (Variant("nothing"), Variant("looks_good"), Variant("l
 ROCK_ACT = Enum("Act", (Variant("east"), Variant("west"), Variant("sample"), Variant("check", ROCK)))
 
 
-def word(first: Any, second: Any = 0) -> Word:
-    """Return the word of a draw, in each lane, and the one that decides where it ties."""
-    return Word(lambda: np.asarray(first, np.uint64), lambda: np.asarray(second, np.uint64))
+class _Given:
+    """Draws of given words: ``words`` one behind the other, ``second`` where the first ties."""
+
+    def __init__(self, words: tuple[Any, ...], second: Any) -> None:
+        self._words = words
+        self._second = second
+
+    def word(self, site: int, index: Any) -> Any:
+        number, is_second = int(index) >> 24 & 127, int(index) >> 31
+        return np.asarray(self._second if is_second else self._words[number], np.uint64)
+
+
+def word(first: Any, second: Any = 0, *behind: Any) -> Word:
+    """Return the word of a draw, in each lane, the one that decides where it ties, and those behind it."""
+    return Word(_Given((first, *behind), second), 0, 0)
 
 
 def span(line: int, file: str = "sample.pomdp") -> Span:

@@ -86,12 +86,10 @@ class Closures:
     def _function(self, name: str) -> ir.Function:
         if name in self._program.unrolled:
             return self._program.unrolled[name]
-        item = self._program.symbols.globals[name]
-        assert isinstance(item, ast.Function)
-        return self._program.function(item)
+        return self._program.function(self._program.symbols.functions[name])
 
     def _table_read(self, e: ir.TableRead) -> Code:
-        item = self._program.symbols.globals[e.table]
+        item = self._program.symbols.values[e.table]
         assert isinstance(item, ast.Const)
         table = self._program.const(item)
         assert isinstance(table, ir.ConstantArray)

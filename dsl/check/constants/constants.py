@@ -85,8 +85,8 @@ def entries_of(
             return distances.table(node, scope, element, indices, name)
         case ast.Comprehension():
             return _comprehension(node, scope, element, indices, name)
-        case ast.Name(span, other) if isinstance(scope.program.symbols.globals.get(other), ast.Const):
-            source = scope.program.symbols.globals[other]
+        case ast.Name(span, other) if isinstance(scope.program.symbols.values.get(other), ast.Const):
+            source = scope.program.symbols.values[other]
             assert isinstance(source, ast.Const)
             array = scope.program.const(source)
             if isinstance(array, ir.ConstantArray) and (array.type, array.indices) == (element, indices):

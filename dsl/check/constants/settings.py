@@ -6,7 +6,7 @@ from __future__ import annotations
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants.constant_entries import scalar
 from hypgen.dsl.check.scope.scope import Program, Scope
-from hypgen.dsl.check.scope.symbols import kind_of
+from hypgen.dsl.check.scope.symbols import Global, kind_of
 from hypgen.dsl.messages import e02_names, e08_parts
 from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast
@@ -51,8 +51,8 @@ def _constant(item: ast.Setting, program: Program, what: str) -> ir.Const:
 
 def refuse_unknown(program: Program) -> None:
     """Report settings that name neither a const nor a param."""
-    declared = program.symbols.globals
-    known = [n for n, i in declared.items() if isinstance(i, ast.Const | ast.Param)]
+    known = [n for n, i in program.symbols.values.items() if isinstance(i, ast.Const | ast.Param)]
+    declared: dict[str, Global] = {item.name: item for item in program.symbols.declared}
     for name, value in program.overrides.items():
         if name in known:
             continue

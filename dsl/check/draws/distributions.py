@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 
 from hypgen.dsl import ir
-from hypgen.dsl.check.draws import limited_draws, number_draws, set_draws
+from hypgen.dsl.check.draws import limited_draws, nested_draws, number_draws, set_draws
 from hypgen.dsl.check.draws.fit_distribution import fitted, in_variant, joined
 from hypgen.dsl.check.draws.named_distributions import inlined
 from hypgen.dsl.check.draws.number_draws import refuse_unlimited
@@ -66,19 +66,33 @@ def _check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.D
         value = scope.check(node)
         return ir.Certain(value.type, value)
     match node:
+        case ast.If(_, condition) if is_draw(condition, scope):
+            return nested_draws.named(
+                *(condition, BOOL, scope),
+                lambda name, inner: check(replace(node, condition=name), inner, target, what),
+            )
         case ast.If():
             return _conditional(node, scope, target, what)
+        case ast.LetIn(draw=True):
+            return nested_draws.let_in(node, scope, target, what)
         case ast.LetIn():
             value, inner = bind_value(node, scope)
             return let_dist(node.name, value, check(node.body, inner, target, what))
+        case ast.Match(_, scrutinee) if is_draw(scrutinee, scope):
+            return nested_draws.named(
+                *(scrutinee, None, scope),
+                lambda name, inner: check(replace(node, scrutinee=name), inner, target, what),
+            )
         case ast.Match():
             return _match(node, scope, target, what)
         case ast.TableLiteral():
             return _table(node, scope, target, what)
-        case ast.Prime(_, ast.Call(_, name) as call) if item := named_draw(name, scope):
+        case ast.Prime(_, ast.Call() as call) if is_draw(node, scope):
             inner = enter_prime(node, scope)
             require_state(node, scope)
-            return inlined(call, item, inner, target, what)
+            return check(call, inner, target, what)
+        case ast.Call(_, name, arguments) if _takes_values(name, arguments, scope):
+            return nested_draws.lifted(node, scope, target, what)
         case ast.Call(_, name) if item := named_draw(name, scope):
             return inlined(node, item, scope, target, what)
         case ast.Call(_, name) if name in scope.program.symbols.variants and is_draw(node, scope):
@@ -88,6 +102,8 @@ def _check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.D
         case ast.Call() if is_draw(node, scope):
             _check_form(node)
             return _CALLS[node.name](node, scope, target, what)
+        case _ if isinstance(node, nested_draws.STRICT) and is_draw(node, scope):
+            return nested_draws.lifted(node, scope, target, what)
         case ast.Quantified(_, "uniform"):
             return set_draws.uniform_set(node, scope, target, what)
         case ast.Quantified(_, "weighted"):
@@ -95,6 +111,15 @@ def _check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.D
     if target is None:
         raise AssertionError(node)  # is_draw told it for a draw
     return ir.Certain(target, check_as(node, scope, target, what))
+
+
+def _takes_values(name: str, arguments: tuple[ast.Expr, ...], scope: Scope) -> bool:
+    """Return whether a call is given a draw where it takes a value: a draw of a draw is no such call."""
+    if name in builtin_names.DRAWS | builtin_names.HISTORY | builtin_names.CUMULATIVE or (
+        name == "clamp" and arguments and is_draw(arguments[0], scope)
+    ):
+        return False
+    return name not in scope.program.symbols.variants and any(is_draw(n, scope) for n in arguments)
 
 
 def choose(condition: ir.Expr, then: ir.Dist, otherwise: ir.Dist) -> ir.Dist:
@@ -174,6 +199,9 @@ def _table(node: ast.TableLiteral, scope: Scope, target: Type | None, what: str)
     values = [n for n, _ in node.entries] + ([] if node.rest is None else [node.rest])
     if not node.entries:
         raise Mistake(e07_draws.no_weights(node.span))
+    if any(is_draw(n, scope) for n in values):
+        weights = _weights(node, scope)
+        return nested_draws.mixture(node, weights, _complements(weights), scope, target, what)
     if target is None:
         found = gather([partial(scope.check, n) for n in values])
         for e, n in zip(found, values, strict=True):
@@ -183,13 +211,20 @@ def _table(node: ast.TableLiteral, scope: Scope, target: Type | None, what: str)
             target = joined
     assert target is not None
     checked = gather([partial(check_as, n, scope, target, what) for n in values])
+    weights = _weights(node, scope)
+    rest = None if node.rest is None else checked[-1]
+    return ir.Table(target, tuple(zip(checked, weights, strict=False)), rest, _complements(weights))
+
+
+def _weights(node: ast.TableLiteral, scope: Scope) -> list[ir.Expr]:
     weights = gather([partial(probability, p, scope) for _, p in node.entries])
     _check_sum(node, weights)
-    rest = None if node.rest is None else checked[-1]
+    return weights
+
+
+def _complements(weights: list[ir.Expr]) -> tuple[ir.Expr | None, ...]:
     complements = tuple(map(masses.complement, weights))
-    return ir.Table(
-        target, tuple(zip(checked, weights, strict=False)), rest, complements if any(complements) else ()
-    )
+    return complements if any(complements) else ()
 
 
 def _check_sum(node: ast.TableLiteral, weights: list[ir.Expr]) -> None:

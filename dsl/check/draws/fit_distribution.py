@@ -72,6 +72,8 @@ def widened(dist: ir.Dist, t: Type) -> ir.Dist:
             return ir.IfDist(t, condition, widened(then, t), widened(otherwise, t))
         case ir.LetDist(_, name, value, body):
             return ir.LetDist(t, name, value, widened(body, t))
+        case ir.DrawIn(_, name, law, body):
+            return ir.DrawIn(t, name, law, widened(body, t))
         case ir.Table():
             return replace(dist, type=t)
         case ir.UniformSet(otherwise=otherwise):
@@ -103,6 +105,8 @@ def in_variant(dist: ir.Dist, enum: Enum, variant: str) -> ir.Dist:
             return ir.IfDist(enum, condition, of(then), of(otherwise))
         case ir.LetDist(_, name, value, body):
             return ir.LetDist(enum, name, value, of(body))
+        case ir.DrawIn(_, name, law, body):
+            return ir.DrawIn(enum, name, law, of(body))
         case ir.Table(entries=entries, rest=rest):
             values = tuple((of_value(value), p) for value, p in entries)
             return replace(dist, type=enum, entries=values, rest=None if rest is None else of_value(rest))
@@ -130,6 +134,9 @@ def changed(dist: ir.Dist, change: Callable[[ir.Dist], ir.Dist]) -> ir.Dist:
         case ir.LetDist(_, name, value, body):
             inner = changed(body, change)
             return let_dist(name, value, inner)
+        case ir.DrawIn(_, name, law, body):
+            inner = changed(body, change)
+            return ir.DrawIn(inner.type, name, law, inner)
         case ir.Widened(_, inner):
             return changed(inner, change)
     return change(dist)

@@ -133,6 +133,9 @@ def refuse_unlimited(dist: ir.Dist, span: Span) -> None:
         case ir.IfDist(_, _, then, otherwise):
             refuse_unlimited(then, span)
             refuse_unlimited(otherwise, span)
+        case ir.DrawIn(law=law, body=body):
+            refuse_unlimited(law, span)
+            refuse_unlimited(body, span)
         case ir.LetDist(body=inner) | ir.Widened(dist=inner) | ir.InVariant(dist=inner):
             refuse_unlimited(inner, span)
         case ir.Poisson(Int(_, high)) if high == INT32_MAX:

@@ -9,8 +9,8 @@ from functools import partial
 
 from hypgen.dsl import ir
 from hypgen.dsl.analysis.uses import Use
-from hypgen.dsl.check.expressions import belief_reads, last_step
-from hypgen.dsl.check.scope.draw_syntax import refuse_operand
+from hypgen.dsl.check.expressions import belief_reads, cumulative, last_step
+from hypgen.dsl.check.scope.draw_syntax import misplaced
 from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.symbols import kind_of
@@ -18,7 +18,7 @@ from hypgen.dsl.check.scope.unit_checks import require_plain, require_root, requ
 from hypgen.dsl.check.terms import guarded_reads, range_calls, recursion
 from hypgen.dsl.check.terms.references import owner_of
 from hypgen.dsl.ir import operators, trigonometric_operators
-from hypgen.dsl.messages import e02_names, e03_calls, e03_types, e07_draws
+from hypgen.dsl.messages import e02_names, e03_calls, e03_types
 from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.messages.words import lies
 from hypgen.dsl.syntax import ast
@@ -43,35 +43,46 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     """Return the value of a call."""
     name = node.name
     if name in builtin_names.DRAWS:
-        raise Mistake(e07_draws.misplaced_draw(f"{name}(..)", node.span))
-    if name in builtin_names.RESERVED_CALLS and name in scope.program.symbols.globals:
-        raise Mistake  # declaring it has been reported
+        raise misplaced(f"{name}(..)", node, scope)
+    symbols = scope.program.symbols
+    if name in symbols.clashing and (name in symbols.functions or name in symbols.variants):
+        raise Mistake  # that the name was taken has been reported
     if name == "last":
         return last_step.last(node, scope)
     if name in builtin_names.BELIEFS:
         return belief_reads.belief(node, scope)
+    if name == "cdf":
+        return cumulative.cdf(node, scope)
     if name in builtin_names.RANGES:
         return range_calls.check(node, scope, expected)
-    if name == "at":
+    if name == "at" and not (len(node.arguments) == 1 and name in symbols.variants):
         return guarded_reads.at(node, scope, expected)
-    if name in builtin_names.FUNCTIONS:
+    if name in builtin_names.FUNCTIONS and name != "at":
         return _builtin(node, scope)
     if name in builtin_names.QUANTIFIERS | builtin_names.TABLES:
         raise Mistake(e03_calls.without_binder(name, node.span))
-    item = scope.program.symbols.globals.get(name)
-    if isinstance(item, ast.Function):
+    item = symbols.functions.get(name)
+    if item is not None:
         if item.rhs.draw:
-            raise Mistake(e07_draws.misplaced_draw(f"{name}(..)", node.span))
+            raise misplaced(f"{name}(..)", node, scope)
         return _function(item, node, scope)
-    if isinstance(item, ast.RecordDecl):
-        return _record(item, node, scope)
-    if name in scope.program.symbols.variants:
+    record = symbols.record(name)
+    if record is not None:
+        return _record(record, node, scope)
+    if name in symbols.variants:
         return _variant(node, scope, expected)
-    if item is not None or name in scope.locals:
-        kind = "a local" if item is None else kind_of(item)
+    value = symbols.values.get(name)
+    kind = (
+        "a local" if name in scope.locals else symbols.other_kind(name) if value is None else kind_of(value)
+    )
+    if kind is not None:
         raise Mistake(e02_names.not_a_function(name, kind, node.span))
-    functions = [n for n, i in scope.program.symbols.globals.items() if isinstance(i, ast.Function)]
-    known = [*functions, *builtin_names.FUNCTIONS, *builtin_names.DRAWS, *scope.program.symbols.variants]
+    known = [
+        *symbols.functions,
+        *builtin_names.FUNCTIONS,
+        *builtin_names.DRAWS,
+        *scope.program.symbols.variants,
+    ]
     own = builtin_names.FOREIGN_FUNCTIONS.get(name.lower())
     raise Mistake(e02_names.unknown_function(name, own, known, node.span))
 
@@ -154,7 +165,6 @@ def _builtin(node: ast.Call, scope: Scope) -> ir.Expr:
     if given < least or (most is not None and given > most):
         form = f"{node.name}({_FORMS.get(node.name, 'x' if least == 1 else 'a, b')})"
         raise Mistake(e03_calls.wrong_arguments_of_builtin(node.name, given, form, node.span))
-    refuse_operand(node.name, node.arguments, scope)
     if node.name == "index":
         return _code(node, scope)
     values = gather([partial(range_calls.number, n, scope, node.name) for n in node.arguments])

@@ -9,7 +9,7 @@ from functools import partial
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.expressions import calls
-from hypgen.dsl.check.scope.draw_syntax import bind_value, is_draw, refuse_operand
+from hypgen.dsl.check.scope.draw_syntax import bind_value, is_draw, misplaced
 from hypgen.dsl.check.scope.fit_type import assumed, check_as, require_int32, unify
 from hypgen.dsl.check.scope.let_bindings import let_in
 from hypgen.dsl.check.scope.scope import Scope
@@ -17,11 +17,11 @@ from hypgen.dsl.check.scope.unit_checks import require_exponent, require_same
 from hypgen.dsl.check.terms import matching, quantifiers, references
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.nodes import placed
-from hypgen.dsl.messages import e03_types, e03_values, e04_variables, e06_ranges, e07_draws
+from hypgen.dsl.messages import e02_names, e03_types, e03_values, e04_variables, e06_ranges, e07_draws
 from hypgen.dsl.messages.report import Mistake, gather, unreachable
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.types import BOOL, INT, Float, Int, Type, intervals
+from hypgen.dsl.types import BOOL, INT, Enum, Float, Int, Record, Type, intervals
 
 _COMPARISONS = {"==": "eq", "!=": "ne", "<": "lt", "<=": "le", ">": "gt", ">=": "ge"}
 _ARITHMETIC = {"+": "add", "-": "sub", "*": "mul", "/": "div", "//": "floordiv", "%": "mod"}
@@ -61,6 +61,10 @@ def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:
             return _arithmetic(node, scope)
         case ast.Prime():
             return _prime(node, scope, expected)
+        case ast.Is():
+            return _is_variant(node, scope)
+        case ast.With():
+            return _changed(node, scope, expected)
         case ast.Call():
             return calls.check(node, scope, expected)
         case ast.Quantified():
@@ -74,7 +78,7 @@ def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:
         case ast.ArrayLiteral(span) | ast.Comprehension(span):
             raise Mistake(e03_values.array_in_expression(span))
         case ast.TableLiteral(span):
-            raise Mistake(e07_draws.misplaced_draw("a table of weights", span))
+            raise misplaced("a table of weights", node, scope)
     raise AssertionError(node)
 
 
@@ -154,7 +158,6 @@ def _comparison(node: ast.Binary, scope: Scope) -> ir.Expr:
 
 
 def _arithmetic(node: ast.Binary, scope: Scope) -> ir.Expr:
-    refuse_operand(node.op, (node.left, node.right), scope)
     left, right = gather([partial(check, n, scope) for n in (node.left, node.right)])
     for e, n in ((left, node.left), (right, node.right)):
         require_number(e, n.span, f"an operand of '{node.op}'")
@@ -247,3 +250,38 @@ def _let_in(node: ast.LetIn, scope: Scope, expected: Type | None) -> ir.Expr:
     value, inner = bind_value(node, scope)
     body = check(node.body, inner, expected)
     return let_in(node.name, value, body)
+
+
+def _is_variant(node: ast.Is, scope: Scope) -> ir.Expr:
+    e = check(node.operand, scope)
+    if not isinstance(e.type, Enum):
+        raise Mistake(e03_types.is_of_other(e.type, node.operand.span))
+    if e.type.variant(node.variant) is None:
+        raise Mistake(e02_names.unknown_variant(e.type, node.variant, node.span))
+    return operators.is_variant(e.type, node.variant, e)
+
+
+def _changed(node: ast.With, scope: Scope, expected: Type | None) -> ir.Expr:
+    """Return a record with some of its fields changed."""
+    e = check(node.operand, scope, expected)
+    if not isinstance(e.type, Record):
+        raise Mistake(e03_types.with_of_other(e.type, node.operand.span))
+    record, given = e.type, dict[str, ast.NewField]()
+    for part in node.fields:
+        if record.field_type(part.name) is None:
+            raise Mistake(
+                e02_names.unknown_field(record, part.name, [n for n, _ in record.fields], part.span)
+            )
+        if part.name in given:
+            raise Mistake(e02_names.duplicate(part.name, part.span, given[part.name].span))
+        given[part.name] = part
+    name = scope.fresh("changed")
+    whole = e if references.is_atomic(e) else ir.Local(record, name)
+
+    def value_of(field: str, t: Type) -> ir.Expr:
+        if field not in given:
+            return operators.field(record, field, whole)
+        return check_as(given[field].value, scope, t, f"field '{field}'")
+
+    values = gather([partial(value_of, field, t) for field, t in record.fields])
+    return let_in(name, e, operators.make_record(record, tuple(values)))

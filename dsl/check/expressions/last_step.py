@@ -55,7 +55,7 @@ def _subject(node: ast.Expr, scope: Scope) -> _Subject:
     program = scope.program
     match node:
         case ast.Name(_, name) if name not in scope.locals:
-            item = program.symbols.globals.get(name)
+            item = program.symbols.values.get(name)
             if isinstance(item, ast.Action):
                 action = program.action(item)
                 make: Make = lambda i, first: ir.LastAction(action.type, i, first)  # noqa: E731
@@ -63,7 +63,7 @@ def _subject(node: ast.Expr, scope: Scope) -> _Subject:
             if name in program.symbols.observations:
                 return _observation(name, (), scope)
         case ast.Member(_, operand, name):
-            owner = element_of(operand, scope)
+            owner = element_of(operand, name, scope)
             if owner is not None and f"{owner[0]}.{name}" in program.symbols.observations:
                 return _observation(f"{owner[0]}.{name}", owner[1], scope)
     raise _not_seen(node, scope)
@@ -83,11 +83,12 @@ def _not_seen(node: ast.Expr, scope: Scope) -> Mistake:
     if not isinstance(node, ast.Name | ast.Member):
         return Mistake(e02_names.last_of_nameless(_FORM, node.span))
     name = node.name
-    item: ast.Item | None = symbols.policy.get(name) or symbols.globals.get(name)
-    if isinstance(node, ast.Member) and (owner := element_of(node.operand, scope)) is not None:
+    item: ast.Item | None = symbols.policy.get(name) or symbols.values.get(name)
+    if isinstance(node, ast.Member) and (owner := element_of(node.operand, name, scope)) is not None:
         item = symbols.members[owner[0]].get(name)
         name = f"{owner[0]}.{name}"
-    if item is not None:
-        return Mistake(e02_names.last_of_other(name, kind_of(item), _FORM, node.span))
-    actions = [n for n, i in symbols.globals.items() if isinstance(i, ast.Action)]
-    return Mistake(e02_names.last_of_unknown(name, [*symbols.observations, *actions], _FORM, node.span))
+    kind = symbols.other_kind(name) if item is None else kind_of(item)
+    if kind is not None:
+        return Mistake(e02_names.last_of_other(name, kind, _FORM, node.span))
+    known = [*symbols.observations, *symbols.actions]
+    return Mistake(e02_names.last_of_unknown(name, known, _FORM, node.span))

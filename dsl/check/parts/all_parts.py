@@ -77,7 +77,7 @@ def all_declarations(program: Program) -> Declarations:
 def _each(program: Program) -> Iterator[object]:
     """Yield what each declaration gives, in the order of the text, an element before its members."""
     attempt = program.report.attempt
-    for item in program.symbols.globals.values():
+    for item in program.symbols.declared:
         yield (found := attempt(partial(_declaration, item, program)))
         if isinstance(item, ast.Element) and found is not None:
             for member in program.symbols.members[item.name].values():

@@ -36,7 +36,7 @@ def array_of(
     if isinstance(node, ast.ArrayLiteral) or grid_literals.is_grid(node):
         return _literal(node, indices, scope, target, name)
     if isinstance(node, ast.Name) and isinstance(
-        scope.program.symbols.globals.get(node.name), ast.Const | ast.Param
+        scope.program.symbols.values.get(node.name), ast.Const | ast.Param
     ):
         return _named(node, indices, scope, target, name)
     if not isinstance(node, ast.Comprehension):

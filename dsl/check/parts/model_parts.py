@@ -33,7 +33,7 @@ def elements(program: Program) -> list[ast.Element]:
     return [
         i
         for i in program.file.items
-        if isinstance(i, ast.Element) and program.symbols.globals.get(i.name) is i
+        if isinstance(i, ast.Element) and program.symbols.elements.get(i.name) is i
     ]
 
 
@@ -47,7 +47,8 @@ def assignments(program: Program) -> tuple[list[ir.Assign], list[ir.Assign]]:
             if isinstance(member, ast.Init | ast.Update):
                 key = (type(member), member.name)
                 if key in seen:
-                    program.report.add(_second(owner, member, seen[key]))
+                    if f"{owner.name}.{member.name}" not in program.symbols.clashing:
+                        program.report.add(_second(owner, member, seen[key]))
                     continue
                 seen[key] = member
                 found = program.report.attempt(partial(_assign, owner, member, program))
@@ -78,7 +79,7 @@ def _require_assignments(
 
 
 def _not_own(name: str, program: Program) -> str:
-    item = program.symbols.globals.get(name)
+    item = program.symbols.values.get(name)
     if isinstance(item, (ast.Const, ast.Param)):
         return f"'{name}' is {kind_of(item)}, which never changes: what changes is a variable"
     return f"an element assigns its own variables only; declare it here: hidden {name}: type"
@@ -107,7 +108,7 @@ def _owned(program: Program, kind: type[ast.Item]) -> Iterator[tuple[ast.Element
     for item in program.file.items:
         if isinstance(item, kind):
             yield None, item
-        if isinstance(item, ast.Element) and program.symbols.globals.get(item.name) is item:
+        if isinstance(item, ast.Element) and program.symbols.elements.get(item.name) is item:
             for member in item.members:
                 if isinstance(member, kind):
                     yield item, member

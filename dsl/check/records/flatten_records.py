@@ -16,7 +16,7 @@ from hypgen.dsl.check.scope.draw_syntax import fields_of_record
 from hypgen.dsl.messages import e02_names, e03_calls, e03_values, e07_draws
 from hypgen.dsl.messages.report import Mistake, Report, gather
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.syntax.walk import map_expressions
+from hypgen.dsl.syntax.walk import map_expressions, walk
 from hypgen.dsl.types.builtin_names import DRAWS
 
 Path = tuple[str, ...]
@@ -158,6 +158,8 @@ class _Flattener:
 
     def leaf(self, e: ast.Expr, shape: Shape, path: Path, names: Names) -> ast.Expr:
         """Return the scalar at ``path`` in a record (in each entry of an array of records)."""
+        if self._draws_once(e):
+            raise Mistake(e07_draws.draw_for_record(shape.record.name, self._form(shape.record), e.span))
         match e:
             case ast.If(_, condition, then, otherwise):
                 return replace(
@@ -187,7 +189,7 @@ class _Flattener:
             case ast.Name(_, name):
                 return replace(e, name=_joined(name, path))
             case ast.Member(_, operand, name):
-                if self.shapes.element_of(operand, names) is not None:
+                if self.shapes.element_of(operand, name) is not None:
                     return replace(e, operand=self.scalar(operand, names), name=_joined(name, path))
                 outer = self.shapes.of(operand, names)
                 assert outer is not None, "a member that is a record belongs to one"
@@ -195,9 +197,32 @@ class _Flattener:
             case ast.Index(_, operand, indices):
                 array = self.leaf(operand, replace(shape, array=True), path, names)
                 return replace(e, operand=array, indices=tuple(self.scalar(i, names) for i in indices))
+            case ast.With():
+                return self._changed(e, shape, path, names)
             case ast.Call():
                 return self._call(e, shape, path, names)
         raise AssertionError(e)
+
+    def _draws_once(self, e: ast.Expr) -> bool:
+        """Return whether one draw decides several fields, which are drawn apart."""
+        match e:
+            case ast.LetIn(draw=True):
+                return True
+            case ast.If(_, part) | ast.Match(_, part):
+                return self._draws(part)
+            case ast.Call(_, name, arguments) if self.shapes.function(name) is not None:
+                return any(map(self._draws, arguments))
+        return False
+
+    def _draws(self, e: ast.Expr) -> bool:
+        """Return whether anything in ``e`` is a draw."""
+        for inner in walk(e):
+            if isinstance(inner, ast.Expr) and _draws(inner):
+                return True
+            item = self.shapes.function(inner.name) if isinstance(inner, ast.Call) else None
+            if item is not None and item.rhs.draw:
+                return True
+        return False
 
     def _entry(self, node: ast.Expr, shape: Shape) -> Shape:
         """Return the shape of an entry: of an array of several indexes, rows may be written one by one."""
@@ -234,6 +259,23 @@ class _Flattener:
         assert taken is not None, "a leaf's path starts with a field"
         return taken
 
+    def _changed(self, e: ast.With, shape: Shape, path: Path, names: Names) -> ast.Expr:
+        """Return a leaf of a record with changed fields: of the new value, or of the record."""
+        found = None
+        for field in e.fields:
+            part = self.shapes.field(shape.record, field.name)
+            if part is None:
+                known = [f.name for f in shape.record.fields]
+                raise Mistake(e02_names.unknown_field(shape.record.name, field.name, known, field.span))
+            inner, here = self.shapes.of_type(part.type), field.name == path[0]
+            if inner is None:
+                value = self.scalar(field.value, names)
+            else:
+                rest = path[1:] if here else next(p for p, _ in self.shapes.leaves(inner.record))
+                value = self.leaf(field.value, inner, rest, names)
+            found = value if here else found
+        return self.leaf(e.operand, shape, path, names) if found is None else found
+
     def _arguments(self, e: ast.Call, names: Names) -> tuple[ast.Expr, ...]:
         """Return a function's arguments with each record as its leaves."""
         item = self.shapes.function(e.name)
@@ -255,13 +297,14 @@ class _Flattener:
     def _let_in(self, e: ast.LetIn, names: Names, rewrite: Callable[[ast.Expr, Names], ast.Expr]) -> ast.Expr:
         """Return ``let v = e in body``, a local for each leaf where the value is a record."""
         self.shapes.refuse_shadow(e.name, names, e.span)
-        shape = self.shapes.of(e.value, names)
+        shape = self.shapes.of_local(e, names)
         body = rewrite(e.body, self.shapes.bound(e.name, shape, names))
         if shape is None:
             return replace(e, value=self.scalar(e.value, names), body=body)
-        for path, _ in reversed(list(self.shapes.leaves(shape.record))):
+        for path, t in reversed(list(self.shapes.leaves(shape.record))):
             value = self.leaf(e.value, shape, path, names)
-            body = replace(e, name=_joined(e.name, path), value=value, body=body)
+            kind = None if e.type is None else t
+            body = replace(e, name=_joined(e.name, path), value=value, body=body, type=kind)
         return body
 
     def _arm(self, arm: ast.Arm, names: Names) -> Names:

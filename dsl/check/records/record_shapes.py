@@ -39,19 +39,21 @@ class Shapes:
 
     def __init__(self, file: ast.ModelFile) -> None:
         self._types: dict[str, ast.RecordDecl | ast.TypeAlias] = {}
-        self._globals: dict[str, ast.Item] = {}
+        self._values: dict[str, ast.Const | ast.Param | ast.Observe] = {}
+        self._functions: dict[str, ast.Function] = {}
         self._members: dict[str, dict[str, ast.Variable | ast.Let | ast.Observe]] = {}
         self._active: set[str] = set()
         self._lets: dict[tuple[str, str], Shape | None] = {}
         for item in file.items:
             if isinstance(item, ast.RecordDecl | ast.TypeAlias):
                 self._types.setdefault(item.name, item)
-            elif isinstance(item, ast.Const | ast.Param | ast.Function | ast.Element | ast.Observe):
-                self._globals.setdefault(item.name, item)
-        for element in self._globals.values():
-            if isinstance(element, ast.Element):
-                own = [m for m in element.members if isinstance(m, ast.Variable | ast.Let | ast.Observe)]
-                self._members[element.name] = {m.name: m for m in reversed(own)}
+            elif isinstance(item, ast.Const | ast.Param | ast.Observe):
+                self._values.setdefault(item.name, item)
+            elif isinstance(item, ast.Function):
+                self._functions.setdefault(item.name, item)
+            elif isinstance(item, ast.Element):
+                own = [m for m in item.members if isinstance(m, ast.Variable | ast.Let | ast.Observe)]
+                self._members.setdefault(item.name, {m.name: m for m in reversed(own)})
 
     # Types ---------------------------------------------------------------------------------------
 
@@ -126,19 +128,19 @@ class Shapes:
                 inner = self.of(operand, names)
                 return None if inner is None or not inner.array else replace(inner, array=False)
             case ast.Call(_, name, arguments):
-                item = self._globals.get(name)
-                if isinstance(item, ast.Function):
+                item = self._functions.get(name)
+                if item is not None:
                     return self.of_type(item.type)
                 if name in ("at", "last") and arguments:
                     return self.of(arguments[-1], names)
                 found = self.record(name)
                 return None if found is None else Shape(found)
-            case ast.Prime(_, operand):
+            case ast.Prime(_, operand) | ast.With(_, operand):
                 return self.of(operand, names)
             case ast.If(_, _, then, otherwise):
                 return self.of(then, names) or self.of(otherwise, names)
-            case ast.LetIn(_, name, value, body):
-                return self.of(body, self.bound(name, self.of(value, names), names))
+            case ast.LetIn(_, name, _, body):
+                return self.of(body, self.bound(name, self.of_local(e, names), names))
             case ast.Match(_, _, arms):
                 return next(filter(None, (self.of(a.body, names) for a in arms)), None)
         return None
@@ -154,8 +156,11 @@ class Shapes:
 
     def function(self, name: str) -> ast.Function | None:
         """Return the function called ``name``."""
-        item = self._globals.get(name)
-        return item if isinstance(item, ast.Function) else None
+        return self._functions.get(name)
+
+    def of_local(self, e: ast.LetIn, names: Names) -> Shape | None:
+        """Return the shape of what ``let .. in`` names."""
+        return self.of(e.value, names) if e.type is None else self.of_type(e.type)
 
     def of_let(self, item: ast.Let, names: Names) -> Shape | None:
         """Return the shape of a let that is declared where ``names`` hold."""
@@ -168,15 +173,15 @@ class Shapes:
 
     def item(self, name: str) -> Shape | None:
         """Return the shape of a const, a param or an observation."""
-        item = self._globals.get(name)
-        return self.of_type(item.type) if isinstance(item, ast.Const | ast.Param | ast.Observe) else None
+        item = self._values.get(name)
+        return None if item is None else self.of_type(item.type)
 
-    def element_of(self, e: ast.Expr, names: Names) -> str | None:
-        """Return the element that ``e`` names, with or without a member's index."""
+    def element_of(self, e: ast.Expr, member: str) -> str | None:
+        """Return the element with such a member that ``e`` names, with or without an index."""
         operand = e.operand if isinstance(e, ast.Index) else e
-        if not isinstance(operand, ast.Name) or operand.name in names.locals:
+        if not isinstance(operand, ast.Name) or member not in self._members.get(operand.name, {}):
             return None
-        return operand.name if operand.name in self._members else None
+        return operand.name
 
     def _of_name(self, name: str, names: Names) -> Shape | None:
         if name in names.locals:
@@ -186,7 +191,7 @@ class Shapes:
         return self.item(name)
 
     def _of_member(self, operand: ast.Expr, name: str, names: Names) -> Shape | None:
-        element = self.element_of(operand, names)
+        element = self.element_of(operand, name)
         if element is not None:
             return self._of_own(element, name)
         outer = self.of(operand, names)

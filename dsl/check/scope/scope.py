@@ -222,9 +222,7 @@ class Scope:
             case ir.Call(_, name, arguments, primed):
                 function = self.program.unrolled.get(name)
                 if function is None:
-                    item = symbols.globals[name]
-                    assert isinstance(item, ast.Function)
-                    function = self.program.function(item)
+                    function = self.program.function(symbols.functions[name])
                 return applied(function.body, [f.name for f in function.formals], arguments, primed)
             case ir.LetRead(_, name, indices, primed):
                 element, _, own = name.partition(".")

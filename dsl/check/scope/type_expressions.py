@@ -94,17 +94,15 @@ def _bound(node: ast.Expr, program: Program) -> int:
 
 
 def _named(name: str, span: Span, program: Program) -> Type:
-    item = program.symbols.globals.get(name)
-    if isinstance(item, ast.TypeAlias | ast.EnumDecl | ast.RecordDecl):
-        return program.named_type(item)
+    symbols = program.symbols
+    item = symbols.types.get(name)
     if item is not None:
+        if name in symbols.clashing:
+            raise Mistake  # that the name was taken has been reported
+        return program.named_type(item)
+    if name in symbols.values or symbols.other_kind(name):
         raise Mistake(e02_names.not_a_type(name, span))
-    types = [
-        n
-        for n, i in program.symbols.globals.items()
-        if isinstance(i, ast.TypeAlias | ast.EnumDecl | ast.RecordDecl)
-    ]
-    raise Mistake(e02_names.unknown_type(name, [*types, *_BASIC], span))
+    raise Mistake(e02_names.unknown_type(name, [*symbols.types, *_BASIC], span))
 
 
 def declared(item: ast.TypeAlias | ast.EnumDecl | ast.RecordDecl, program: Program) -> Type:

@@ -10,12 +10,13 @@ from itertools import product
 from math import prod
 
 from hypgen.dsl import ir
+from hypgen.dsl.check.scope.draw_syntax import misplaced
 from hypgen.dsl.check.scope.fit_type import check_as, fit
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.type_expressions import require_finite
 from hypgen.dsl.check.scope.unit_checks import require_same
 from hypgen.dsl.ir import operators
-from hypgen.dsl.messages import e02_names, e03_calls, e03_types, e03_units, e06_ranges, e07_draws
+from hypgen.dsl.messages import e02_names, e03_calls, e03_types, e03_units, e06_ranges
 from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import BOOL, FLOAT, INT32_MAX, Int, Type, intervals, size_of
@@ -27,7 +28,7 @@ _MAX_UNFOLDED = 1 << 16
 
 def check(node: ast.Quantified, scope: Scope, expected: Type | None) -> ir.Expr:
     """Return the value of a quantifier."""
-    _check_form(node)
+    _check_form(node, scope)
     binders = bind_types(node.binders, scope)
     if scope.constant:
         return _unfold(node, binders, scope, expected)
@@ -63,9 +64,9 @@ def check(node: ast.Quantified, scope: Scope, expected: Type | None) -> ir.Expr:
     return ir.Quantified(operators.numeric(summand.type, total), "sum", binders, condition, summand, None)
 
 
-def _check_form(node: ast.Quantified) -> None:
+def _check_form(node: ast.Quantified, scope: Scope) -> None:
     if node.kind in ("uniform", "weighted"):
-        raise Mistake(e07_draws.misplaced_draw(f"{node.kind}(..)", node.span))
+        raise misplaced(f"{node.kind}(..)", node, scope)
     if node.kind not in QUANTIFIERS:
         if node.kind == "distance":
             raise Mistake(e03_units.distance_as_value(node.span))

@@ -25,7 +25,7 @@ _MAX_COPIES = 1 << 12
 
 def recursive_functions(program: Program) -> frozenset[str]:
     """Return the functions that come to call themselves."""
-    functions = {n: i for n, i in program.symbols.globals.items() if isinstance(i, ast.Function)}
+    functions = program.symbols.functions
     calls = {
         name: [p.name for p in walk(item.rhs) if isinstance(p, ast.Call) and p.name in functions]
         for name, item in functions.items()

@@ -70,7 +70,7 @@ def entry(reference: Reference, nodes: tuple[ast.Expr, ...], span: Span, scope: 
 def _alone(label: str, scope: Scope) -> str:
     """Return how a scalar is written here, of this member of a family and of others."""
     element, _, name = label.partition(".")  # a record's field has another dot, a param's no element
-    is_element = name and isinstance(scope.program.symbols.globals.get(element), ast.Element)
+    is_element = name and element in scope.program.symbols.elements
     if not is_element or scope.program.element(element).binder is None:
         return f"write {name if is_element and element == scope.element else label} alone"
     other = f"{element}[..].{name}"
@@ -85,7 +85,7 @@ def find(node: ast.Expr, scope: Scope) -> Reference | None:
         case ast.Name(span, name):
             return _named(name, span, scope)
         case ast.Member(span, operand, name):
-            owner = element_of(operand, scope)
+            owner = element_of(operand, name, scope)
             return None if owner is None else _element_member(*owner, name, span, scope)
     return None
 
@@ -95,13 +95,15 @@ def _named(name: str, span: Span, scope: Scope) -> Reference | None:
         local = scope.locals[name]
         return Reference(name, (), lambda _: local)
     program = scope.program
+    if name in program.symbols.clashing:
+        raise Mistake  # that the name was taken has been reported
     if scope.history and name in program.symbols.policy:
         return _policy_member(name, span, scope)
     if scope.element is not None and name in program.symbols.members[scope.element]:
         binder = program.element(scope.element).binder
         own = () if binder is None else (scope.locals.get(binder.name, ir.Local(binder.type, binder.name)),)
         return _state(scope.element, name, own, span, scope)
-    match program.symbols.globals.get(name):
+    match program.symbols.values.get(name):
         case ast.Const() as item:
             value = program.const(item)
             if isinstance(value, ir.ConstantArray):
@@ -168,12 +170,15 @@ def _refuse_constant(what: str, span: Span, scope: Scope) -> None:
         raise Mistake(e08_parts.not_constant(what, span))
 
 
-def element_of(node: ast.Expr, scope: Scope) -> tuple[str, tuple[ir.Expr, ...]] | None:
-    """Return the element that ``node`` names, with the member's index if it is a family."""
+def element_of(node: ast.Expr, member: str, scope: Scope) -> tuple[str, tuple[ir.Expr, ...]] | None:
+    """Return the element that ``node`` names before ``.member``, with the index of one of a family.
+
+    A value of that name is meant where the element has no such member.
+    """
     name = node.operand if isinstance(node, ast.Index) else node
-    if not isinstance(name, ast.Name) or name.name in scope.locals:
+    if not isinstance(name, ast.Name) or name.name not in scope.program.symbols.elements:
         return None
-    if not isinstance(scope.program.symbols.globals.get(name.name), ast.Element):
+    if not scope.program.symbols.has_member(name.name, member) and _is_value(name.name, scope):
         return None
     binder = scope.program.element(name.name).binder
     given = node.indices if isinstance(node, ast.Index) else ()
@@ -187,6 +192,13 @@ def element_of(node: ast.Expr, scope: Scope) -> tuple[str, tuple[ir.Expr, ...]] 
     return name.name, (index,)
 
 
+def _is_value(name: str, scope: Scope) -> bool:
+    """Return whether a value is called ``name`` here."""
+    symbols = scope.program.symbols
+    own = {} if scope.element is None else symbols.members[scope.element]
+    return name in scope.locals or name in symbols.values or name in own
+
+
 def _element_member(
     element: str, indices: tuple[ir.Expr, ...], name: str, span: Span, scope: Scope
 ) -> Reference:
@@ -195,6 +207,8 @@ def _element_member(
         return _state(element, name, indices, span, scope)
     if f"{element}.{name}" in scope.program.symbols.observations:
         raise observation_read(f"{element}.{name}", span, scope)
+    if element in scope.program.symbols.clashing:
+        raise Mistake  # it may be a member of the other element of that name
     raise Mistake(e02_names.unknown_member(element, name, members, span))
 
 
@@ -248,6 +262,8 @@ def record(read: ir.Expr, use: Use, scope: Scope) -> ir.Expr:
 
 def _plain_name(node: ast.Name, scope: Scope, expected: Type | None) -> ir.Expr:
     name, program = node.name, scope.program
+    if name in program.symbols.clashing:
+        raise Mistake  # that the name was taken has been reported
     if name in program.symbols.variants:
         enum = owner_of(name, node.span, scope, expected)
         variant = enum.variant(name)
@@ -259,20 +275,19 @@ def _plain_name(node: ast.Name, scope: Scope, expected: Type | None) -> ir.Expr:
         return operators.real(program.discount(node.span), PLAIN)
     if name == "pi":
         return operators.real(_PI, PLAIN)
-    item = program.symbols.globals.get(name)
-    if isinstance(item, ast.Element):
+    if name in program.symbols.elements:
         raise Mistake(e02_names.element_as_value(name, node.span))
-    if isinstance(item, ast.Function):
+    if name in program.symbols.functions:
         raise Mistake(e02_names.function_as_value(name, node.span))
-    if item is not None:
-        raise Mistake(e02_names.not_a_value(name, kind_of(item), node.span))
+    if name in program.symbols.types:
+        raise Mistake(e02_names.not_a_value(name, kind_of(program.symbols.types[name]), node.span))
     own = f"{scope.element}.{name}"
     if name in program.symbols.observations or own in program.symbols.observations:
         raise observation_read(name, node.span, scope)
     if name in program.symbols.policy:
         kind = kind_of(program.symbols.policy[name])
         raise Mistake(e05_reads.policy_outside_policy(name, kind, node.span))
-    if not any(isinstance(declared, ast.Action) for declared in program.symbols.globals.values()):
+    if not program.symbols.actions:
         raise Mistake  # that the model has no action is reported: this may be its name
     remedy = program.symbols.suggestion(name, scope.element, _local_names(scope), expected)
     raise Mistake(e02_names.unknown_name(name, remedy, node.span))
@@ -296,10 +311,12 @@ def owner_of(name: str, span: Span, scope: Scope, expected: Type | None) -> Enum
 def _member(node: ast.Member, scope: Scope) -> ir.Expr:
     """Return ``Enum.variant`` or a record's field."""
     if isinstance(node.operand, ast.Name) and node.operand.name not in scope.locals:
-        item = scope.program.symbols.globals.get(node.operand.name)
+        item = scope.program.symbols.types.get(node.operand.name)
         if isinstance(item, ast.EnumDecl):
             enum = scope.program.named_type(item)
             assert isinstance(enum, Enum)
+            if node.operand.name in scope.program.symbols.clashing:
+                raise Mistake  # that the name was taken has been reported
             if enum.variant(node.name) is None:
                 raise Mistake(e02_names.unknown_variant(enum, node.name, node.span))
             return _plain_name(ast.Name(node.span, node.name), scope, enum)
@@ -315,10 +332,9 @@ def _member(node: ast.Member, scope: Scope) -> ir.Expr:
 
 def _not_indexable(node: ast.Index, scope: Scope) -> Mistake:
     if isinstance(node.operand, ast.Name):
-        item = scope.program.symbols.globals.get(node.operand.name)
-        if isinstance(item, ast.Element):
+        if node.operand.name in scope.program.symbols.elements:
             return Mistake(e02_names.member_as_value(node.operand.name, node.span))
-        if isinstance(item, ast.Function):
+        if node.operand.name in scope.program.symbols.functions:
             return Mistake(e02_names.function_as_array(node.operand.name, node.span))
     operand = scope.check(node.operand)
     return Mistake(e03_calls.not_indexable(operand.type, node.span))
@@ -326,7 +342,10 @@ def _not_indexable(node: ast.Index, scope: Scope) -> Mistake:
 
 def is_bare_variant(node: ast.Expr, scope: Scope) -> bool:
     """Return whether ``node`` is a variant written without its enum."""
-    return isinstance(node, ast.Name | ast.Call) and node.name in scope.program.symbols.variants
+    symbols = scope.program.symbols
+    if isinstance(node, ast.Name):
+        return symbols.plain_variant(node.name) is not None
+    return isinstance(node, ast.Call) and node.name in symbols.variants
 
 
 def is_atomic(e: ir.Expr) -> bool:
@@ -345,10 +364,12 @@ def mentions_state(node: ast.Expr, scope: Scope) -> bool:
     own = symbols.members[scope.element] if scope.element is not None else {}
     for part in walk(node):
         match part:
-            case ast.Name(_, name) if name not in scope.locals and (
-                name in own or isinstance(symbols.globals.get(name), ast.Element)
+            case ast.Name(_, name) if name not in scope.locals and name in own:
+                return True
+            case ast.Member(_, ast.Name(_, name) | ast.Index(_, ast.Name(_, name)), member) if (
+                symbols.has_member(name, member)
             ):
                 return True
-            case ast.Call(_, name) if isinstance(symbols.globals.get(name), ast.Function):
+            case ast.Call(_, name) if name in symbols.functions:
                 return True
     return False

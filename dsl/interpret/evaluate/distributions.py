@@ -17,6 +17,7 @@ from hypgen.dsl.interpret.evaluate.continuous import ContinuousLaws
 from hypgen.dsl.interpret.evaluate.masses import Masses
 from hypgen.dsl.interpret.evaluate.values import Array, Frame, Word, as_type, combinations, from_position
 from hypgen.dsl.interpret.floats.scalar_functions import WHOLE, after, part, share_of
+from hypgen.dsl.ir.draw_words import words_of
 from hypgen.dsl.types import Int, low_of, size_of
 
 _SHIFT = np.uint64(32)
@@ -62,6 +63,9 @@ class Evaluator(ContinuousLaws, Masses):
             case ir.InVariant():
                 drawn = frame.bind({_DRAWN: self.sample(dist.dist, frame, word)})
                 return self.value(dist.made_of(ir.Local(dist.dist.type, _DRAWN)), drawn)
+            case ir.DrawIn(name=name, law=law, body=body):
+                drawn = frame.bind({name: self.sample(law, frame, word)})
+                return self.sample(body, drawn, word.behind(words_of(law)))
             case ir.IfDist():
                 return self._choose(dist, frame, lambda branch: self.sample(branch, frame, word))
             case ir.LetDist():
@@ -104,6 +108,8 @@ class Evaluator(ContinuousLaws, Masses):
                 return np.where(
                     self.value(dist.is_made(held), given), self.density(dist.dist, frame, argument), 0.0
                 )
+            case ir.DrawIn():
+                return self._density_of_two(dist, frame, value)
             case ir.IfDist():
                 return self._choose(dist, frame, lambda branch: self.density(branch, frame, value))
             case ir.LetDist():
@@ -115,6 +121,15 @@ class Evaluator(ContinuousLaws, Masses):
         if condition.ndim == 0:
             return evaluate(dist.then if condition else dist.otherwise)
         return np.where(condition, evaluate(dist.then), evaluate(dist.otherwise))
+
+    def _density_of_two(self, dist: ir.DrawIn, frame: Frame, value: Array) -> Array:
+        total: Array = np.zeros(())
+        for _, _, drawn in combinations((ir.Binder(dist.name, dist.law.type),)):
+            chance = self.density(dist.law, frame, drawn[dist.name])
+            if np.any(chance > 0.0):
+                share = chance * self.density(dist.body, frame.bind(drawn), value)
+                total = np.where(chance > 0.0, total + share, total)
+        return total
 
     # Sets ------------------------------------------------------------------------------------
 

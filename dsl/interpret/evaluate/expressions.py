@@ -29,7 +29,7 @@ from hypgen.dsl.interpret.evaluate.values import (
     from_position,
     to_position,
 )
-from hypgen.dsl.interpret.floats import exponentials, scalar_functions, trigonometry
+from hypgen.dsl.interpret.floats import exponentials, normal, scalar_functions, trigonometry
 from hypgen.dsl.types import Int, Type, size_of
 
 _BINARY: dict[str, Callable[[Any, Any], Any]] = {
@@ -62,6 +62,7 @@ _UNARY: dict[str, Callable[[Any], Any]] = {
     "exp": exponentials.exp,
     "log": exponentials.log,
     "log2": exponentials.log2,
+    "normal_cdf": normal.normal_cdf,
     "sin": trigonometry.sin,
     "cos": trigonometry.cos,
     "tan": trigonometry.tan,

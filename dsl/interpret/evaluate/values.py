@@ -8,7 +8,7 @@ depends on the action alone has the action's shape, so that legality of all acti
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -24,6 +24,7 @@ Array = npt.NDArray[Any]
 State = dict[str, Array]
 History = dict[str, Array]
 _SECOND = 1 << 31  # in the index of a draw's second word
+_NEXT = 1 << 24  # from the index of a draw to that of one within it
 _LOW_BITS = np.uint64(31)
 _LOW = np.uint64(2**31 - 1)
 
@@ -32,8 +33,21 @@ _LOW = np.uint64(2**31 - 1)
 class Word:
     """The word of a draw, which a certain value never asks for, and the 31 bits below it."""
 
-    first: Callable[[], Words]
-    second: Callable[[], Words]
+    draws: DrawSource
+    site: int
+    index: int | Array
+
+    def first(self) -> Words:
+        """Return the 32-bit word in each lane."""
+        return self.draws.word(self.site, self.index)
+
+    def second(self) -> Words:
+        """Return the word whose upper 31 bits stand below the first."""
+        return self.draws.word(self.site, self.index | _SECOND)
+
+    def behind(self, words: int) -> Word:
+        """Return the word that lies so many behind this one, for a draw within the draw."""
+        return replace(self, index=self.index + words * _NEXT) if words else self
 
     def __call__(self) -> Words:
         """Return the 32-bit word in each lane."""
@@ -83,7 +97,7 @@ class Frame:
         """Return how to get the word of a draw, which a certain value never asks for."""
         draws = self.draws
         assert draws is not None, "this part of a model does not draw"
-        return Word(lambda: draws.word(site, index), lambda: draws.word(site, index | _SECOND))
+        return Word(draws, site, index)
 
 
 def dtype_of(t: Type) -> npt.DTypeLike:

@@ -5,10 +5,9 @@ from __future__ import annotations
 
 from support.random_models.expressions import Maker
 from support.random_models.laws import continuous, counts, weighted
+from support.random_models.nested_draws import TABLES, nested
 from support.random_models.sorts import BOOL, FLOAT, Sort
 from support.random_models.tree import Node
-
-TABLES = (("0.25",), ("0.125", "0.5"), ("0.25", "0.75"), ("0.5", "0.25", "0.25"), ("0.1", "0.2", "0.3"))
 
 
 def draw(make: Maker, sort: Sort, depth: int) -> Node:
@@ -32,6 +31,8 @@ def draw(make: Maker, sort: Sort, depth: int) -> Node:
         kinds += ["named", "named"]
     if depth > 0:
         kinds += ["if", "let", "match"]
+    if depth > 0 and sort != make.types.vec:  # a draw would decide both fields
+        kinds += ["drawn", "mixture", "argument", "condition"]
     match make.pick(*kinds):
         case "certain":
             return node(make.of(sort, depth))
@@ -68,6 +69,8 @@ def draw(make: Maker, sort: Sort, depth: int) -> Node:
             return node(
                 "(match ", mode, f" {{ far({name}) => ", far, ", else => ", draw(make, sort, depth - 1), " })"
             )
+        case "drawn" | "mixture" | "argument" | "condition" as kind:
+            return nested(make, sort, depth, kind, draw)
     value = make.of(make.types.small, depth)
     with make.bound(make.types.small) as name:
         return node(f"(let {name} = ", value, " in ", draw(make, sort, depth - 1), ")")

@@ -126,6 +126,11 @@ class Maker:
             return self.leaf(sort)
         if self.chance(0.35):
             return self.choice(sort, depth)
+        if sort.kind == "record" and self.chance(0.3):
+            name, part = self.rng.choice(sort.parts)
+            assert part is not None
+            whole = self.of(sort, depth - 1)
+            return self.node(sort, "(", whole, f" with {{ {name} = ", self.of(part, depth - 1), " })")
         if sort.kind == "record":
             return self.node(sort, f"{sort.text}(", *self._listed([s for _, s in sort.parts], depth), ")")
         name, argument = self.rng.choice(sort.parts)
@@ -350,7 +355,8 @@ class Maker:
     def truth(self, depth: int) -> Node:
         if depth <= 0:
             return self.leaf(BOOL)
-        kind = self.pick("ints", "ints", "floats", "and", "or", "not", "any", "all", "same", "choice", "call")
+        kinds = ("ints", "ints", "floats", "and", "or", "not", "any", "all", "same", "choice", "call", "is")
+        kind = self.pick(*kinds)
         match kind:
             case "and" | "or":
                 return self.node(BOOL, "(", self.truth(depth - 1), f" {kind} ", self.truth(depth - 1), ")")
@@ -366,6 +372,10 @@ class Maker:
                 return self.node(
                     BOOL, "(", self.of(sort, depth - 1), f" {op} ", self.of(sort, depth - 1), ")"
                 )
+            case "is":
+                enum = self.types.act if self.reach.action and self.chance(0.4) else self.types.mode
+                name, _ = self.rng.choice(enum.parts)
+                return self.node(BOOL, "(", self.of(enum, depth - 1), f" is {name})")
             case "choice":
                 return self.choice(BOOL, depth)
             case "call":
@@ -380,8 +390,11 @@ class Maker:
         if depth <= 0:
             return self.leaf(FLOAT)
         match self.pick(
-            "binary", "binary", "mixed", "unary", "choice", "clamp", "power", "sum", "field", "call"
+            *("binary", "binary", "mixed", "unary", "choice", "clamp", "power", "sum", "field", "call", "cdf")
         ):
+            case "cdf":
+                law = self.pick("normal(0.5, 1.5)", "exponential(0.75)", "uniform(-1.0, 2.0)")
+                return self.node(FLOAT, f"cdf({law}, ", self.number(depth - 1), ")")
             case "binary":
                 op = self.pick("+", "-", "*", "/", "min", "max", "hypot", "atan2")
                 a, b = self.number(depth - 1), self.number(depth - 1)

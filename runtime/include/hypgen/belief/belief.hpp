@@ -15,13 +15,6 @@
 
 namespace hypgen {
 
-// The id of one of the runtime's own draw sites: FNV-1a of its path, as for a model's sites. The compiler
-// gives these ids to no site of a model.
-constexpr std::uint32_t site_id(const char* path) {
-  std::uint32_t id = 0x811C9DC5;
-  for (; *path != '\0'; ++path) id = (id ^ static_cast<unsigned char>(*path)) * 0x01000193;
-  return id;
-}
 constexpr std::uint32_t kResampleSite = site_id("belief:resample");
 constexpr std::uint32_t kSampleSite = site_id("belief:sample");
 

@@ -57,6 +57,9 @@ HYPGEN_FN double normal_cdf(double x) {
   return x > 0.0 ? 1.0 - tail : tail;
 }
 
+/// The same of a float, rounded once.
+HYPGEN_FN float normal_cdf(float x) { return static_cast<float>(normal_cdf(static_cast<double>(x))); }
+
 /// The x with P(X <= x) = p of a standard normal X, to about 2^-46 of its value. 0 and subnormal p give
 /// -infinity, 1 gives infinity, what is no probability NaN.
 ///

@@ -15,6 +15,9 @@
 
 namespace hypgen::dist {
 
+/// From the index of a draw's word to that of a draw within the draw.
+inline constexpr std::uint32_t kNextDraw = std::uint32_t{1} << 24;
+
 /// The mass of all outcomes, and the one from which on a float32's mass is a whole number of words.
 inline constexpr std::uint64_t kWhole = std::uint64_t{1} << 63;
 inline constexpr std::uint64_t kRare = std::uint64_t{1} << 54;

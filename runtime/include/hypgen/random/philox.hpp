@@ -115,4 +115,12 @@ class RecordedDraws {
   std::uint32_t next_ = 0;
 };
 
+// The id of one of the runtime's own draw sites: FNV-1a of its path, as for a model's sites. The compiler
+// gives these ids to no site of a model.
+constexpr std::uint32_t site_id(const char* path) {
+  std::uint32_t id = 0x811C9DC5;
+  for (; *path != '\0'; ++path) id = (id ^ static_cast<unsigned char>(*path)) * 0x01000193;
+  return id;
+}
+
 }  // namespace hypgen

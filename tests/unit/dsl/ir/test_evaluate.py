@@ -58,6 +58,7 @@ OF_ONE: dict[str, Build] = {
     "neg": operators.negate,
     "abs": operators.absolute,
     "sign": operators.sign,
+    "normal_cdf": operators.normal_cdf,
     **{op: partial(operators.rising, op) for op in ("sqrt", "exp", "log", "log2")},
     **{op: partial(operators.to_int, op) for op in evaluate.ROUNDINGS},
     **{op: partial(trigonometric.periodic, op) for op in trigonometric.PERIODIC},
