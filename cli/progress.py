@@ -4,12 +4,17 @@
 from __future__ import annotations
 
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from hypgen.cli.output import say
 
 Show = Callable[[int, int, str], None]  # done, of how many, and what to say of it
+ShowPhase = Callable[[str, int, int], None]  # what is done, how much of it, and of how much
+
+_PATIENCE = 2.0  # seconds after which what takes longer says what it does
 
 
 @contextmanager
@@ -37,3 +42,38 @@ def progress(things: str) -> Iterator[Show]:
             bar.update(row, total=total, completed=done, description=text)
 
         yield tell_bar
+
+
+@contextmanager
+def phases() -> Iterator[ShowPhase]:
+    """Yield what shows how much of a phase is done; without a terminal, a line every two seconds."""
+    if not sys.stderr.isatty():
+        said = time.monotonic()
+
+        def tell(phase: str, done: int, total: int) -> None:
+            nonlocal said
+            if time.monotonic() - said > _PATIENCE:
+                said = time.monotonic()
+                say(f"{phase}: {done:,} of {total:,}")
+
+        yield tell
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("")
+        yield lambda phase, done, total: bar.update(task, description=phase, completed=done, total=total)
+
+
+@contextmanager
+def notice(text: str) -> Iterator[None]:
+    """Say ``text`` if what is done meanwhile takes more than two seconds."""
+    timer = threading.Timer(_PATIENCE, say, (text,))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()

@@ -17,7 +17,7 @@ from hypgen.dsl.check.scope.unit_checks import require_exponent, require_same
 from hypgen.dsl.check.terms import matching, quantifiers, references
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.nodes import placed
-from hypgen.dsl.messages import e03_types, e03_values, e04_variables, e06_ranges, e07_draws
+from hypgen.dsl.messages import e02_names, e03_types, e03_values, e04_variables, e06_ranges, e07_draws
 from hypgen.dsl.messages.report import Mistake, gather, unreachable
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
@@ -155,7 +155,7 @@ def _comparison(node: ast.Binary, scope: Scope) -> ir.Expr:
 
 def _arithmetic(node: ast.Binary, scope: Scope) -> ir.Expr:
     refuse_operand(node.op, (node.left, node.right), scope)
-    left, right = gather([partial(check, n, scope) for n in (node.left, node.right)])
+    left, right = gather([partial(check, node.left, scope), partial(_right_operand, node, scope)])
     for e, n in ((left, node.left), (right, node.right)):
         require_number(e, n.span, f"an operand of '{node.op}'")
     op = _ARITHMETIC[node.op]
@@ -171,6 +171,15 @@ def _arithmetic(node: ast.Binary, scope: Scope) -> ir.Expr:
     return placed(found, node.span) if op in ("floordiv", "mod") else found
 
 
+def _right_operand(node: ast.Binary, scope: Scope) -> ir.Expr:
+    try:
+        return check(node.right, scope)
+    except Mistake as error:
+        if node.op != "//" or not isinstance(node.right, ast.Name | ast.Call):
+            raise
+        raise Mistake(*(e02_names.behind_slashes(d, node.right.span) for d in error.diagnostics)) from None
+
+
 def _power(node: ast.Binary, scope: Scope) -> ir.Expr:
     base, exponent = gather([partial(check, n, scope) for n in (node.left, node.right)])
     require_number(base, node.left.span, "the base of '**'")
@@ -182,7 +191,7 @@ def _power(node: ast.Binary, scope: Scope) -> ir.Expr:
         and exponent.value >= 0
     ):
         require_exponent(base, exponent, node.right.span)
-        return operators.power(base, exponent)
+        return calls.refuse_undefined(operators.power(base, exponent), "**", node.span)
     if exponent.value > _MAX_EXPONENT:
         raise Mistake(e06_ranges.large_exponent(exponent.value, node.right.span))
     return require_int32(_int_power(base, int(exponent.value), scope), node.span)

@@ -63,7 +63,7 @@ def _subject(node: ast.Expr, scope: Scope) -> _Subject:
             if name in program.symbols.observations:
                 return _observation(name, (), scope)
         case ast.Member(_, operand, name):
-            owner = element_of(operand, scope)
+            owner = element_of(operand, scope, name)
             if owner is not None and f"{owner[0]}.{name}" in program.symbols.observations:
                 return _observation(f"{owner[0]}.{name}", owner[1], scope)
     raise _not_seen(node, scope)
@@ -84,7 +84,7 @@ def _not_seen(node: ast.Expr, scope: Scope) -> Mistake:
         return Mistake(e02_names.last_of_nameless(_FORM, node.span))
     name = node.name
     item: ast.Item | None = symbols.policy.get(name) or symbols.globals.get(name)
-    if isinstance(node, ast.Member) and (owner := element_of(node.operand, scope)) is not None:
+    if isinstance(node, ast.Member) and (owner := element_of(node.operand, scope, name)) is not None:
         item = symbols.members[owner[0]].get(name)
         name = f"{owner[0]}.{name}"
     if item is not None:

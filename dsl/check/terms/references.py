@@ -85,7 +85,7 @@ def find(node: ast.Expr, scope: Scope) -> Reference | None:
         case ast.Name(span, name):
             return _named(name, span, scope)
         case ast.Member(span, operand, name):
-            owner = element_of(operand, scope)
+            owner = element_of(operand, scope, name)
             return None if owner is None else _element_member(*owner, name, span, scope)
     return None
 
@@ -168,8 +168,11 @@ def _refuse_constant(what: str, span: Span, scope: Scope) -> None:
         raise Mistake(e08_parts.not_constant(what, span))
 
 
-def element_of(node: ast.Expr, scope: Scope) -> tuple[str, tuple[ir.Expr, ...]] | None:
-    """Return the element that ``node`` names, with the member's index if it is a family."""
+def element_of(node: ast.Expr, scope: Scope, read: str) -> tuple[str, tuple[ir.Expr, ...]] | None:
+    """Return the element that ``node`` names, with the member's index if it is a family.
+
+    ``read`` is the name of what is asked of it.
+    """
     name = node.operand if isinstance(node, ast.Index) else node
     if not isinstance(name, ast.Name) or name.name in scope.locals:
         return None
@@ -180,7 +183,9 @@ def element_of(node: ast.Expr, scope: Scope) -> tuple[str, tuple[ir.Expr, ...]] 
     if len(given) != (0 if binder is None else 1):
         if binder is None:
             raise Mistake(e03_calls.element_with_index(name.name, node.span))
-        raise Mistake(e03_calls.family_without_index(name.name, binder.name, node.span))
+        raise Mistake(
+            e03_calls.family_without_index(name.name, binder.name, read + "'" * scope.primed, node.span)
+        )
     if binder is None:
         return name.name, ()
     index = check_as(given[0], scope, binder.type, f"the index of '{name.name}'", is_index=True)
@@ -274,7 +279,7 @@ def _plain_name(node: ast.Name, scope: Scope, expected: Type | None) -> ir.Expr:
         raise Mistake(e05_reads.policy_outside_policy(name, kind, node.span))
     if not any(isinstance(declared, ast.Action) for declared in program.symbols.globals.values()):
         raise Mistake  # that the model has no action is reported: this may be its name
-    remedy = program.symbols.suggestion(name, scope.element, _local_names(scope), expected)
+    remedy = program.symbols.suggestion(name, scope.element, _local_names(scope), expected, scope.primed)
     raise Mistake(e02_names.unknown_name(name, remedy, node.span))
 
 
