@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -118,7 +119,7 @@ def _play(program: Path, asked: Asked, played: Played) -> None:
     options = {"check-beliefs": asked.episodes, "belief": asked.belief, "particles": asked.particles}
     options["seed"] = asked.seed
     command = [str(program), *(f"--{name}={value}" for name, value in options.items()), "--json=-"]
-    with phases() as progress:
+    with phases(time.monotonic) as progress:
         for line in lines_of(command, asked.seconds):
             played.take(line)
             progress("episodes", played.episodes, asked.episodes)

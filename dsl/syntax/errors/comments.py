@@ -26,6 +26,8 @@ def foreign_comment(s: Situation) -> Diagnostic | None:
         line_start = s.source.text.rfind("\n", 0, start) + 1
         tail = s.source.text[start + len(sign) :].split("\n")[0]
         alone = sign == "//" and not s.source.text[line_start:start].strip()
+        if sign in ("%", "--") and s.token.type in ("THEN", "ELSE"):
+            continue  # an `if` is lacking
         if sign == "/*" or alone or (_PROSE.search(tail) and _reads_further(s, start, len(sign + tail))):
             return _told(s, first, sign)
     return None
