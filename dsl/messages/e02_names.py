@@ -17,6 +17,12 @@ def unknown_name(name: str, remedy: str, span: Span) -> Diagnostic:
     return Diagnostic("E0201", f"there is nothing called '{name}' here", span, remedy)
 
 
+def wildcard(span: Span) -> Diagnostic:
+    """A ``_`` that is no local; in a pattern it would be one."""
+    remedy = "ask by a pattern: match value { variant(_) => true  else => false }"
+    return Diagnostic("E0201", "'_' stands for any value in patterns alone", span, remedy)
+
+
 def behind_slashes(found: Diagnostic, span: Span) -> Diagnostic:
     """A mistake in what divides, which a name that nothing declares may not have been meant to do."""
     if found.code not in ("E0201", "E0204") or found.span != span:

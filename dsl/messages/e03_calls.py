@@ -91,7 +91,7 @@ def variant_takes_argument(name: str, argument: Type, span: Span) -> Diagnostic:
     message = f"variant '{name}' takes an argument of type {argument}"
     remedy = (
         f"give it one, {name}({_example(argument)}); or ask whether it is any {name}: "
-        f"match value {{ {name}(a) => true  else => false }}"
+        f"match value {{ {name} => true  else => false }}"
     )
     return Diagnostic("E0302", message, span, remedy)
 

@@ -279,6 +279,8 @@ def _plain_name(node: ast.Name, scope: Scope, expected: Type | None) -> ir.Expr:
         raise Mistake(e05_reads.policy_outside_policy(name, kind, node.span))
     if not any(isinstance(declared, ast.Action) for declared in program.symbols.globals.values()):
         raise Mistake  # that the model has no action is reported: this may be its name
+    if name == "_":
+        raise Mistake(e02_names.wildcard(node.span))
     remedy = program.symbols.suggestion(name, scope.element, _local_names(scope), expected, scope.primed)
     raise Mistake(e02_names.unknown_name(name, remedy, node.span))
 

@@ -95,7 +95,9 @@ def _foreign_record(s: Situation) -> Diagnostic | None:
         if fields is None or s.follows("RECORD", "NAME"):
             return None
         message = f"the record '{name}' is built with parentheses, its fields in order"
-        return Diagnostic("E0146", message, s.span(name).to(s.span()), f"write `{name}({fields})`")
+        inside = s.source.text[s.token.end_pos :].replace("}", ")", 1)
+        values = _in_order(inside, fields.split(", ")) or fields
+        return Diagnostic("E0146", message, s.span(name).to(s.span()), f"write `{name}({values})`")
     if opened is None or opened.type != "LPAR":
         return None
     called = _called(s, opened)
@@ -173,13 +175,17 @@ def _in_order(text: str, fields: list[str]) -> str | None:
     return ", ".join(given[f].strip() for f in fields) if given.keys() == set(fields) else None
 
 
-def _second_argument(s: Situation) -> Diagnostic | None:
-    """Know the variant `move(Obj, Obj)`."""
-    opened = s.open_bracket
-    if opened is None or s.token.type != "COMMA" or s.accepts != {"RPAR"} or _called(s, opened) is None:
-        return None
+def _variant_value(s: Situation) -> Diagnostic | None:
+    """Know the variants `move(Obj, Obj)` and `move[Obj]`."""
+    opened, name = s.open_bracket, s.previous()
     enum = next((n for n in range(len(s.before) - 1, -1, -1) if s.before[n].type == "ENUM"), None)
-    if enum is None or any(t.type == "RBRACE" for t in s.before[enum:]):
+    if opened is None or name is None or enum is None or any(t.type == "RBRACE" for t in s.before[enum:]):
+        return None
+    carried = re.match(r"\[\s*([\w. ]+?)\s*\]", s.rest)
+    if s.token.type == "LSQB" and name.type == "NAME" and carried is not None:
+        remedy = f"write `{name}({carried[1]})`"
+        return Diagnostic("E0147", "what a variant carries stands in parentheses", s.span(), remedy)
+    if s.token.type != "COMMA" or s.accepts != {"RPAR"} or _called(s, opened) is None:
         return None
     types = re.match(r"\s*([\w, \t]*)\)", s.source.text[opened.end_pos :])
     kinds = re.findall(r"\w+", types[1]) if types else []
@@ -191,4 +197,4 @@ def _second_argument(s: Situation) -> Diagnostic | None:
     )
 
 
-BRACKET_MISTAKES = (_foreign_binder, _misplaced_body, _foreign_record, _second_argument)
+BRACKET_MISTAKES = (_foreign_binder, _misplaced_body, _foreign_record, _variant_value)

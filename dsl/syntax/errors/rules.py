@@ -300,6 +300,8 @@ def _outside_element(s: Situation) -> Diagnostic | None:
         return None
     what = f"the update of '{s.token}'" if updates else f"'{s.token}'"
     remedy = "put it inside the braces of the element that owns the variable"
+    if s.token.type == "LET":
+        remedy = "put it inside the braces of an element, or write `fn name(): type = expression`"
     return Diagnostic("E0108", f"{what} stands outside an element", s.span(), remedy)
 
 

@@ -126,3 +126,16 @@ def test_an_operator_is_taken_for_no_comment(line: str) -> None:
 def test_the_form_that_was_meant_is_shown(line: str, remedy: str) -> None:
     (found,) = mistakes(f"model M\nrecord P {{ x, y: 0 .. 3 }}\nelement e {{\n  {line}\n}}\n")
     assert found.remedy == remedy
+
+
+@pytest.mark.parametrize(
+    ("variant", "remedy"),
+    [
+        ("move[Obj]", "write `move(Obj)`"),
+        ("move[0 .. 3]", "write `move(0 .. 3)`"),
+        ("move(Obj, Obj)", "write `move(Pair)` with `record Pair { a: Obj, b: Obj }`"),
+    ],
+)
+def test_what_a_variant_carries_is_one_value_in_parentheses(variant: str, remedy: str) -> None:
+    (found,) = mistakes(model(f"enum Act {{ wait, {variant} }}"))
+    assert (found.code, found.remedy) == ("E0147", remedy)
