@@ -22,15 +22,15 @@ from hypgen.dsl.types import INT32_MAX, intervals, size_of
 _SLACK = 2.0**-20
 
 
-def derived(name: str, parts: Parts, declared: Declarations, program: Program) -> ir.Expr | None:
+def derived(name: str, parts: Parts, declared: Declarations, program: Program) -> ir.Expr:
     """Return ``bound upper`` or ``bound tail`` from the least or largest reward of a step.
 
     The tail is what the default policy earns, so that its rewards alone count if it always takes one action.
-    Params count as they are when a solver starts. None: the discount has a mistake.
+    Params count as they are when a solver starts. Where the discount has a mistake, that is all to be told.
     """
     upper, discount, horizon = name == "upper", parts.discount, parts.horizon
     if discount is None:
-        return None
+        raise Mistake
     if discount == 1 and horizon is None:
         setting = (i.span for i in program.file.items if isinstance(i, ast.Setting) and i.kind == "discount")
         raise Mistake(e08_parts.infinite_return(next(setting)))
