@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hypgen.cli.output import say
+from hypgen.cli.progress import notice
 
 if TYPE_CHECKING:  # at run time only where something is built
     from hypgen.api.model import Model
@@ -30,10 +31,20 @@ def build(
 
     ``files`` are those of the program, if they are known.
     """
+    if files is None:
+        from hypgen.api import programs
+
+        with generating(model):
+            files = programs.files(loaded, kind)
     with _spinner():
         return as_model(loaded, model, instance).program(
             kind, cuda=cuda, again=force, progress=report, generated=files
         )
+
+
+def generating(model: Path) -> contextlib.AbstractContextManager[None]:
+    """Say, where that takes long, that a model's code is being generated."""
+    return notice(f"{model}: generating code")
 
 
 def as_model(loaded: Loaded, model: Path, instance: Path | None) -> Model:

@@ -11,6 +11,7 @@ import click
 
 from hypgen.cli.foreign_models import describe_import, import_foreign
 from hypgen.cli.output import say
+from hypgen.cli.progress import notice
 
 if TYPE_CHECKING:  # at run time only where a command needs them: `check` answers in a fraction of a second
     from hypgen.dsl.load import Loaded
@@ -83,6 +84,17 @@ def choose_cuda(target: str, arch: str, nvcc: str) -> CudaBuild | None:
     return choice.build
 
 
+def choose_architectures(target: str, arch: str, nvcc: str) -> tuple[int, ...]:
+    """Return the GPUs for which a project is written that is compiled elsewhere, where nvcc may be."""
+    from hypgen.runtime.builder.cuda_tools import architectures_to_emit
+
+    found = None if target == "cpu" or nvcc else architectures_to_emit(target, arch)
+    if found is None:
+        cuda = choose_cuda(target, arch, nvcc)
+        found = cuda.architectures if cuda else ()
+    return found
+
+
 def load(model: Path, instance: Path | None, settings: tuple[str, ...], watch: Watch | None = None) -> Loaded:
     """Return the checked model that the options of ``model_options`` describe.
 
@@ -97,7 +109,8 @@ def load(model: Path, instance: Path | None, settings: tuple[str, ...], watch: W
     if imported is not None:
         say(f"note: {model}: {describe_import(imported)}; imported (`hypgen import` writes the model)")
         given = Source(f"{model} (imported)", imported.text)
-    return driver.load(model, instance=instance, settings=settings, given=given, watch=watch or nobody)
+    with notice(f"{model}: checking"):
+        return driver.load(model, instance=instance, settings=settings, given=given, watch=watch or nobody)
 
 
 def require_params(loaded: Loaded, more: str = "") -> None:

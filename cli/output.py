@@ -6,7 +6,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
@@ -58,21 +58,6 @@ def show_diagnostics(diagnostics: Sequence[Diagnostic], sources: Mapping[str, So
     styled.highlight_regex(r"(?m)^help:", "bold cyan")
     styled.highlight_regex(r"\^+", "bold red")
     Console(stderr=True, highlight=False).print(styled, end="", soft_wrap=True)
-
-
-@contextlib.contextmanager
-def progress_bar() -> Iterator[Callable[[str, int, int], None]]:
-    """Yield what shows how much of a phase is done: (phase, done, total), where a person watches."""
-    if not sys.stderr.isatty():
-        yield lambda phase, done, total: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("")
-        yield lambda phase, done, total: bar.update(task, description=phase, completed=done, total=total)
 
 
 def write_file(

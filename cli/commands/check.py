@@ -13,9 +13,13 @@ import click
 from hypgen.cli.exit_codes import Exit, exit_codes
 from hypgen.cli.model_arguments import model_options
 from hypgen.cli.output import show_diagnostics
+from hypgen.cli.progress import notice
 
 if TYPE_CHECKING:
     from hypgen.dsl import ir
+
+
+_SAMPLING_SECONDS = 10.0
 
 
 @click.command(epilog=exit_codes("with --strict: there are warnings"))
@@ -58,7 +62,8 @@ if TYPE_CHECKING:
     "--time",
     metavar="S",
     type=click.FloatRange(0, 1e6),
-    help="With --beliefs: seconds to play; what was played until then counts.",
+    help="Seconds to sample or to play; what was found until then counts.  "
+    "[default: 10 for --samples, none for --beliefs]",
 )
 def command(
     model: Path,
@@ -81,7 +86,7 @@ def command(
       hypgen check examples/tiger.pomdp
       hypgen check examples/rs_11_11.pomdp
       hypgen check examples/rock_sample.pomdp --set n=5 --json
-      hypgen check examples/tag.pomdp --samples 100000
+      hypgen check examples/tag.pomdp --samples 100000 --time 60
       hypgen check examples/tag.pomdp --beliefs 1000
       hypgen check examples/tag.pomdp --bounds 10000
       hypgen check examples/light_dark.pomdp --beliefs 500 --particles 20000 --time 60
@@ -91,11 +96,14 @@ def command(
 
     if sum(count is not None for count in (samples, beliefs, bounds)) > 1:
         raise click.UsageError("--samples, --beliefs and --bounds are three checks: run one after the other.")
-    for name, value in (("belief", belief), ("particles", particles), ("time", time)):
+    for name, value in (("belief", belief), ("particles", particles)):
         if value is not None and beliefs is None:
             raise click.UsageError(f"--{name} is for checks of beliefs: add --beliefs N.")
+    if time is not None and beliefs is None and samples is None:
+        raise click.UsageError("--time is for --samples N and --beliefs N: add one of them.")
     try:
-        checked = load.load_any(model, instance=instance, settings=settings)
+        with notice(f"{model}: checking"):
+            checked = load.load_any(model, instance=instance, settings=settings)
     except ModelError as error:
         if not as_json:
             raise
@@ -116,7 +124,8 @@ def command(
     if samples is not None:
         from hypgen.cli.show import sampled_findings
 
-        return sampled_findings.run(checked, samples, seed, facts if as_json else None, strict)
+        seconds = _SAMPLING_SECONDS if time is None else time
+        return sampled_findings.run(checked, samples, seed, seconds, facts if as_json else None, strict)
     if beliefs is not None:
         from hypgen.cli.show import belief_findings
 

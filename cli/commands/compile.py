@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hypgen.cli.building import build
+from hypgen.cli.building import build, generating
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
-from hypgen.cli.model_arguments import choose_cuda, load, model_options, target_options
+from hypgen.cli.model_arguments import choose_architectures, choose_cuda, load, model_options, target_options
 from hypgen.cli.output import say, say_warnings
 
 if TYPE_CHECKING:
@@ -67,7 +67,8 @@ def command(
 
     A solver for GPUs needs CUDA's nvcc, 12.4 or newer, to compile and a driver to run; it plans on the CPU
     where there is none. Without --arch it is for this machine's GPU, and for every one from sm_75 on where
-    this machine has none. GPUs newer than those that are named run the code of the newest.
+    this machine has none. GPUs newer than those that are named run the code of the newest. What --emit
+    writes needs nvcc only where it is compiled.
 
     \b
     Examples:
@@ -91,8 +92,10 @@ def command(
         raise click.UsageError(f"--name: expected a name such as LargeRocks, found '{name}'.")
     if output is not None:
         check_target(output)
-    cuda = choose_cuda(target, arch, nvcc)
+    cuda = None if emit else choose_cuda(target, arch, nvcc)
     architectures = cuda.architectures if cuda else ()
+    if emit:
+        architectures = choose_architectures(target, arch, nvcc)
     loaded = load(model, instance, settings)
     if name is not None:
         loaded = replace(loaded, model=replace(loaded.model, name=name))
@@ -105,11 +108,13 @@ def command(
         click.echo(built)
         return Exit.OK
     if emit == "ros2" and output is not None:
-        project, files = generate.generate_ros2(loaded.model)
+        with generating(model):
+            project, files = generate.generate_ros2(loaded.model)
         _tell(export(files, output, architectures=architectures, project=project))
         click.echo(output)
         return Exit.OK
-    files = generate.generate(loaded.model)
+    with generating(model):
+        files = generate.generate(loaded.model)
     if emit and output is not None:
         _tell(export(files, output, architectures=architectures))
         click.echo(output)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from hypgen.cli.building import generating
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
 from hypgen.cli.model_arguments import load, model_options
 from hypgen.dsl.messages.diagnostic import did_you_mean
@@ -26,9 +27,9 @@ STAGES = {
     "collect-sites": "the names of draws",
     "mark-variables": "visible variables that need no weighing",
     "check-floats": "nothing: floats that the agent sees are checked",
+    "derive-bounds": "bounds that follow from the rewards",
     "make-key": "the digits of the observation key",
     "assemble": "the typed model",
-    "derive-bounds": "bounds that follow from the rewards",
     "scale-rewards": "the fixed point of the rewards",
     "find-factors": "hidden state that is independent, or why it is not",
     "resolve-beliefs": "the factor of each belief(..)",
@@ -95,7 +96,9 @@ def command(
     from hypgen.cli.show.explanation import describe
     from hypgen.codegen.model_report import explain
 
-    facts = explain(load(model, instance, settings).model)
+    loaded = load(model, instance, settings)
+    with generating(model):
+        facts = explain(loaded.model)
     if as_json:
         click.echo(json.dumps(facts, indent=2))
     else:
@@ -119,6 +122,7 @@ def _print_stage(stage: str, model: Path, instance: Path | None, settings: tuple
     elif not watch.done:
         from hypgen.codegen.generate import generate
 
-        files = generate(loaded.model, watch)
+        with generating(model):
+            files = generate(loaded.model, watch)
         if stage == "cpp":
             click.echo(print_files({name: text for name, text in files.items() if name.startswith("src/")}))

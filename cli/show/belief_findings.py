@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,7 +16,8 @@ from hypgen.cli.building import build
 from hypgen.cli.exit_codes import Exit
 from hypgen.cli.interrupts import interrupt_code
 from hypgen.cli.model_arguments import require_params
-from hypgen.cli.output import progress_bar, say
+from hypgen.cli.output import say
+from hypgen.cli.progress import phases
 from hypgen.dsl.messages import c_sampling
 from hypgen.dsl.messages.render import render, to_json
 from hypgen.play.played_programs import lines_of
@@ -117,10 +119,10 @@ def _play(program: Path, asked: Asked, played: Played) -> None:
     options = {"check-beliefs": asked.episodes, "belief": asked.belief, "particles": asked.particles}
     options["seed"] = asked.seed
     command = [str(program), *(f"--{name}={value}" for name, value in options.items()), "--json=-"]
-    with progress_bar() as progress:
+    with phases(time.monotonic) as progress:
         for line in lines_of(command, asked.seconds):
             played.take(line)
-            progress(f"{played.episodes} of {asked.episodes} episodes", played.episodes, asked.episodes)
+            progress("episodes", played.episodes, asked.episodes)
 
 
 def findings(model: ir.Model, ranks: Mapping[str, Ranks], asked: Asked) -> list[Finding]:

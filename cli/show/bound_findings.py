@@ -79,7 +79,8 @@ def findings(model: ir.Model, compared: Compared) -> list[Diagnostic]:
         if derived and found:
             continue  # the one in use is the less of the two
         span = None if derived else model.spans.get(bound)
-        found.append(c_sampling.violated_bound(bound, figures["violations"], figures["beliefs"], span))
+        violations, beliefs = figures["violations"], figures["beliefs"]
+        found.append(c_sampling.violated_bound(bound, violations, beliefs, model.endless, span))
     return found
 
 

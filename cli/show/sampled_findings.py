@@ -11,7 +11,8 @@ import click
 from hypgen.cli.exit_codes import Exit
 from hypgen.cli.interrupts import interrupt_code
 from hypgen.cli.model_arguments import require_params
-from hypgen.cli.output import progress_bar, say
+from hypgen.cli.output import say
+from hypgen.cli.progress import phases
 from hypgen.dsl.interpret.sampling.sample_laws import check_densities, check_returns
 from hypgen.dsl.interpret.sampling.sample_model import Walk
 from hypgen.dsl.messages.render import to_json
@@ -20,13 +21,18 @@ if TYPE_CHECKING:
     from hypgen.dsl.load import Loaded
 
 
-def run(loaded: Loaded, samples: int, seed: int, facts: dict[str, Any] | None, strict: bool) -> int:
-    """Check a model by sampling; print findings, or with ``facts`` everything, warnings too, as JSON."""
+def run(
+    loaded: Loaded, samples: int, seed: int, seconds: float, facts: dict[str, Any] | None, strict: bool
+) -> int:
+    """Check a model by sampling; print findings, or with ``facts`` everything, warnings too, as JSON.
+
+    What was found until ``seconds`` have passed, or until an interrupt, is printed too.
+    """
     require_params(loaded)
-    walk = Walk(loaded.model, samples, seed)
+    walk = Walk(loaded.model, samples, seed, seconds)
     interrupted: KeyboardInterrupt | None = None
     try:
-        with progress_bar() as progress:
+        with phases() as progress:
             walk.run(progress)
             check_densities(walk, progress)
             check_returns(walk, progress)
@@ -39,6 +45,7 @@ def run(loaded: Loaded, samples: int, seed: int, facts: dict[str, Any] | None, s
             "states": walk.visited,
             "episodes": walk.episodes,
             "seed": seed,
+            "cut": walk.cut,
             "interrupted": interrupted is not None,
         }
         found = [*map(to_json, loaded.warnings), *(f.to_json() for f in findings)]
@@ -52,6 +59,8 @@ def run(loaded: Loaded, samples: int, seed: int, facts: dict[str, Any] | None, s
         counts = [_some(mistakes, "mistake")] * bool(mistakes) + [_some(warnings, "warning")] * bool(warnings)
         verdict = " and ".join(counts) if counts else "nothing wrong"
         click.echo(f"{loaded.model.file}: {visited}: {verdict}")
+        if walk.cut:
+            say(f"note: {seconds:g} s are over: {'; '.join(walk.cut)}. --time gives it more")
     if interrupted:
         say("interrupted")
         return interrupt_code(interrupted)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""C++ names of what the model names: verbatim, unless C++ or the generated struct has taken the word."""
+"""C++ names of what the model names: verbatim, unless C++, a macro or the generated struct has them."""
 
 from __future__ import annotations
 
@@ -29,14 +29,16 @@ KEYWORDS = _words(
     """
 )
 
-# Macros of the headers that generated code includes, and its namespaces.
+# Namespaces of generated code, and macros of headers in small letters.
 _TAKEN = _words(
     """
-    std hypgen math dist bits models D Real NULL EOF INFINITY NAN HUGE_VAL HUGE_VALF HUGE_VALL assert
-    errno stdin stdout stderr main linux unix SEEK_SET SEEK_CUR SEEK_END BUFSIZ FP_NAN FP_INFINITE
-    FP_ZERO FP_NORMAL FP_SUBNORMAL signbit isnan isinf isfinite RAND_MAX EXIT_SUCCESS EXIT_FAILURE
+    std hypgen math dist bits models D Real main linux unix assert assert_perror errno stdin stdout stderr
+    alloca offsetof signbit isnan isinf isfinite issubnormal math_errhandling strdupa strndupa
+    sched_priority sigmask sigaction major minor makedev
     """
 )
+# Most macros have names in capitals, too many to list and others on each system; one letter is none.
+_MACRO = re.compile(r"[A-Z][A-Z0-9_]+|[LMP]_\w+|(?:hypgen|pthread)_\w+|[bl]e\d\dtoh|hto[bl]e\d\d")
 
 # What the generated struct is made of.
 _CONCEPT = _words(
@@ -83,11 +85,16 @@ def file_stem(model: ir.Model) -> str:
     return f"{stem}_model" if stem in {"hypgen", "cmakefiles", "testing", "src"} else stem
 
 
+def _is_taken(name: str) -> bool:
+    return name in KEYWORDS or name in _TAKEN or name in _CONCEPT or _MACRO.fullmatch(name) is not None
+
+
 @dataclass
 class Scope:
-    """Names taken in one C++ scope."""
+    """Names taken in one C++ scope; ``prefixed`` ones begin as nothing of C++ does."""
 
     taken: set[str] = field(default_factory=set)
+    prefixed: bool = False
 
     def unique(self, name: str) -> str:
         """Return ``name``, with an underscore if C++ has taken it or a number if the model has; take it.
@@ -95,7 +102,7 @@ class Scope:
         What follows a ``%`` tells locals of the IR apart and is left out.
         """
         name = name.partition("%")[0].replace(".", "_").replace(":", "_")
-        if name in KEYWORDS or name in _TAKEN or name in _CONCEPT:
+        if not self.prefixed and _is_taken(name):
             name += "_"
         found, number = name, 2
         while found in self.taken:

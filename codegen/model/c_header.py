@@ -23,9 +23,9 @@ class CHeader:
     def __init__(self, model: ir.Model, stem: str) -> None:
         self._model = model
         self._stem = stem
-        self._constants = Scope()
+        self._constants = Scope(prefixed=True)
         # Names that hypgen.h and its includes define begin in other ways than with the model's name.
-        self._names = Scope()
+        self._names = Scope(prefixed=True)
 
     def enumerators(self) -> tuple[template_data.Group, ...]:
         """Return sizes, places and codes."""

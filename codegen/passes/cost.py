@@ -24,7 +24,7 @@ class Costs:
     def __init__(self, functions: Mapping[str, ir.Function], lets: Mapping[str, ir.Let]) -> None:
         self.functions = functions
         self.lets = lets
-        self.known: dict[str, int] = {}  # by function
+        self.known: dict[tuple[type[Node], str], int] = {}  # of bodies, by what reads them and its name
 
     def of(self, node: Node) -> int:
         """Return how many simple operations ``node`` takes; both sides of a condition count."""
@@ -35,11 +35,10 @@ class Costs:
             case ir.StateRead(indices=()):
                 return 0
             case ir.Call(function=name):
-                if name not in self.known:
-                    self.known[name] = self.of(self.functions[name].body)
-                return inside + self.known[name]
+                return inside + self._of_body(ir.Call, name, self.functions[name].body)
             case ir.LetRead(let=name):
-                return inside + (0 if self.lets[name].draws else self.of(self.lets[name].dist))
+                let = self.lets[name]
+                return inside + (0 if let.draws else self._of_body(ir.LetRead, name, let.dist))
             case (
                 ir.Quantified(binders=binders) | ir.UniformSet(binders=binders) | ir.Weighted(binders=binders)
             ):
@@ -55,6 +54,11 @@ class Costs:
             case ir.MakeRecord(values=values):
                 return inside + len(values)
         return inside + 1
+
+    def _of_body(self, reader: type[Node], name: str, body: Node) -> int:
+        if (reader, name) not in self.known:
+            self.known[reader, name] = self.of(body)
+        return self.known[reader, name]
 
 
 def _division(divisor: ir.Expr) -> int:

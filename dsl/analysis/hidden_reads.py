@@ -80,6 +80,7 @@ class Touches:
         self._inliner = Inliner(self._functions, self._lets, mark="_t")
         self._numbering = Numbering()
         self._trees: dict[int, Tree] = {}  # of reads and calls, by their numbers
+        self._of_objects: dict[int, tuple[Node, Tree]] = {}  # a value that is read twice stands in two places
         self._known: dict[int, tuple[Node, bool]] = {}  # by id, which the node itself keeps from being reused
 
     def secret(self, node: Node) -> bool:
@@ -107,6 +108,12 @@ class Touches:
         """Return what ``node`` reads."""
         if not self.secret(node):
             return NOTHING
+        known = self._of_objects.get(id(node))
+        if known is None:
+            self._of_objects[id(node)] = known = (node, self._tree(node))
+        return known[1]
+
+    def _tree(self, node: Node) -> Tree:
         match node:
             case ir.StateRead():
                 return self._state_read(node)

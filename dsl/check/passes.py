@@ -198,6 +198,17 @@ def check_floats(draft: Draft) -> Draft:
     return draft
 
 
+def derive_bounds(draft: Draft) -> Draft:
+    """Take the parts. Give them with the bounds that nobody declared; reports those that do not follow."""
+    parts, bounds = draft.parts, dict(draft.parts.bounds)
+    declared = {i.name for i in draft.program.file.items if isinstance(i, ast.Bound)}
+    for name in ("upper", "tail"):
+        if name not in declared:
+            bound = partial(derived_bounds.derived, name, parts, draft.declarations, draft.program)
+            bounds[name] = draft.report.attempt(bound) or _ZERO
+    return replace(draft, parts=replace(parts, bounds=bounds))
+
+
 def make_key(draft: Draft) -> Draft:
     """Take observations and marked variables. Give the key's digits; reports a key that is too long."""
     key = stages.key_fields(draft.parts.observations, draft.declarations.variables)
@@ -209,7 +220,7 @@ def make_key(draft: Draft) -> Draft:
 
 
 def assemble(draft: Draft) -> Whole:
-    """Take a draft without mistakes. Give its model; bounds that nobody declared are 0 for now."""
+    """Take a draft without mistakes. Give its model."""
     program, declared, parts = draft.program, draft.declarations, draft.parts
     assert parts.action is not None
     assert parts.discount is not None
@@ -235,8 +246,8 @@ def assemble(draft: Draft) -> Whole:
         terminal=parts.terminal or operators.FALSE,
         legal=parts.legal or operators.TRUE,
         policy=parts.policy,
-        upper=parts.bounds.get("upper", _ZERO),
-        tail=parts.bounds.get("tail", _ZERO),
+        upper=parts.bounds["upper"],
+        tail=parts.bounds["tail"],
         lower=parts.bounds.get("lower"),
         success=parts.success,
         key=draft.key,
@@ -245,16 +256,6 @@ def assemble(draft: Draft) -> Whole:
         spans=_spans(program.file),
     )
     return Whole(draft, model)
-
-
-def derive_bounds(whole: Whole) -> Whole:
-    """Take a model. Give it with the bounds that nobody declared; reports those that do not follow."""
-    model, draft = whole.model, whole.draft
-    for name in ("upper", "tail"):
-        if name not in draft.parts.bounds:
-            bound = draft.report.attempt(partial(derived_bounds.derived, name, model, draft.program))
-            model = replace(model, **{name: bound or _ZERO})  # type: ignore[arg-type]  # both are expressions
-    return replace(whole, model=model)
 
 
 def scale_rewards(whole: Whole) -> Whole:

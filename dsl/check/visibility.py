@@ -101,8 +101,11 @@ def _refusal(
         return Mistake(e04_variables.next_state_unknown(allowed.what, route, reach.span, notes))
     if not variables[reach.name].visible and not allowed.hidden:
         declared = (variables[reach.name].span, f"'{reach.name}' is declared hidden here")
+        legality = owner.kind == "legal"
         return Mistake(
-            e05_reads.hidden_state(allowed.what, route, allowed.history, reach.span, notes, declared)
+            e05_reads.hidden_state(
+                allowed.what, route, allowed.history, legality, reach.span, notes, declared
+            )
         )
     return None
 

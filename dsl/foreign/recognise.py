@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from itertools import islice
 
 from hypgen.dsl.messages import e01_syntax
 from hypgen.dsl.messages.diagnostic import Diagnostic
@@ -13,6 +14,9 @@ _BLANK = re.compile(r"(?:\s+|#[^\n]*)*")
 _CASSANDRA = re.compile(
     r"(discount|values|states|actions|observations|start(?:\s+(?:include|exclude))?|[TOR])\s*:", re.IGNORECASE
 )
+_OURS = re.compile(r"(?:model|instance|library)\b")
+_HEADER = re.compile(r"^(?:discount|values|states|actions|observations)[ \t]*:", re.MULTILINE | re.I)
+_ENOUGH_HEADERS = 2  # for a file whose beginning has a slip of the pen
 _XML = re.compile(r"<\?xml|<!|<pomdpx", re.IGNORECASE)
 
 
@@ -21,6 +25,10 @@ def recognise(source: Source) -> Diagnostic | None:
     start = _BLANK.match(source.text).end()  # type: ignore[union-attr]  # matches the empty string too
     if match := _CASSANDRA.match(source.text, start):
         return e01_syntax.cassandra_file(_span(source, match))
+    if not _OURS.match(source.text, start):
+        headers = list(islice(_HEADER.finditer(source.text), _ENOUGH_HEADERS))
+        if len(headers) == _ENOUGH_HEADERS:
+            return e01_syntax.cassandra_file(_span(source, headers[0]))
     match = _XML.match(source.text, start)
     if match and "<pomdpx" in source.text[start : start + 4096].lower():
         return e01_syntax.pomdpx_file(_span(source, match))

@@ -13,6 +13,7 @@ from hypgen.dsl.ir.factors import Evidence, Factor, Obstacle
 from hypgen.dsl.ir.nodes import (
     Binder,
     Certain,
+    Const,
     Dist,
     Expr,
 )
@@ -347,6 +348,11 @@ class Model:
     def all_lets(self) -> tuple[Let, ...]:
         """Return the lets of the elements, then those of the policy."""
         return self.lets + (() if self.policy is None else self.policy.lets)
+
+    @property
+    def endless(self) -> bool:
+        """Return whether nothing ends an episode."""
+        return self.horizon is None and isinstance(self.terminal, Const) and not self.terminal.value
 
     @property
     def factored(self) -> bool:

@@ -87,15 +87,21 @@ def crossed_bounds(lower: float, upper: float, span: Span | None) -> Diagnostic:
     return Diagnostic("C0202", message, span, "correct one of the two: no value lies between them")
 
 
-def low_upper_bound(upper: float, policy: str, mean: float, span: Span | None) -> Diagnostic:
-    """An upper bound below what a policy, in words, earns in the mean."""
+_ENDLESS = "; or end the episode where nothing more is earned or lost: terminal when .."
+
+
+def low_upper_bound(upper: float, policy: str, mean: float, endless: bool, span: Span | None) -> Diagnostic:
+    """An upper bound below what a policy, in words, earns in the mean; ``endless``: nothing ends episodes."""
     message = f"bound upper is {upper:.6g}, and {policy} earns {mean:.6g} from here in the mean"
-    remedy = "raise the bound: it must hold in each state for whatever the agent does"
+    remedy = f"raise the bound: it must hold in each state for whatever the agent does{_ENDLESS * endless}"
     return Diagnostic("C0203", message, span, remedy)
 
 
-def violated_bound(name: str, violations: int, beliefs: int, span: Span | None) -> Diagnostic:
-    """A bound on the wrong side of what is earned; without a span it is one that hypgen derives."""
+def violated_bound(name: str, violations: int, beliefs: int, endless: bool, span: Span | None) -> Diagnostic:
+    """A bound on the wrong side of what is earned; without a span it is one that hypgen derives.
+
+    ``endless``: nothing ends episodes.
+    """
     side = "below" if name == "upper" else "above"
     message = (
         f"bound {name} is {side} what the default policy earns, at {violations:,} of {beliefs:,} beliefs"
@@ -104,6 +110,7 @@ def violated_bound(name: str, violations: int, beliefs: int, span: Span | None) 
         remedy = "hypgen derives this bound, so this is a bug of hypgen: please report it with the model"
     else:
         remedy = f"{'raise' if name == 'upper' else 'lower'} the bound: it must hold in each state"
+        remedy += _ENDLESS * endless
     return Diagnostic("C0204", message, span, remedy)
 
 

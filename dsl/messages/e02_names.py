@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from hypgen.dsl.messages.diagnostic import Diagnostic, did_you_mean
 from hypgen.dsl.messages.source import Span
@@ -14,6 +15,19 @@ from hypgen.dsl.types import Enum, Record, Type
 def unknown_name(name: str, remedy: str, span: Span) -> Diagnostic:
     """A value's name that nothing declares."""
     return Diagnostic("E0201", f"there is nothing called '{name}' here", span, remedy)
+
+
+def wildcard(span: Span) -> Diagnostic:
+    """A ``_`` that is no local; in a pattern it would be one."""
+    remedy = "ask by a pattern: match value { variant(_) => true  else => false }"
+    return Diagnostic("E0201", "'_' stands for any value in patterns alone", span, remedy)
+
+
+def behind_slashes(found: Diagnostic, span: Span) -> Diagnostic:
+    """A mistake in what divides, which a name that nothing declares may not have been meant to do."""
+    if found.code not in ("E0201", "E0204") or found.span != span:
+        return found
+    return replace(found, remedy="a comment starts with #; // divides, and then this has to be declared")
 
 
 def duplicate(name: str, span: Span, first: Span) -> Diagnostic:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.messages.words import counted, described, given
-from hypgen.dsl.types import Type
+from hypgen.dsl.types import Bool, Enum, Int, Type
 
 AT_FORM = "its form is at(array, index, .., default)"
 
@@ -89,7 +89,24 @@ def several_binders(quantifier: str, span: Span) -> Diagnostic:
 def variant_takes_argument(name: str, argument: Type, span: Span) -> Diagnostic:
     """A variant without the argument that it takes."""
     message = f"variant '{name}' takes an argument of type {argument}"
-    return Diagnostic("E0302", message, span, f"write {name}(..), or 'x is {name}' to ask whether x is one")
+    remedy = (
+        f"give it one, {name}({_example(argument)}); or ask whether it is any {name}: "
+        f"value is {name}"
+    )
+    return Diagnostic("E0302", message, span, remedy)
+
+
+def _example(t: Type) -> str:
+    """Return a value of a finite type, as far as it is short to write."""
+    match t:
+        case Enum():
+            first = t.variants[0]
+            return first.name if first.argument is None else f"{first.name}({_example(first.argument)})"
+        case Int():
+            return str(t.low)
+        case Bool():
+            return "true"
+    return "value"
 
 
 def variant_takes_none(name: str, span: Span) -> Diagnostic:
@@ -120,10 +137,10 @@ def element_with_index(name: str, span: Span) -> Diagnostic:
     return Diagnostic("E0303", f"'{name}' is one element", span, f"write {name}.name")
 
 
-def family_without_index(name: str, binder: str, span: Span) -> Diagnostic:
-    """A family of elements without the index of a member."""
+def family_without_index(name: str, binder: str, read: str, span: Span) -> Diagnostic:
+    """A family of elements without the index of a member; ``read`` is what is asked of it: ``at'``."""
     message = f"'{name}' is a family: say which member"
-    return Diagnostic("E0303", message, span, f"write {name}[{binder}].name")
+    return Diagnostic("E0303", message, span, f"write {name}[{binder}].{read} of a member {binder}")
 
 
 def not_indexable(found: Type, span: Span) -> Diagnostic:

@@ -43,6 +43,13 @@ def variant_without_argument(name: str, span: Span) -> Diagnostic:
     return Diagnostic("E0307", f"variant '{name}' has no argument", span, f"write {name} alone")
 
 
+def value_as_name(variant: str, value: str, enum: Enum, span: Span) -> Diagnostic:
+    """A pattern ``move(up)`` that would give the argument the name of one of its values."""
+    message = f"a pattern names what '{variant}' carries, and '{value}' is a value of {enum}"
+    remedy = f"write {variant}(a) => match a {{ {value} => ..  else => .. }}"
+    return Diagnostic("E0307", message, span, remedy)
+
+
 def argument_of_alternatives(span: Span) -> Diagnostic:
     """An arm of several patterns that names an argument."""
     message = "an arm with alternatives cannot name an argument"

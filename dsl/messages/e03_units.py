@@ -81,4 +81,5 @@ def _remedy(expected: Unit | None, found: Unit | None) -> str:
         return f"divide by a value in {units.shown(found)}, or strip the unit: value(..)"
     if not found:
         return f"declare what this is made of as {units.described(expected)}"
-    return f"convert it to {units.shown(expected)}, or strip the units: value(..)"
+    factor = units.shown(units.product(expected, found, -1))
+    return f"a factor in {factor} is missing, or the unit of a part of this; value(..) strips units"

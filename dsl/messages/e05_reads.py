@@ -13,14 +13,21 @@ _POLICY_ONLY = "use it in the policy or in 'bound lower'; a fn can be given its 
 _MEMORY = "keep what was seen in the policy's memory: memory m: T = first   m' = .. last(reading, first) .."
 
 
+_LEGAL_BY_BELIEF = (
+    "allow the action, and charge for it where it fails: reward fails = if act == .. and .. then -100 else 0;"
+    " or keep what was seen in a visible variable, and read that"
+)
+
+
 def hidden_state(
-    reader: str, route: str, history: bool, span: Span, notes: Iterable[Note], declared: Note
+    reader: str, route: str, history: bool, legality: bool, span: Span, notes: Iterable[Note], declared: Note
 ) -> Diagnostic:
     """A read of hidden state by what the agent must know; ``route`` is the path of reads, in words.
 
-    ``history`` tells whether ``last`` and memory are known there, ``declared`` where the state is declared.
+    ``history`` tells whether ``last`` and memory are known there, ``legality`` whether the reader says what
+    the agent may do, ``declared`` where the state is declared.
     """
-    remedy = "read visible variables only, or declare this one visible"
+    remedy = _LEGAL_BY_BELIEF if legality else "read visible variables only, or declare this one visible"
     if history:
         remedy = "read visible variables, last(..) and memory, or declare this one visible"
     message = f"{reader} cannot read hidden state: {route}"

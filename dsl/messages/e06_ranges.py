@@ -7,6 +7,8 @@ rules out, these mistakes are none, and all others are (``report.unreachable``).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.messages.words import lies
@@ -58,6 +60,23 @@ def never_in_range(least: float, most: float, low: float, high: float, span: Spa
 def division_by_zero(span: Span) -> Diagnostic:
     """A divisor that is 0."""
     return Diagnostic("E0603", "this divides by zero", span, "divide by something else than 0")
+
+
+_DEFINED = {
+    "sqrt": "it takes numbers from 0 up",
+    "log": "it takes numbers above 0",
+    "log2": "it takes numbers above 0",
+    "asin": "it takes numbers from -1 to 1",
+    "acos": "it takes numbers from -1 to 1",
+    "exp": "it takes numbers up to 88",
+}
+
+
+def without_value(function: str, operands: Sequence[float], span: Span) -> Diagnostic:
+    """A function of constants that is infinite or no number; ``function`` as it is written."""
+    of = " and ".join(f"{operand:g}" for operand in operands)
+    message = f"'{function}' of {of} has no finite value"
+    return Diagnostic("E0612", message, span, _DEFINED.get(function, "give it operands of which it has one"))
 
 
 def beyond_float32(value: float, span: Span) -> Diagnostic:

@@ -61,7 +61,7 @@ def _parse_tree(source: Source, start: str) -> Tree[Token]:
     try:
         tree = lark.parse(source.text, start=start)
     except UnexpectedInput as error:
-        raise ModelError([explain(error, source, lark)], {source.name: source}) from None
+        raise ModelError([explain(error, source, lark, start)], {source.name: source}) from None
     _check_depth(tree, source)
     return tree
 

@@ -72,7 +72,7 @@ def choose(target: str = "auto", arch: str = "", nvcc: str = "") -> Choice:
     ``auto`` is ``cuda`` where this machine has a GPU and an nvcc that can be used, or where ``arch`` or
     ``nvcc`` is named. The CPU's code is always built in.
     """
-    wanted = target in ("cuda", "both") or (target == "auto" and bool(arch or nvcc))
+    wanted = _is_wanted(target, arch, nvcc)
     if target == "cpu" or not (wanted or find_gpus()):
         return Choice(None)
     try:
@@ -82,6 +82,24 @@ def choose(target: str = "auto", arch: str = "", nvcc: str = "") -> Choice:
         if wanted:
             raise
         return Choice(None, f"the GPU is left unused: {error.message}; to use it, {error.remedy}")
+
+
+def architectures_to_emit(target: str = "auto", arch: str = "") -> tuple[int, ...] | None:
+    """Return the GPUs of a project that is compiled elsewhere; None where ``choose`` has to decide.
+
+    An nvcc of this machine says what it knows; without one, what is asked for is taken as it is.
+    """
+    if not _is_wanted(target, arch, ""):
+        return None
+    try:
+        compiler = find_nvcc()
+    except ToolchainError:
+        return architectures_of(arch, None)
+    return architectures_of(arch, compiler)
+
+
+def _is_wanted(target: str, arch: str, nvcc: str) -> bool:
+    return target in ("cuda", "both") or (target == "auto" and bool(arch or nvcc))
 
 
 def find_nvcc(wanted: str = "") -> Nvcc:
@@ -105,21 +123,22 @@ def find_nvcc(wanted: str = "") -> Nvcc:
     raise ToolchainError("; ".join(reasons) or "no nvcc (the CUDA compiler) found", remedy)
 
 
-def architectures_of(arch: str, nvcc: Nvcc) -> tuple[int, ...]:
+def architectures_of(arch: str, nvcc: Nvcc | None) -> tuple[int, ...]:
     """Return the architectures, in ascending order, that an ``--arch`` stands for.
 
-    None given is ``native`` where there is a GPU, and otherwise one of each generation.
+    None given is ``native`` where there is a GPU, and otherwise one of each generation. They are those that
+    ``nvcc`` knows; None stands for a compiler that is not here.
     """
-    known = nvcc.architectures
     if arch == "native" or (not arch and find_gpus()):
         return tuple(sorted({_native(gpu, nvcc) for gpu in _gpus_here()}))
     if arch in ("", "all"):
-        return tuple(a for a in (ALL_ARCHITECTURES if arch else GENERATIONS) if a in known)
+        listed = ALL_ARCHITECTURES if arch else GENERATIONS
+        return tuple(a for a in listed if nvcc is None or a in nvcc.architectures)
     named = parse_architectures(arch)
-    if unknown := [a for a in named if a not in known]:
-        listed = ", ".join(f"sm_{a}" for a in known)
+    if nvcc is not None and (unknown := [a for a in named if a not in nvcc.architectures]):
+        known = ", ".join(f"sm_{a}" for a in nvcc.architectures)
         raise ToolchainError(
-            f"--arch: {nvcc.version} does not support sm_{unknown[0]}", f"choose among {listed}"
+            f"--arch: {nvcc.version} does not support sm_{unknown[0]}", f"choose among {known}"
         )
     return named
 
@@ -184,8 +203,10 @@ def _gpus_here() -> tuple[Gpu, ...]:
     return gpus
 
 
-def _native(gpu: Gpu, nvcc: Nvcc) -> int:
+def _native(gpu: Gpu, nvcc: Nvcc | None) -> int:
     """Return the newest architecture that the compiler knows and whose code or PTX this GPU runs."""
+    if nvcc is None:
+        return gpu.architecture
     older = [a for a in nvcc.architectures if a <= gpu.architecture]
     if not older:
         raise ToolchainError(

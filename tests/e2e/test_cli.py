@@ -172,21 +172,34 @@ def test_sampling_names_what_it_finds_and_the_state(tmp_path: Path) -> None:
     path = tmp_path / "tiger.pomdp"
     odd = "reward odd = 1.0 / (if room.tiger == left then 0.0 else 2.0)\n"
     path.write_text(f"{Path(TIGER).read_text()}\n{odd}")
-    done = hypgen("check", str(path), "--samples", "500", "--seed", "3")
+    done = hypgen("check", str(path), "--samples", "500", "--seed", "3", "--time", "600")
     assert done.returncode == 2
     assert "error[C0104]: the reward 'odd' is inf" in done.stderr
     assert "in this state, the first of" in done.stderr and "room.tiger = left" in done.stderr
     assert "500 states in" in done.stdout and "1 mistake" in done.stdout
-    data = json.loads(hypgen("check", str(path), "--samples", "500", "--seed", "3", "--json").stdout)
+    data = json.loads(
+        hypgen("check", str(path), "--samples", "500", "--seed", "3", "--time", "600", "--json").stdout
+    )
     assert not data["ok"] and data["samples"]["states"] == 500 and data["actions"] == 3
     assert data["diagnostics"][0]["severity"] == "error"
     assert data["diagnostics"][0]["state"]["room.tiger"] == "left"
 
 
 def test_sampling_a_right_model_ends_with_0() -> None:
-    done = hypgen("check", TIGER, "--samples", "500")
+    done = hypgen("check", TIGER, "--samples", "500", "--time", "600")
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.endswith("500 states in 64 episodes, seed 0: nothing wrong\n")
+
+
+def test_sampling_ends_in_time_and_keeps_what_it_found(tmp_path: Path) -> None:
+    path = tmp_path / "tiger.pomdp"
+    odd = "reward odd = 1.0 / (if room.tiger == left then 0.0 else 2.0)\n"
+    path.write_text(f"{Path(TIGER).read_text()}\n{odd}")
+    done = hypgen("check", str(path), "--samples", "1000000", "--time", "0")
+    assert done.returncode == 2 and "error[C0104]: the reward 'odd' is inf" in done.stderr
+    assert "note: 0 s are over: the walk ended after" in done.stderr and "--time gives it more" in done.stderr
+    refused = hypgen("check", TIGER, "--time", "5")
+    assert refused.returncode == 2 and "add one of them" in refused.stderr
 
 
 def test_values_for_all_params_are_asked_for_at_once(tmp_path: Path) -> None:

@@ -17,9 +17,11 @@ from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.scope.unit_checks import require_plain, require_root, require_same
 from hypgen.dsl.check.terms import guarded_reads, range_calls, recursion
 from hypgen.dsl.check.terms.references import owner_of
-from hypgen.dsl.ir import operators, trigonometric_operators
-from hypgen.dsl.messages import e02_names, e03_calls, e03_types
+from hypgen.dsl.ir import evaluate, operators, trigonometric_operators
+from hypgen.dsl.ir.walk import children
+from hypgen.dsl.messages import e02_names, e03_calls, e03_types, e06_ranges
 from hypgen.dsl.messages.report import Mistake, gather
+from hypgen.dsl.messages.source import Span
 from hypgen.dsl.messages.words import lies
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT, Enum, Int, Record, Type, builtin_names, size_of
@@ -179,7 +181,17 @@ def _builtin(node: ast.Call, scope: Scope) -> ir.Expr:
             return operators.hypotenuse(values[0], values[1])
         case "atan2":
             return trigonometric_operators.arc_of_point(values[0], values[1])
-    return _ONE_NUMBER[node.name](values[0])
+    return refuse_undefined(_ONE_NUMBER[node.name](values[0]), node.name, node.span)
+
+
+def refuse_undefined(e: ir.Expr, written: str, span: Span) -> ir.Expr:
+    """Return ``e``; raise if it is a function of constants that has no finite value."""
+    if isinstance(e, ir.Unary | ir.Binary):
+        operands = [part.value for part in children(e) if isinstance(part, ir.Const)]
+        is_known = len(operands) == (1 if isinstance(e, ir.Unary) else 2)
+        if is_known and evaluate.value_of(e.op, e.type, *operands) is None:
+            raise Mistake(e06_ranges.without_value(written, operands, span))
+    return e
 
 
 def _check_units(node: ast.Call, values: list[ir.Expr]) -> None:

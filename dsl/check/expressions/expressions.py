@@ -158,7 +158,7 @@ def _comparison(node: ast.Binary, scope: Scope) -> ir.Expr:
 
 
 def _arithmetic(node: ast.Binary, scope: Scope) -> ir.Expr:
-    left, right = gather([partial(check, n, scope) for n in (node.left, node.right)])
+    left, right = gather([partial(check, node.left, scope), partial(_right_operand, node, scope)])
     for e, n in ((left, node.left), (right, node.right)):
         require_number(e, n.span, f"an operand of '{node.op}'")
     op = _ARITHMETIC[node.op]
@@ -174,6 +174,15 @@ def _arithmetic(node: ast.Binary, scope: Scope) -> ir.Expr:
     return placed(found, node.span) if op in ("floordiv", "mod") else found
 
 
+def _right_operand(node: ast.Binary, scope: Scope) -> ir.Expr:
+    try:
+        return check(node.right, scope)
+    except Mistake as error:
+        if node.op != "//" or not isinstance(node.right, ast.Name | ast.Call):
+            raise
+        raise Mistake(*(e02_names.behind_slashes(d, node.right.span) for d in error.diagnostics)) from None
+
+
 def _power(node: ast.Binary, scope: Scope) -> ir.Expr:
     base, exponent = gather([partial(check, n, scope) for n in (node.left, node.right)])
     require_number(base, node.left.span, "the base of '**'")
@@ -185,7 +194,7 @@ def _power(node: ast.Binary, scope: Scope) -> ir.Expr:
         and exponent.value >= 0
     ):
         require_exponent(base, exponent, node.right.span)
-        return operators.power(base, exponent)
+        return calls.refuse_undefined(operators.power(base, exponent), "**", node.span)
     if exponent.value > _MAX_EXPONENT:
         raise Mistake(e06_ranges.large_exponent(exponent.value, node.right.span))
     return require_int32(_int_power(base, int(exponent.value), scope), node.span)

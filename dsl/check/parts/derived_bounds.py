@@ -3,37 +3,59 @@
 
 from __future__ import annotations
 
-import math
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial, reduce
 
 from hypgen.dsl import ir
+from hypgen.dsl.check.parts.all_parts import Declarations, Parts
 from hypgen.dsl.check.parts.declarations import element_scope
+from hypgen.dsl.check.parts.param_limits import ParamLimits, Unlimited
 from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.undefined import may_be_undefined
 from hypgen.dsl.messages import e06_ranges, e08_parts
 from hypgen.dsl.messages.report import Mistake
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.types import intervals, size_of
+from hypgen.dsl.types import INT32_MAX, intervals, size_of
 
 _SLACK = 2.0**-20
 
 
-def derived(name: str, model: ir.Model, program: Program) -> ir.Expr:
+def derived(name: str, parts: Parts, declared: Declarations, program: Program) -> ir.Expr:
     """Return ``bound upper`` or ``bound tail`` from the least or largest reward of a step.
 
     The tail is what the default policy earns, so that its rewards alone count if it always takes one action.
+    Params count as they are when a solver starts. Where the discount has a mistake, that is all to be told.
     """
-    upper = name == "upper"
-    if model.discount == 1 and model.horizon is None:
-        raise Mistake(e08_parts.infinite_return(model.spans["discount"]))
-    action = None if upper else _constant_action(model, program)
-    step = sum(_term(r, upper, action, name, model, program) for r in model.rewards)
-    if not operators.is_false(model.terminal) or model.horizon is not None:
-        step = max(step, 0.0) if upper else min(step, 0.0)  # an episode may end at once
-    total = step * model.horizon if model.discount == 1 and model.horizon else step / (1 - model.discount)
-    return operators.real(_outward(total, upper))
+    upper, discount, horizon = name == "upper", parts.discount, parts.horizon
+    if discount is None:
+        raise Mistake
+    if discount == 1 and horizon is None:
+        setting = (i.span for i in program.file.items if isinstance(i, ast.Setting) and i.kind == "discount")
+        raise Mistake(e08_parts.infinite_return(next(setting)))
+    action = None if upper else _constant_action(parts, program)
+    limits = ParamLimits(declared.params, (*declared.functions, *program.unrolled.values()), declared.lets)
+    terms = [_term(r, upper, action, name, limits, program) for r in parts.rewards]
+    steps = float(horizon) if discount == 1 and horizon else 1 / (1 - discount)
+    # An episode may end at once.
+    ends = parts.terminal is not None and not operators.is_false(parts.terminal) or horizon is not None
+    step = sum(t for t in terms if isinstance(t, float))
+    open_terms = [t for t in terms if isinstance(t, ir.Expr)]
+    if not open_terms:
+        if ends:
+            step = max(step, 0.0) if upper else min(step, 0.0)
+        return operators.real(_outward(step * steps, upper))
+    most = reduce(partial(operators.arithmetic, "add"), open_terms)
+    if step:
+        most = operators.arithmetic("add", most, operators.real(step))
+    if ends:
+        most = operators.arithmetic("max" if upper else "min", most, operators.real(0.0))
+    total = operators.arithmetic("mul", most, operators.real(steps))
+    named = ir.Local(total.type, "total%")
+    slack = operators.arithmetic("mul", operators.absolute(named), operators.real(_SLACK))
+    outward = operators.arithmetic("add" if upper else "sub", named, slack)
+    return ir.LetIn(outward.type, named.name, total, outward)
 
 
 def _outward(value: float, upper: bool) -> float:
@@ -45,18 +67,22 @@ def _outward(value: float, upper: bool) -> float:
 
 
 def _term(
-    reward: ir.Reward, upper: bool, action: ir.Const | None, name: str, model: ir.Model, program: Program
-) -> float:
+    reward: ir.Reward, upper: bool, action: ir.Const | None, name: str, limits: ParamLimits, program: Program
+) -> float | ir.Expr:
+    """Return the most (or least) that all members earn: a number, or an expression of params."""
     value = reward.value
     if action is not None:
         scope = replace(element_scope(program, reward.element, None), evaluate=True, action=action)
         with suppress(Mistake):  # too long to evaluate: then all actions count
             value = scope.check(_source(reward, program))
     end = operators.ends(value.type)[1 if upper else 0]
-    if math.isinf(end):
-        undefined = may_be_undefined((value,), {f.name: f for f in model.functions})
-        raise Mistake(e06_ranges.unlimited_reward(name, reward.name, undefined, reward.span))
-    return end * (1 if reward.binder is None else size_of(reward.binder.type))
+    if abs(end) < INT32_MAX:  # what ends there is a param of type int, whose value says more
+        return float(end) * (1 if reward.binder is None else size_of(reward.binder.type))
+    try:
+        return limits.of_sum(value, reward.binder)[1 if upper else 0]
+    except Unlimited:
+        undefined = may_be_undefined((value,), limits.functions)
+        raise Mistake(e06_ranges.unlimited_reward(name, reward.name, undefined, reward.span)) from None
 
 
 def _source(reward: ir.Reward, program: Program) -> ast.Expr:
@@ -66,11 +92,11 @@ def _source(reward: ir.Reward, program: Program) -> ast.Expr:
     return next(i.value for i in items if isinstance(i, ast.Reward) and i.span == reward.span)
 
 
-def _constant_action(model: ir.Model, program: Program) -> ir.Const | None:
+def _constant_action(parts: Parts, program: Program) -> ir.Const | None:
     """Return the action (or component of a product action) that the default policy always takes, if legal."""
-    if model.policy is None or not isinstance(model.policy.dist, ir.Certain):
+    if parts.policy is None or not isinstance(parts.policy.dist, ir.Certain):
         return None
-    action = model.policy.dist.value
+    action = parts.policy.dist.value
     if not isinstance(action, ir.Const):
         return None
     scope = replace(element_scope(program, None, None), evaluate=True, action=action)

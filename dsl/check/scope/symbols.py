@@ -111,14 +111,21 @@ class Symbols:
         is_member = any(name in own for own in self.members.values())
         return is_member or any(name in space for space in spaces)
 
-    def suggestion(self, name: str, element: str | None, extra: set[str], expected: Type | None) -> str:
+    def suggestion(
+        self, name: str, element: str | None, extra: set[str], expected: Type | None, primed: bool
+    ) -> str:
         """Return a remedy for the unknown value ``name``, which stands where ``expected`` is needed."""
         known = set(self.values) | set(self.variants) | extra | {*RESERVED_VALUES, "false", "true"}
         if element is not None:
             known |= set(self.members[element])
         owner = next((e for e, members in self.members.items() if name in members), None)
         if owner is not None:
-            return f"it belongs to an element: write {owner}.{name}"
+            item, prime = self.elements[owner], "'" * primed
+            if item.binder is not None:
+                member = item.binder.name
+                read = f"{owner}[{member}].{name}{prime}"
+                return f"each member of {owner} has it: write {read} of a member {member}"
+            return f"it belongs to an element: write {owner}.{name}{prime}"
         if close := did_you_mean(name, known):
             return close
         if isinstance(expected, Enum):

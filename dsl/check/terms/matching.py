@@ -186,6 +186,9 @@ def _check_pattern(pattern: ast.Pattern, t: Enum | Bool | Int, *, alone: bool, k
             raise Mistake(e02_names.unknown_variant(t, key, pattern.span))
         if pattern.argument is not None and variant.argument is None:
             raise Mistake(e03_match.variant_without_argument(key, pattern.span))
+        name, carried = pattern.argument, variant.argument
+        if name is not None and isinstance(carried, Enum) and carried.variant(name) is not None:
+            raise Mistake(e03_match.value_as_name(key, name, carried, pattern.span))
         if pattern.argument is not None and not alone:
             raise Mistake(e03_match.argument_of_alternatives(pattern.span))
         return

@@ -185,7 +185,9 @@ def element_of(node: ast.Expr, member: str, scope: Scope) -> tuple[str, tuple[ir
     if len(given) != (0 if binder is None else 1):
         if binder is None:
             raise Mistake(e03_calls.element_with_index(name.name, node.span))
-        raise Mistake(e03_calls.family_without_index(name.name, binder.name, node.span))
+        raise Mistake(
+            e03_calls.family_without_index(name.name, binder.name, member + "'" * scope.primed, node.span)
+        )
     if binder is None:
         return name.name, ()
     index = check_as(given[0], scope, binder.type, f"the index of '{name.name}'", is_index=True)
@@ -289,7 +291,9 @@ def _plain_name(node: ast.Name, scope: Scope, expected: Type | None) -> ir.Expr:
         raise Mistake(e05_reads.policy_outside_policy(name, kind, node.span))
     if not program.symbols.actions:
         raise Mistake  # that the model has no action is reported: this may be its name
-    remedy = program.symbols.suggestion(name, scope.element, _local_names(scope), expected)
+    if name == "_":
+        raise Mistake(e02_names.wildcard(node.span))
+    remedy = program.symbols.suggestion(name, scope.element, _local_names(scope), expected, scope.primed)
     raise Mistake(e02_names.unknown_name(name, remedy, node.span))
 
 

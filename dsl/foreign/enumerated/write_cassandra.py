@@ -45,7 +45,7 @@ class _Exporter:
         self.states = _names([self._state_name(*c) for c in self.split.copies], "s")
         self.action_names = _names(model.actions, "a")
         self.observations = _names(model.observations, "o")
-        yield f"# Exported by hypgen: {self.origin}"
+        yield f"# Cassandra's POMDP format, exported by hypgen: {self.origin}"
         yield f"# A state is named by its values: {', '.join(model.variables)}"
         if self.split.ended:
             yield f"# '{_ENDED}' follows the end of an episode."

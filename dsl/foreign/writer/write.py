@@ -19,6 +19,7 @@ from hypgen.dsl.foreign.writer.cases import Scrutinee, Values
 from hypgen.dsl.foreign.writer.shared_tables import Draws, Index, Numbers, Parts, Successors
 from hypgen.dsl.foreign.writer.shortest_path import Paths
 
+EDITOR_LINE = "-*- hypgen -*-"  # tells an editor that this is no file in Cassandra's format
 _MOST_NAMES = 10_000  # a name is a word for the parser, and those are limited
 
 
@@ -79,7 +80,7 @@ class _Writer:
 
     def _header(self) -> list[str]:
         origin = re.sub(r"[^\x20-\x7e]", "?", self.origin)
-        text = [f"Imported by hypgen from {self.model.format}: {origin}", *self.model.notes]
+        text = [EDITOR_LINE, f"Imported by hypgen from {self.model.format}: {origin}", *self.model.notes]
         if not self.model.discount:
             text.append("A discount of 0 counts the first step alone: that is a horizon of 1.")
         return [f"# {line}" for line in text]

@@ -199,28 +199,34 @@ class ContinuousLaws(Counts):
     # Bins --------------------------------------------------------------------------------------
 
     def sample_bin(self, dist: ir.Binned, frame: Frame, word: Word) -> Array:
-        """Return the bin drawn in each lane: the first whose words are not passed."""
-        draw = word()
-        result: Array = np.asarray(size_of(dist.type) - 1)
-        for position, words in reversed(list(enumerate(self._reach_of_bins(dist, frame)))):
-            result = np.where(draw < words, position, result)
-        return as_type(result + low_of(dist.type), dist.type)
+        """Return the bin drawn in each lane: the first whose words are not passed, found by halving."""
+        draw, up_to = word(), self._words_up_to(dist, frame)
+        low, high = np.zeros(draw.shape, dtype=np.int64), np.asarray(size_of(dist.type) - 1)
+        while np.any(low < high):
+            middle = (low + high) // 2
+            passed = draw >= up_to(middle)
+            low, high = np.where(passed, np.minimum(middle + 1, high), low), np.where(passed, high, middle)
+        return as_type(low + low_of(dist.type), dist.type)
 
     def density_of_bin(self, dist: ir.Binned, frame: Frame, value: Array) -> Array:
         """Return the probability of the bin ``value`` in each lane."""
-        words = before = np.asarray(0, dtype=np.uint64)
-        for position, after in enumerate(self._reach_of_bins(dist, frame), low_of(dist.type)):
-            words = np.where(value == position, np.where(after > before, after - before, np.uint64(0)), words)
-            before = after
-        return share(words)
+        up_to, position = self._words_up_to(dist, frame), value.astype(np.int64) - low_of(dist.type)
+        before = np.where(position > 0, up_to(position - 1), np.uint64(0))
+        after = up_to(position)
+        return share(np.where((position >= 0) & (after > before), after - before, np.uint64(0)))
 
-    def _reach_of_bins(self, dist: ir.Binned, frame: Frame) -> list[Array]:
+    def _words_up_to(self, dist: ir.Binned, frame: Frame) -> Below:
+        """Return the function that gives how many words lie in a bin or before it."""
         count = size_of(dist.type)
         low, high = self._doubles(frame, dist.low, dist.high)
         width = np.where(high > low, high - low, 0.0)
-        edges = [low + width * ((i + 1) / count) for i in range(count - 1)]
         below = self.below(dist.law, frame)
-        return [words_of(below(e)) for e in edges] + [np.asarray(2**32, dtype=np.uint64)]
+
+        def up_to(bin_: Array) -> Array:
+            edge = low + width * ((bin_ + 1).astype(np.float64) / count)
+            return np.where(bin_ >= count - 1, np.uint64(2**32), words_of(below(edge)))
+
+        return up_to
 
 
 def _decay(power: Array) -> Array:

@@ -17,7 +17,7 @@ from hypgen.dsl.interpret.evaluate.values import Array, Frame, State, combinatio
 from hypgen.dsl.interpret.floats.philox import PhiloxDraws, Stream, derive
 from hypgen.dsl.interpret.interpreter import Interpreter
 from hypgen.dsl.interpret.sampling.findings import Moment, Place
-from hypgen.dsl.interpret.sampling.sample_model import Progress, Visit, Walk
+from hypgen.dsl.interpret.sampling.sample_model import CONFIRMING, PLAYING, WEIGHING, Progress, Visit, Walk
 from hypgen.dsl.interpret.value_text import value_text
 from hypgen.dsl.messages import c_sampling
 from hypgen.dsl.types import Float
@@ -29,6 +29,7 @@ _PARTS = 16  # of what a continuous law draws
 
 _STATES, _FIRST_ACTIONS, _EPISODES, _CONFIRMING = 16, 3, 128, 4096
 _SIGMAS = 6.0
+_FIRST_LOOK, _SECOND_LOOK = 5, 6  # streams of random words
 _NEGLIGIBLE, _LONGEST = 1e-3, 300
 
 T = TypeVar("T")
@@ -87,6 +88,9 @@ def check_densities(walk: Walk, progress: Progress) -> None:
     level = _FALSE_ALARM / (len(visits) * sum(len(entries) for _, entries in parts))
     for n, (part, entries) in enumerate(parts):
         for number, values in entries:
+            if walk.is_over(WEIGHING):
+                walk.cut.append(f"samplers of {n} of {len(parts)} parts were compared with densities")
+                return
             _check_law(walk, run, part, number, values, level)
         progress("comparing samplers with densities", n + 1, len(parts))
 
@@ -264,14 +268,15 @@ def check_returns(walk: Walk, progress: Progress) -> None:
     if "upper" not in walk.model.spans or wrong_rewards:
         return
     visits = [v._replace(action=a) for v in _spaced(walk.visits, _STATES) for a in _first_actions(walk, v)]
-    suspects = _above(walk, visits, _EPISODES, 3.0, 5, progress)
+    suspects = _above(walk, visits, _EPISODES, 3.0, _FIRST_LOOK, progress)
     worst = sorted(suspects, key=lambda s: s[1] - s[2], reverse=True)[:4]
     if not worst:
         return
-    for visit, mean, upper in _above(walk, [v for v, _, _ in worst], _CONFIRMING, _SIGMAS, 6, progress):
+    worst_visits = [visit for visit, _, _ in worst]
+    for visit, mean, upper in _above(walk, worst_visits, _CONFIRMING, _SIGMAS, _SECOND_LOOK, progress):
         how = "the default policy" if visit.action < 0 else "one action and then the default policy"
         place = Place(walk.model.spans["upper"], (walk.model.upper,))
-        diagnostic = c_sampling.low_upper_bound(upper, how, mean, place.span)
+        diagnostic = c_sampling.low_upper_bound(upper, how, mean, walk.model.endless, place.span)
         walk.collected.add(diagnostic, 1, partial(_moment, visit), place)
 
 
@@ -290,7 +295,8 @@ def _above(
         return []
     run = _Repeated(walk.model, visits, episodes)
     with np.errstate(all="ignore"):
-        returns, finished = _play(walk, run, derive(walk.seed, Stream.TEST, stream), progress)
+        share = PLAYING if stream == _FIRST_LOOK else CONFIRMING
+        returns, finished = _play(walk, run, derive(walk.seed, Stream.TEST, stream), share, progress)
     upper = run.upper(run.state).reshape(len(visits), episodes)[:, 0].astype(np.float64)
     result = []
     for visit, earned, bound, complete in zip(
@@ -305,8 +311,13 @@ def _above(
     return result
 
 
-def _play(walk: Walk, run: _Repeated, key: tuple[int, int], progress: Progress) -> tuple[Array, Array]:
-    """Return each lane's discounted return, never too high, and whether nothing of it is missing."""
+def _play(
+    walk: Walk, run: _Repeated, key: tuple[int, int], share: float, progress: Progress
+) -> tuple[Array, Array]:
+    """Return each lane's discounted return, never too high, and whether nothing of it is missing.
+
+    ``share`` of the walk's time has passed when it ends at the latest.
+    """
     model, lanes = run.model, np.arange(run.lanes)
     state, history = run.state, run.history
     time = np.repeat([v.time for v in run.visits], run.repeats)
@@ -314,6 +325,9 @@ def _play(walk: Walk, run: _Repeated, key: tuple[int, int], progress: Progress) 
     alive = np.ones(run.lanes, dtype=np.bool_)
     weight, t = 1.0, 0
     while alive.any() and weight > _NEGLIGIBLE and t < _LONGEST:
+        if walk.is_over(share):
+            walk.cut.append(f"returns were played for {t} steps")
+            break
         draws = PhiloxDraws(key, lanes, t)
         action = run.default_policy(state, draws, history)
         if t == 0:

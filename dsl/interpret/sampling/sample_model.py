@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+import time as clock
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -29,6 +31,8 @@ _LEAST_LANES, _MOST_LANES, _MOST_ENTRIES = 64, 4096, 4_000_000
 # Steps to wonder about a reward that none of them paid; one that reads what a step leads to may be rare.
 _ENOUGH_STEPS, _ENOUGH_FOR_RARE = 1000, 100_000
 _KEPT_A_STEP, _KEPT_STEPS = 2, 128
+# Parts of the time after which the walk, densities, returns and a second look at suspicious returns end.
+WALKING, WEIGHING, PLAYING, CONFIRMING = 0.5, 0.75, 0.9, 1.0
 
 Progress = Callable[[str, int, int], None]
 
@@ -46,10 +50,14 @@ class Visit(NamedTuple):
 class Walk:
     """Random episodes of a model, half of them near the default policy; every step is checked.
 
-    ``seed`` decides everything. ``visited`` and ``findings`` are good at any time, after an interrupt too.
+    ``seed`` decides everything but where the time limit of ``seconds`` ends it: that depends on the machine.
+    ``visited`` and ``findings`` are good at any time, after an interrupt too.
     """
 
-    def __init__(self, model: ir.Model, samples: int, seed: int) -> None:
+    def __init__(self, model: ir.Model, samples: int, seed: int, seconds: float = math.inf) -> None:
+        self._start = clock.monotonic()
+        self._seconds = seconds
+        self.cut: list[str] = []  # what the time limit left unfinished, in words
         self.model = model
         self.samples = samples
         self.seed = seed
@@ -63,6 +71,10 @@ class Walk:
         self.lanes = max(1, min(samples, max(_LEAST_LANES, min(most, samples // 100))))
         self._interpreter = WatchedInterpreter(model, self._findings, lanes=self.lanes)
         self._bounds = BoundsCheck(model, self._findings)
+
+    def is_over(self, share: float) -> bool:
+        """Return whether this share of the time has passed."""
+        return clock.monotonic() - self._start > share * self._seconds
 
     @property
     def findings(self) -> list[Finding]:
@@ -84,6 +96,9 @@ class Walk:
         self.episodes = self.lanes
         t = 0
         while self.visited < self.samples:
+            if self.visited and self.is_over(WALKING):
+                self.cut.append(f"the walk ended after {self.visited:,} of {self.samples:,} states")
+                break
             draws, words = PhiloxDraws(key, lanes, t), PhiloxDraws(own, lanes, t)
             run.watch.active = lanes < self.samples - self.visited
             run.check_invariants(state)

@@ -88,26 +88,29 @@ def _misplaced_body(s: Situation) -> Diagnostic | None:
 
 
 def _foreign_record(s: Situation) -> Diagnostic | None:
-    """Know `P {x: 1}`, `P(x = 1)` and `(1, 2)`."""
+    """Know `P {x: 1}`, `P(x = 1)`, `P(x: 1)` and `(1, 2)`."""
     name, opened = s.previous(), s.open_bracket
     if s.token.type == "LBRACE" and name is not None and name.type == "NAME" and not s.on_new_line:
-        fields = _names_of(s, str(name))
+        fields = names_of(s, str(name))
         if fields is None or s.follows("RECORD", "NAME"):
             return None
         message = f"the record '{name}' is built with parentheses, its fields in order"
-        return Diagnostic("E0146", message, s.span(name).to(s.span()), f"write `{name}({fields})`")
+        inside = s.source.text[s.token.end_pos :].replace("}", ")", 1)
+        values = _in_order(inside, fields.split(", ")) or fields
+        return Diagnostic("E0146", message, s.span(name).to(s.span()), f"write `{name}({values})`")
     if opened is None or opened.type != "LPAR":
         return None
     called = _called(s, opened)
-    if s.token.type == "EQUAL" and called is not None and name is not None and name.type == "NAME":
-        fields = _names_of(s, called)
+    if s.token.type in ("EQUAL", "COLON") and called is not None and name is not None and name.type == "NAME":
+        fields = names_of(s, called)
         before = s.previous(2)
         if fields is None or before is None or before.type not in ("LPAR", "COMMA"):
             return None
         if name not in fields.split(", "):
             return None
         message = f"'{called}' takes its values in order, without names"
-        return Diagnostic("E0146", message, s.span(name).to(s.span()), f"write `{called}({fields})`")
+        values = _in_order(s.source.text[opened.end_pos :], fields.split(", ")) or fields
+        return Diagnostic("E0146", message, s.span(name).to(s.span()), f"write `{called}({values})`")
     if s.token.type == "COMMA" and called is None and s.accepts & {"RPAR"}:
         remedy = "write `Name(a, b)` for a record, or `[a, b]` for an array"
         return Diagnostic("E0146", "parentheses hold one value", s.span(), remedy)
@@ -152,7 +155,7 @@ def _text(s: Situation, tokens: tuple[Token, ...]) -> str:
     return s.source.text[tokens[0].start_pos : tokens[-1].end_pos]
 
 
-def _names_of(s: Situation, name: str) -> str | None:
+def names_of(s: Situation, name: str) -> str | None:
     """Return the fields of a record or the formals of a function of this file, None if there is none."""
     found = re.search(rf"\b(?:record\s+{name}\s*\{{([^}}]*)\}}|fn\s+{name}\s*\(([^)]*)\))", s.source.text)
     if found is None:
@@ -166,4 +169,32 @@ def _names_of(s: Situation, name: str) -> str | None:
     return ", ".join(names)
 
 
-BRACKET_MISTAKES = (_foreign_binder, _misplaced_body, _foreign_record)
+def _in_order(text: str, fields: list[str]) -> str | None:
+    """Return the values of ``x: 1, y: 2)`` in the order of the fields, None if that is not all of them."""
+    given = dict(re.findall(r"(\w+)\s*[:=]\s*([^,()\n]+)", text.split(")")[0]))
+    return ", ".join(given[f].strip() for f in fields) if given.keys() == set(fields) else None
+
+
+def _variant_value(s: Situation) -> Diagnostic | None:
+    """Know the variants `move(Obj, Obj)` and `move[Obj]`."""
+    opened, name = s.open_bracket, s.previous()
+    enum = next((n for n in range(len(s.before) - 1, -1, -1) if s.before[n].type == "ENUM"), None)
+    if opened is None or name is None or enum is None or any(t.type == "RBRACE" for t in s.before[enum:]):
+        return None
+    carried = re.match(r"\[\s*([\w. ]+?)\s*\]", s.rest)
+    if s.token.type == "LSQB" and name.type == "NAME" and carried is not None:
+        remedy = f"write `{name}({carried[1]})`"
+        return Diagnostic("E0147", "what a variant carries stands in parentheses", s.span(), remedy)
+    if s.token.type != "COMMA" or s.accepts != {"RPAR"} or _called(s, opened) is None:
+        return None
+    types = re.match(r"\s*([\w, \t]*)\)", s.source.text[opened.end_pos :])
+    kinds = re.findall(r"\w+", types[1]) if types else []
+    fields = ", ".join(f"{chr(ord('a') + n % 26)}: {kind}" for n, kind in enumerate(kinds))
+    variant = _called(s, opened)
+    remedy = f"write `{variant}(Pair)` with `record Pair {{ {fields or 'a: Type, b: Type'} }}`"
+    return Diagnostic(
+        "E0147", f"a variant carries one value, and '{variant}' is given more", s.span(), remedy
+    )
+
+
+BRACKET_MISTAKES = (_foreign_binder, _misplaced_body, _foreign_record, _variant_value)

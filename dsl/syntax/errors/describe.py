@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from lark import Lark, Token, UnexpectedCharacters, UnexpectedInput
@@ -61,9 +62,12 @@ _WORDS = {
 }
 
 
-def explain(error: UnexpectedInput, source: Source, lark: Lark) -> Diagnostic:
-    """Return the diagnostic for a syntax error: a known mistake, or what was expected instead."""
-    situation = _situation(error, source, lark)
+def explain(error: UnexpectedInput, source: Source, lark: Lark, start: str) -> Diagnostic:
+    """Return the diagnostic for a syntax error: a known mistake, or what was expected instead.
+
+    ``start`` is the rule of the grammar that the text was to be.
+    """
+    situation = _situation(error, source, lark, start)
     for mistake in MISTAKES:
         diagnostic = mistake(situation)
         if diagnostic is not None:
@@ -71,7 +75,7 @@ def explain(error: UnexpectedInput, source: Source, lark: Lark) -> Diagnostic:
     return _unexpected(situation)
 
 
-def _situation(error: UnexpectedInput, source: Source, lark: Lark) -> Situation:
+def _situation(error: UnexpectedInput, source: Source, lark: Lark, start: str) -> Situation:
     failure: Any = error  # lark leaves the attributes of its exceptions untyped
     if isinstance(error, UnexpectedCharacters):
         position, text = failure.pos_in_stream, source.text[failure.pos_in_stream]
@@ -82,7 +86,18 @@ def _situation(error: UnexpectedInput, source: Source, lark: Lark) -> Situation:
     text_before = source.text if token.type == END else source.text[: token.start_pos]
     before = tuple(lark.lex(text_before))
     accepts = frozenset(failure.interactive_parser.accepts())
-    return Situation(source, token, before, accepts)
+    return Situation(source, token, before, accepts, partial(_reach, lark, start))
+
+
+def _reach(lark: Lark, start: str, text: str) -> int:
+    """Return how many characters of a text the parser takes."""
+    try:
+        lark.parse(text, start=start)
+    except UnexpectedInput as error:
+        at = error.pos_in_stream
+        ended = getattr(getattr(error, "token", None), "type", None) == END
+        return len(text) if at is None or ended else at
+    return len(text)
 
 
 def _unexpected(situation: Situation) -> Diagnostic:

@@ -15,8 +15,10 @@ from lark import Token
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax.errors.brackets import BRACKET_MISTAKES
+from hypgen.dsl.syntax.errors.comments import foreign_comment
 from hypgen.dsl.syntax.errors.other_languages import FOREIGN_MISTAKES
 from hypgen.dsl.syntax.errors.situation import CLOSERS, END, SIGNS, UNKNOWN, Situation, shown
+from hypgen.dsl.syntax.errors.targets import TARGET_MISTAKES
 
 _COMPARISONS = ("EQ", "NE", "LE", "GE", "LT", "GT")
 _OPERATORS = (
@@ -83,19 +85,6 @@ def _assignment_sign(s: Situation) -> Diagnostic | None:
     if sign[0] in "+-*/":
         remedy = f"write the old value out, as in `x' = x {sign[0]} 1`"
     return Diagnostic("E0111", f"'{sign}' does not define anything", at, remedy)
-
-
-def _foreign_comment(s: Situation) -> Diagnostic | None:
-    at, sign = s.token, s.rest[:2]
-    if sign not in ("//", "/*") or "FLOORDIV" in s.accepts:
-        # After a type or an expression, `//` at the start of a line was taken for a division.
-        line = s.source.text.split("\n")[(s.token.line or 1) - 1]
-        divisions = [t for t in s.before if t.type == "FLOORDIV" and t.line == s.token.line]
-        if not divisions or not line.lstrip().startswith("//"):
-            return None
-        at, sign = divisions[0], "//"
-    remedy = "comments start with `#`"
-    return Diagnostic("E0121", f"'{sign}' does not start a comment", s.span(at, length=2), remedy)
 
 
 def _elif(s: Situation) -> Diagnostic | None:
@@ -311,6 +300,8 @@ def _outside_element(s: Situation) -> Diagnostic | None:
         return None
     what = f"the update of '{s.token}'" if updates else f"'{s.token}'"
     remedy = "put it inside the braces of the element that owns the variable"
+    if s.token.type == "LET":
+        remedy = "put it inside the braces of an element, or write `fn name(): type = expression`"
     return Diagnostic("E0108", f"{what} stands outside an element", s.span(), remedy)
 
 
@@ -346,35 +337,6 @@ def _missing_keyword(s: Situation) -> Diagnostic | None:
         remedy = "start it with `const`, `param`, `type`, `fn`, `reward`, `observe`, `policy` or `bound`"
         return Diagnostic("E0123", f"it is not said what kind of thing '{s.token}' is", s.span(), remedy)
     return None
-
-
-def _foreign_target(s: Situation) -> Diagnostic | None:
-    """Know `init robot.x`, `robot.x'` and `init x'`."""
-    name, init = s.previous(), s.follows("INIT", "NAME")
-    if name is None or name.type != "NAME" or not (init or s.accepts == {"QUOTE"}):
-        return None
-    if s.token.type == "QUOTE" and init:
-        remedy = f"write `init {name}`"
-        return Diagnostic("E0143", "an init has no prime: it is about the first state", s.span(), remedy)
-    parts = re.match(r"(?:\[[^\]\n]*\])?\s*\.\s*(\w+)", s.rest)
-    if parts is None:
-        return None
-    written = f"init {parts[1]}" if init else f"{parts[1]}'"
-    message = f"only the element that declares '{parts[1]}' defines it, and names it alone"
-    return Diagnostic("E0143", message, s.span(name), f"write `{written}` in element '{name}'")
-
-
-def _indexed_target(s: Situation) -> Diagnostic | None:
-    name = s.previous()
-    if s.token.type != "LSQB" or name is None or name.type != "NAME":
-        return None
-    if s.accepts != {"QUOTE"} and not s.follows("INIT", "NAME"):
-        return None
-    left = f"init {name}" if s.follows("INIT", "NAME") else f"{name}'"
-    remedy = f"write `{left} = [i in Type: expression of i]`"
-    return Diagnostic(
-        "E0128", f"the array '{name}' is defined as a whole, not entry by entry", s.span(), remedy
-    )
 
 
 def _unclosed_bracket(s: Situation) -> Diagnostic | None:
@@ -447,7 +409,7 @@ def _file_start(s: Situation) -> Diagnostic | None:
 
 Mistake = Callable[[Situation], Diagnostic | None]
 MISTAKES: tuple[Mistake, ...] = (
-    _foreign_comment,
+    foreign_comment,
     _file_start,
     _foreign_operator,
     _semicolon,
@@ -477,8 +439,7 @@ MISTAKES: tuple[Mistake, ...] = (
     _unfinished_if,
     _outside_element,
     _missing_keyword,
-    _foreign_target,
-    _indexed_target,
+    *TARGET_MISTAKES,
     _unclosed_bracket,
     _missing_comma,
 )

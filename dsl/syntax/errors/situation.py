@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,12 +19,16 @@ SIGNS = {"LPAR": "(", "RPAR": ")", "LSQB": "[", "RSQB": "]", "LBRACE": "{", "RBR
 
 @dataclass(frozen=True)
 class Situation:
-    """Where the parser gave up: the offending token, the tokens before it, and what it would have taken."""
+    """Where the parser gave up: the offending token, the tokens before it, and what it would have taken.
+
+    ``reach`` says how many characters of another text the parser would take.
+    """
 
     source: Source
     token: Token
     before: tuple[Token, ...]
     accepts: frozenset[str]
+    reach: Callable[[str], int]
 
     @property
     def rest(self) -> str:

@@ -248,3 +248,34 @@ def test_doctor_says_how_to_get_cuda_and_does_not_insist(capsys: pytest.CaptureF
     output = capsys.readouterr().out
     assert "no nvcc (the CUDA compiler) found; solvers run on the CPU" in output
     assert "help: for solvers that use a GPU, run `pip install 'hypgen[cuda]'`" in output
+
+
+@pytest.mark.parametrize(
+    ("target", "arch", "expected"),
+    [
+        ("cuda", "", (75, 80, 90)),
+        ("both", "all", cuda_tools.ALL_ARCHITECTURES),
+        ("auto", "sm_90,sm_80", (80, 90)),
+        ("auto", "", None),
+        ("cpu", "", None),
+    ],
+)
+def test_what_is_compiled_elsewhere_needs_no_nvcc_here(
+    target: str, arch: str, expected: tuple[int, ...] | None
+) -> None:
+    assert cuda_tools.architectures_to_emit(target, arch) == expected
+
+
+def test_an_nvcc_of_this_machine_says_what_it_knows(
+    monkeypatch: pytest.MonkeyPatch, make_nvcc: MakeNvcc
+) -> None:
+    monkeypatch.setenv("CUDA_HOME", str(make_nvcc().parent.parent))
+    assert cuda_tools.architectures_to_emit("cuda", "all") == (75, 80, 90, 120)
+
+
+def test_a_project_for_gpus_is_written_without_an_nvcc(tmp_path: Path) -> None:
+    project = tmp_path / "project"
+    code = main.run(["compile", TIGER, "--target", "cuda", "--emit-only", "-o", str(project)])
+    assert code == 0
+    written = "".join(path.read_text() for path in project.glob("*.cmake"))
+    assert "set(HYPGEN_CUDA ON" in written and '"75;80;90"' in written

@@ -102,7 +102,7 @@ def test_what_cannot_be_checked_is_told(tmp_path: Path, capsys: pytest.CaptureFi
     for arguments, told in (
         ([TIGER, "--beliefs", "100", "--samples", "100"], "three checks: run one after the other"),
         ([TIGER, "--particles", "100"], "--particles is for checks of beliefs: add --beliefs N"),
-        ([TIGER, "--time", "10"], "--time is for checks of beliefs"),
+        ([TIGER, "--time", "10"], "--time is for --samples N and --beliefs N"),
         ([TIGER, "--beliefs", "49"], "49 is not in the range"),
         ([str(seen), "--beliefs", "100"], "no hidden variables"),
         ([ROCKS, "--beliefs", "100", "--seed", "3"], "no memory"),

@@ -33,7 +33,8 @@ O: *
 R: run : new : * : * 2
 R: repair : * : * : * -1
 """
-TEXT = """# Imported by hypgen from Cassandra's format: machine.POMDP
+TEXT = """# -*- hypgen -*-
+# Imported by hypgen from Cassandra's format: machine.POMDP
 model Machine
 
 enum Action { run, repair }

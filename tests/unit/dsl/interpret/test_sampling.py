@@ -143,3 +143,34 @@ def test_a_wrong_density_of_a_continuous_law_is_found(
 
     monkeypatch.setattr(Evaluator, "density_of_law", biased)
     assert wrong_sensors(tmp_path) == {name}
+
+
+def test_the_walk_ends_when_its_time_is_over() -> None:
+    walk = Walk(load(MODELS[0]).model, 1_000_000, 0, seconds=0.0)
+    walk.run(quiet)
+    check_densities(walk, quiet)
+    check_returns(walk, quiet)
+    assert 0 < walk.visited <= walk.lanes
+    assert walk.cut[0] == f"the walk ended after {walk.visited:,} of 1,000,000 states"
+
+
+@pytest.mark.parametrize("law", ["normal(x, 2.0)", "uniform(0.5 * x, 9.0)", "exponential(0.5 + x)"])
+def test_a_bin_is_drawn_as_often_as_its_density_says(law: str, tmp_path: Path) -> None:
+    path = tmp_path / "m.pomdp"
+    path.write_text(
+        f"""model M
+type Bin = 3 .. 40
+action act: bool
+discount 0.9
+reward r = 0
+element e {{
+  hidden fixed x: 0 .. 9
+  init x ~ uniform(0, 9)
+  observe seen: Bin ~ binned({law}, -3.0, 15.0)
+}}
+"""
+    )
+    walk = Walk(load(path).model, 500, 0)
+    walk.run(quiet)
+    check_densities(walk, quiet)
+    assert walk.findings == []

@@ -74,3 +74,68 @@ def test_a_unit_that_does_not_end_is_a_mistake_and_not_a_crash() -> None:
     with pytest.raises(ModelError) as caught:
         parse(Source("m.pomdp", "model M\nconst a: float<1 m> = 2.0\n"))
     assert "expected '>'" in caught.value.diagnostics[0].message
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "discount 0.95  // per step",
+        "discount 0.95  -- per step",
+        "discount 0.95  % per step",
+        "discount 0.95  /* per step */",
+        "const n: int = 3 // how many: all of them",
+        "const n: int = 3 // first.",
+        "enum Act { stay, go } // what it does",
+        "type Cell = 0 .. 3 // where it may be",
+    ],
+)
+def test_a_comment_of_another_language_is_known(line: str) -> None:
+    (found,) = mistakes(f"model M\n{line}\naction act: bool\nelement e {{\n}}\n")
+    sign = next(s for s in ("//", "--", "/*", "%") if s in line)
+    assert (found.code, found.message) == ("E0121", f"'{sign}' does not start a comment")
+    assert found.span is not None and found.span.column == line.index(sign) + 1
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "reward r = x // 2 +",
+        "reward r = if x % 2 = 0 then 1 else 2",
+        "reward r = x // 2 3",
+        "reward r = x - - then 3",
+        "reward r = x % n else y",
+    ],
+)
+def test_an_operator_is_taken_for_no_comment(line: str) -> None:
+    (found,) = mistakes(model(f"{line}\naction act: bool"))
+    assert found.code != "E0121"
+
+
+@pytest.mark.parametrize(
+    ("line", "remedy"),
+    [
+        ("hidden p: P\n  p.x' = 1", "write `p' = P(.., p.y)`, its fields in order"),
+        ("hidden p: P\n  init p.y = 1", "write `init p = P(.., ..)`, its fields in order"),
+        ("visible fixed a, p: P\n  p.y' = 1", "write `p' = P(p.x, ..)`, its fields in order"),
+        ("hidden p: P\n  q.x' = 1", "write `x'` in element 'q'"),
+        ("next p ~ uniform(P)", "write `p' ~ ..`"),
+        ("init p = P(y: 2, x: 1 + 1)", "write `P(1 + 1, 2)`"),
+        ("init p = P(x = f(1), y = 2)", "write `P(x, y)`"),
+    ],
+)
+def test_the_form_that_was_meant_is_shown(line: str, remedy: str) -> None:
+    (found,) = mistakes(f"model M\nrecord P {{ x, y: 0 .. 3 }}\nelement e {{\n  {line}\n}}\n")
+    assert found.remedy == remedy
+
+
+@pytest.mark.parametrize(
+    ("variant", "remedy"),
+    [
+        ("move[Obj]", "write `move(Obj)`"),
+        ("move[0 .. 3]", "write `move(0 .. 3)`"),
+        ("move(Obj, Obj)", "write `move(Pair)` with `record Pair { a: Obj, b: Obj }`"),
+    ],
+)
+def test_what_a_variant_carries_is_one_value_in_parentheses(variant: str, remedy: str) -> None:
+    (found,) = mistakes(model(f"enum Act {{ wait, {variant} }}"))
+    assert (found.code, found.remedy) == ("E0147", remedy)
