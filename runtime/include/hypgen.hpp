@@ -189,10 +189,11 @@ class Planner {
 // Simulated worlds. Arrays have rows for all of them, as hypgen.h says. They are destroyed when no call is under way.
 class Worlds {
  public:
-  Worlds(const hypgen_model* model, std::size_t count, std::uint64_t seed = 0, const std::string& params = "")
+  Worlds(const hypgen_model* model, std::size_t count, std::uint64_t seed = 0, const std::string& params = "",
+         const std::string& device = "cpu")
       : count_(count) {
     detail::check_interface();
-    const hypgen_worlds_options options = {sizeof options, count, seed, detail::json(params)};
+    const hypgen_worlds_options options = {sizeof options, count, seed, detail::json(params), device.c_str()};
     hypgen_worlds* made = nullptr;
     detail::call(hypgen_worlds_create, model, &options, &made);
     worlds_.reset(made);

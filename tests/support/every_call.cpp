@@ -102,6 +102,7 @@ int refuses() {
   MUST(throws(HYPGEN_WRONG_ARGUMENT, "no setting is named scenario", [&] { Planner(model, "scenario=3"); }));
   MUST(throws(HYPGEN_WRONG_ARGUMENT, "sure", [&] { Planner(model, kSettings, R"({"sure": 7})"); }));
   MUST(throws(HYPGEN_WRONG_ARGUMENT, "count", [&] { Worlds(model, 0); }));
+  MUST(throws(HYPGEN_WRONG_ARGUMENT, "device", [&] { Worlds(model, 1, 0, "", "moon"); }));
   MUST(throws(HYPGEN_WRONG_ARGUMENT, "library: has version 99 of hypgen.h",
               [] { hypgen::api::detail::check_interface(99); }));
   return 0;
