@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import re
+import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -12,6 +14,7 @@ from hypgen.codegen.cpp import template_data
 from hypgen.codegen.ros2.package_data import Packages
 
 _TEMPLATES = Path(__file__).parent / "templates"
+_COLUMNS = 100  # of prose
 
 
 def render(
@@ -138,7 +141,24 @@ def _fill(templates: Mapping[str, str], values: Mapping[str, object]) -> dict[st
         autoescape=False,
     )
     environment.filters["function_text"] = _function_text
-    return {path: environment.get_template(name).render(values) for path, name in templates.items()}
+    files = {path: environment.get_template(name).render(values) for path, name in templates.items()}
+    return {path: _wrapped(text) if path.endswith(".md") else text for path, text in files.items()}
+
+
+def _wrapped(page: str) -> str:
+    """Return a page of Markdown with its paragraphs and items laid out anew, as names have any length."""
+    parts = re.split(r"(^```.*?^```\n+|\n{2,}|\n(?=- )|\n+\Z)", page, flags=re.DOTALL | re.MULTILINE)
+    return "".join(part if part.startswith(("\n", "```", "|", "#")) else _filled(part) for part in parts)
+
+
+def _filled(paragraph: str) -> str:
+    return textwrap.fill(
+        " ".join(paragraph.split()),
+        _COLUMNS,
+        subsequent_indent="  " if paragraph.startswith("- ") else "",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def _function_text(function: template_data.Function, indent: str) -> str:

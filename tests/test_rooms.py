@@ -104,7 +104,7 @@ def test_a_room_lists_its_files_each_after_what_it_imports(room: Path) -> None:
 
 def test_lines_of_prose_have_at_most_100_columns() -> None:
     """Rows of tables, blocks of code and single words, such as addresses, cannot be broken."""
-    for page in pages():
+    for page in (*pages(), *(ROOT / "tests" / "golden").rglob("*.md")):
         text = re.sub(r"^\s*```.*?^\s*```", "", page.read_text(), flags=re.DOTALL | re.MULTILINE)
         long = [n for n in text.splitlines() if len(n) > MAX_COLUMNS and not n.startswith("|")]
         assert not [n for n in long if len(n.split()) > 2], f"{page}: {long}"

@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath
 
 from hypgen import __version__
 from hypgen.runtime.builder.errors import ToolchainError
-from hypgen.runtime.builder.solver import runtime_files, runtime_id, solver_name
+from hypgen.runtime.builder.solver import runtime_files, solver_name
 from hypgen.runtime.builder.tools import find_json
 from hypgen.whole_files import sync
 
@@ -23,7 +23,6 @@ from hypgen.whole_files import sync
 # are ever replaced.
 MARKER = ".hypgen-project"
 TARGET_FILE = "target.cmake"
-ID_FILE = "id.cmake"  # in the runtime's folder: tells its version
 SYSTEM_LICENCE = Path("/usr/share/doc/nlohmann-json3-dev/copyright")
 
 
@@ -161,9 +160,6 @@ def _stage(files: Mapping[str, str], executable: Path | None, stage: Path, proje
         _parent(stage / name).write_text(text, encoding="utf-8")
     for name, path in runtime_files().items():
         shutil.copyfile(path, _parent(stage / project / "hypgen" / name))
-    (stage / project / "hypgen" / ID_FILE).write_text(
-        f'set(HYPGEN_RUNTIME_ID "{runtime_id()}")\n', encoding="utf-8"
-    )
     third_party = stage / project / "third_party" / "nlohmann"
     shutil.copytree(find_json() / "nlohmann", third_party)
     licence = _json_licence()

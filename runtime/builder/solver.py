@@ -7,6 +7,7 @@ of has changed; ``Step.reason`` says what.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shlex
@@ -123,10 +124,13 @@ def solver_name(files: Mapping[str, str]) -> str:
 
 
 def runtime_id() -> str:
-    """Return what tells the runtime and the headers that it takes from those of other versions."""
-    header = (find_json() / "nlohmann" / "json.hpp").read_bytes()
-    sources = [part for name, path in runtime_files().items() for part in (name.encode(), path.read_bytes())]
-    return cache.digest(header, *sources)[:12]
+    """Return what tells the runtime and the header that it takes from those of other versions.
+
+    CMake computes the same in ``runtime/cmake/RuntimeId.cmake``, for those who build without hypgen.
+    """
+    lines = [_sha256(find_json() / "nlohmann" / "json.hpp")]
+    lines += [f"{_sha256(path)} {name}" for name, path in sorted(runtime_files().items())]
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()[:12]
 
 
 def runtime_files() -> dict[str, Path]:
@@ -138,6 +142,10 @@ def runtime_files() -> dict[str, Path]:
     )
     files = (path for path in sorted(paths) if path.is_file() and path.suffix != ".md")
     return {path.relative_to(RUNTIME_FOLDER).as_posix(): path for path in files}
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _components(tools: Tools) -> dict[str, str]:
@@ -197,7 +205,7 @@ def _library(library: Library, tools: Tools, components: dict[str, str], report:
 
 
 def _build_library(library: Library, tools: Tools, to: Path) -> None:
-    """Build a library with the runtime's own CMake project, and keep it and the compiler flags."""
+    """Build and install a library with the runtime's own CMake project, and keep the compiler flags."""
     build = to / "build"
     generator = ["-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={tools.ninja.path}"] if tools.ninja else []
     settings = {
@@ -212,19 +220,18 @@ def _build_library(library: Library, tools: Tools, to: Path) -> None:
         settings["HYPGEN_EIGEN_INCLUDE_DIR"] = library.eigen
     definitions = [f"-D{name}={value}" for name, value in settings.items()]
     configure = [str(tools.cmake.path), "-S", str(RUNTIME_FOLDER), "-B", str(build), *generator, *definitions]
+    make = [str(tools.cmake.path), "--build", str(build), "--target", library.target]
+    install = [str(tools.cmake.path), "--install", str(build), "--prefix", str(to)]
     with ProcessGroup() as group:
-        call(group, configure, library.what, tools)
-        command = [str(tools.cmake.path), "--build", str(build), "--target", library.target]
-        call(group, command, library.what, tools)
-    archive = _archive(library)
-    shutil.copy(next(build.rglob(archive)), to / archive)
+        for command in (configure, make, [*install, "--component", library.target]):
+            call(group, command, library.what, tools)
     commands = json.loads((build / "compile_commands.json").read_text(encoding="utf-8"))
     (to / "flags.json").write_text(json.dumps(_shared_flags(commands[0]["command"])), encoding="utf-8")
     shutil.rmtree(build)
 
 
-def _archive(library: Library) -> str:
-    return f"lib{library.target}.a"
+def _archive(library: Library, folder: Path) -> Path:
+    return next((folder / "lib").glob(f"lib{library.target}*.a"))
 
 
 def _shared_flags(command: str) -> list[str]:
@@ -260,9 +267,10 @@ def _compile(
     folders_of_headers = (project / "src", project / "include", RUNTIME_FOLDER / "include")
     include = [*(f"-I{folder}" for folder in folders_of_headers), "-isystem", str(tools.json_include)]
     include += [word for library in libraries if library.eigen for word in ("-isystem", str(library.eigen))]
-    compiler = [str(tools.compiler.path), *flags, *include]
+    version = f"-DHYPGEN_RUNTIME_ID=runtime_{runtime_id()}"
+    compiler = [str(tools.compiler.path), *flags, version, *include]
     units = {name: compiler for name in sorted(files) if name.endswith(".cpp")}
-    archives = [str(at / _archive(of)) for of, at in zip(libraries, folders, strict=True)]
+    archives = [str(_archive(of, at)) for of, at in zip(libraries, folders, strict=True)]
     link = [*archives, "-pthread"]
     if cuda is not None:
         units = {name: [*command, "-DHYPGEN_CUDA"] for name, command in units.items()}
@@ -291,8 +299,7 @@ def _compile(
             archive = executable.with_suffix(".a")
             call(group, [str(find_archiver()), "rcs", str(archive), *static], "the model", tools)
     if _is_library(files):
-        shutil.copy(archives[-1], executable.parent / f"libhypgen_runtime-{runtime_id()}.a")
-        _pack(project, files, cuda, executable.parent.parent)
+        _pack(project, files, folders[-1], cuda, executable.parent.parent)
     shutil.rmtree(project)
 
 
@@ -300,16 +307,19 @@ def _is_library(files: Mapping[str, str]) -> bool:
     return not {MAIN, EXACT_MAIN, VERIFY_MAIN} & files.keys()
 
 
-def _pack(project: Path, files: Mapping[str, str], cuda: CudaBuild | None, to: Path) -> None:
-    """Put beside libraries what their users need: headers, a page, and the licences of what is in them."""
-    shutil.copytree(project / "include", to / "include")
-    shutil.copy(RUNTIME_FOLDER / "include" / "hypgen.h", to / "include" / "hypgen.h")
+def _pack(project: Path, files: Mapping[str, str], runtime: Path, cuda: CudaBuild | None, to: Path) -> None:
+    """Put beside libraries what their users need: the runtime, headers, a page, and licences."""
+    for folder in (project / "include", runtime / "include", runtime / "lib"):
+        shutil.copytree(folder, to / folder.name, dirs_exist_ok=True)
     shutil.copy(project / "README.md", to / "README.md")
+    version = runtime / "lib" / "cmake" / "hypgen_runtime" / "hypgen_runtime-config-version.cmake"
     for name in (Path(name) for name in files if name.endswith(".cmake.in")):
-        folder = to / "lib" / "cmake" / name.name.removesuffix("-config.cmake.in")
+        model = name.name.removesuffix("-config.cmake.in")
+        folder = to / "lib" / "cmake" / model
         folder.mkdir(parents=True)
         text = files[str(name)].replace("@HYPGEN_RUNTIME_ID@", runtime_id())
         text = text.replace("@HYPGEN_CUDA@", "ON" if cuda else "OFF")
         (folder / name.stem).write_text(text, encoding="utf-8")
+        shutil.copy(version, folder / f"{model}-config-version.cmake")
     for licence in ("LICENSE", "NOTICE"):
         shutil.copy(RUNTIME_FOLDER / licence, to / f"{licence}.hypgen")

@@ -106,10 +106,11 @@ def test_an_exported_project_builds_for_gpus_with_plain_cmake(cuda: CudaBuild, t
     subprocess.run([*command, *options], check=True, capture_output=True)
     cmake = str(tools.find_cmake().path)
     solver.build_solver(generate(load(TIGER).model), "device/tiger", lambda step: None)
-    libraries = cache.folder("runtime").glob(f"*/{cache.FILES}/libhypgen_runtime.a")
-    library = max(libraries, key=lambda path: path.parent.parent.stat().st_mtime)  # the one used last
+    packages = cache.folder("runtime").glob(f"*/{cache.FILES}/lib/cmake/hypgen_runtime")
+    package = max(packages, key=lambda path: path.parents[3].stat().st_mtime)  # the one used last
+    runtime = ["-DHYPGEN_FIND_RUNTIME=ON", f"-Dhypgen_runtime_DIR={package}"]
     for arguments in (
-        ["-B", "build", f"-DCMAKE_CUDA_COMPILER={cuda.nvcc.path}", f"-DHYPGEN_RUNTIME_LIBRARY={library}"],
+        ["-B", "build", f"-DCMAKE_CUDA_COMPILER={cuda.nvcc.path}", *runtime],
         ["--build", "build", "--parallel", "2"],
     ):
         done = subprocess.run([cmake, *arguments], cwd=project, capture_output=True, text=True)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Libraries from CMake: exported projects in one build, what they install, and programs that find it."""
 
+import json
+import os
 import re
 import shutil
 import subprocess
@@ -21,24 +23,35 @@ project(both LANGUAGES CXX)
 add_subdirectory(rocks)
 add_subdirectory(tiger)
 """
+# A library that knows no model, and a program with two.
+PLANS = """
+#include <hypgen.hpp>
+#include <cstdio>
+void plan(const hypgen_model* model) {
+  hypgen::api::Planner planner(model, "mode=despot trials=20 memory=64");
+  planner.reset();
+  std::puts(planner.plan().action_name);
+}
+"""
 TWO_MODELS = """
 #include <rock_sample.h>
 #include <MORE.h>
-#include <cstdio>
+void plan(const hypgen_model* model);
 int main() {
-  const hypgen_model* const models[] = {hypgen_model_rock_sample(), hypgen_model_MORE()};
-  for (const hypgen_model* model : models) {
-    hypgen_planner* planner = nullptr;
-    const hypgen_options options = {sizeof options, "mode=despot trials=20 memory=64", nullptr};
-    if (hypgen_create(model, &options, &planner, nullptr) != HYPGEN_OK) return 1;
-    hypgen_decision decision = {};
-    decision.size = sizeof decision;
-    if (hypgen_reset(planner, nullptr, 0, 0, nullptr) != HYPGEN_OK) return 2;
-    if (hypgen_plan(planner, 0.0, &decision, nullptr) >= HYPGEN_FAILED) return 3;
-    std::puts(decision.action_name);
-    if (hypgen_destroy(planner) != HYPGEN_OK) return 4;
-  }
+  plan(hypgen_model_rock_sample());
+  plan(hypgen_model_MORE());
 }
+"""
+TWO_MODELS_PROJECT = """cmake_minimum_required(VERSION 3.20)
+project(robot LANGUAGES CXX)
+list(APPEND CMAKE_PREFIX_PATH PREFIXES)
+find_package(hypgen_runtime 1 REQUIRED)
+find_package(rock_sample 1 REQUIRED)
+find_package(MORE 1 REQUIRED)
+add_library(plans STATIC plans.cpp)
+target_link_libraries(plans PUBLIC hypgen::runtime)
+add_executable(robot robot.cpp)
+target_link_libraries(robot PRIVATE plans rock_sample::static MORE::static)
 """
 
 
@@ -62,10 +75,9 @@ def package(folder: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def runtime(package: Path) -> str:
-    """Return the setting by which a project takes the runtime that is built already."""
-    [library] = (package / "lib").glob("libhypgen_runtime-*.a")
-    return f"-DHYPGEN_RUNTIME_LIBRARY={library}"
+def runtime(package: Path) -> tuple[str, str]:
+    """Return the settings by which a project takes the runtime that is built already."""
+    return "-DHYPGEN_FIND_RUNTIME=ON", f"-DCMAKE_PREFIX_PATH={package}"
 
 
 @pytest.fixture(scope="module")
@@ -78,9 +90,9 @@ def both(folder: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def installed(both: Path, runtime: str, folder: Path) -> Path:
+def installed(both: Path, runtime: tuple[str, str], folder: Path) -> Path:
     """Return the prefix that two projects of one build are installed to."""
-    build = build_with_cmake(both, folder / "build", runtime)
+    build = build_with_cmake(both, folder / "build", *runtime)
     prefix = folder / "prefix"
     cmake = str(tools.find_cmake().path)
     subprocess.run([cmake, "--install", build, "--prefix", prefix], check=True, capture_output=True)
@@ -90,10 +102,11 @@ def installed(both: Path, runtime: str, folder: Path) -> Path:
 def test_two_projects_of_one_build_install_solvers_and_libraries(installed: Path) -> None:
     names = {p.relative_to(installed).as_posix() for p in installed.rglob("*") if p.is_file()}
     for stem in ("rock_sample", "tiger"):
-        libraries = {f"lib/lib{stem}.so", f"lib/lib{stem}.a", f"lib/cmake/{stem}/{stem}-config.cmake"}
-        assert names >= {f"bin/{stem}", f"include/{stem}.h", *libraries}
+        config = {f"lib/cmake/{stem}/{stem}-config{end}.cmake" for end in ("", "-version")}
+        assert names >= {f"lib/lib{stem}.so", f"lib/lib{stem}.a", *config}
+        assert names >= {f"bin/{stem}", f"include/{stem}.h"}
         assert f"share/doc/{stem}/hypgen/LICENSE" in names
-    assert "include/hypgen.h" in names
+    assert names >= {"include/hypgen.h", "include/hypgen.hpp"}
     assert len([name for name in names if name.startswith("lib/libhypgen_runtime-")]) == 1
     run = [installed / "bin" / "tiger", "--mode=rollout", "--runs=1", "--steps=2", "--trials=8"]
     assert subprocess.run(run, capture_output=True).returncode == 0
@@ -127,19 +140,17 @@ def test_examples_find_the_package(
 def two_models(folder: Path, other: str, prefixes: list[Path]) -> Path:
     """Return a project of a program that links RockSample and another model, both static."""
     folder.mkdir()
-    (folder / "robot.cpp").write_text(TWO_MODELS.replace("MORE", other))
+    texts = {"plans.cpp": PLANS, "robot.cpp": TWO_MODELS, "CMakeLists.txt": TWO_MODELS_PROJECT}
     paths = " ".join(f'"{prefix}"' for prefix in prefixes)
-    (folder / "CMakeLists.txt").write_text(
-        "cmake_minimum_required(VERSION 3.20)\nproject(robot LANGUAGES CXX)\n"
-        f"find_package(rock_sample REQUIRED PATHS {paths})\nfind_package({other} REQUIRED PATHS {paths})\n"
-        "add_executable(robot robot.cpp)\ntarget_compile_features(robot PRIVATE cxx_std_17)\n"
-        f"target_link_libraries(robot PRIVATE rock_sample::static {other}::static)\n"
-    )
+    for name, text in texts.items():
+        (folder / name).write_text(text.replace("MORE", other).replace("PREFIXES", paths))
     return folder
 
 
-def test_two_models_link_into_one_program(installed: Path, tmp_path: Path) -> None:
-    project = two_models(tmp_path / "two", "tiger", [installed])
+def test_two_models_link_into_one_program(installed: Path, package: Path, tmp_path: Path) -> None:
+    """Also where the folder is another one than that which they were installed to."""
+    moved = shutil.copytree(installed, tmp_path / "moved")
+    project = two_models(tmp_path / "two", "tiger", [moved, package])
     done = subprocess.run([build_with_cmake(project, tmp_path / "build") / "robot"], capture_output=True)
     assert done.returncode == 0 and len(done.stdout.split()) == 2
 
@@ -164,6 +175,15 @@ def test_two_settings_of_a_model_under_one_name_are_refused(package: Path, tmp_p
         compiled = [compiler, "-c", str(source), f"-I{prefix / 'include'}", "-o", objects[-1]]
         subprocess.run(compiled, check=True)
     main = tmp_path / "main.cpp"
+    one = tmp_path / "one"
+    main.write_text('extern "C" const void* f0();\nint main() { return f0() == nullptr; }\n')
+    link = [compiler, str(main), objects[0], f"-L{package / 'lib'}", "-lrock_sample", "-o", str(one)]
+    subprocess.run(link, check=True)
+    for prefix, starts in ((package, True), (other, False)):
+        path = {**os.environ, "LD_LIBRARY_PATH": str(prefix / "lib")}
+        done = subprocess.run([one], env=path, capture_output=True, text=True)
+        assert (done.returncode == 0) == starts
+        assert starts or "undefined symbol: hypgen_model_rock_sample_" in done.stderr
     main.write_text('extern "C" const void *f0(), *f1();\nint main() { return f0() == f1(); }\n')
     archives = [*(package / "lib").glob("*.a"), *(other / "lib").glob("*.a")]
     link = [compiler, str(main), *objects, *map(str, sorted(archives, reverse=True)), "-pthread"]
@@ -180,20 +200,57 @@ def refused(source: Path, build: Path, *settings: str) -> str:
     return " ".join(done.stderr.split())
 
 
-def test_two_projects_of_other_versions_are_refused(both: Path, runtime: str, tmp_path: Path) -> None:
+def test_two_projects_of_other_versions_are_refused(
+    both: Path, runtime: tuple[str, str], tmp_path: Path
+) -> None:
     changed = shutil.copytree(both, tmp_path / "changed")
-    (changed / "tiger" / "hypgen" / "id.cmake").write_text('set(HYPGEN_RUNTIME_ID "0123456789ab")\n')
-    message = refused(changed, tmp_path / "build", runtime)
+    with open(changed / "tiger" / "hypgen" / "src" / "core" / "status.cpp", "a") as file:
+        file.write("// changed\n")
+    message = refused(changed, tmp_path / "build", *runtime)
     assert "The project tiger has another version of hypgen's runtime" in message
-    assert "Write both with one version of hypgen." in message
+    assert "with one version of hypgen." in message
 
 
-def test_two_projects_of_one_name_are_refused(both: Path, runtime: str, tmp_path: Path) -> None:
+def test_two_projects_of_one_name_are_refused(both: Path, runtime: tuple[str, str], tmp_path: Path) -> None:
     shutil.copytree(both / "tiger", tmp_path / "twice" / "tiger")
     shutil.copytree(both / "tiger", tmp_path / "twice" / "rocks")
     shutil.copy(both / "CMakeLists.txt", tmp_path / "twice")
-    message = refused(tmp_path / "twice", tmp_path / "build", runtime)
+    message = refused(tmp_path / "twice", tmp_path / "build", *runtime)
     assert "Two projects in this build are called tiger." in message and "--name NAME" in message
+
+
+@pytest.mark.parametrize("name", ["hypgen_runtime", "rock_sample"])
+def test_another_version_of_the_interface_is_refused(name: str, package: Path, tmp_path: Path) -> None:
+    (tmp_path / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.20)\nproject(robot LANGUAGES NONE)\n"
+        f'find_package({name} 2 REQUIRED PATHS "{package}")\n'
+    )
+    message = refused(tmp_path, tmp_path / "build")
+    assert 'compatible with requested version "2"' in message and "version: 1" in message
+
+
+@pytest.mark.parametrize("source", ["tree", "project"])
+def test_the_runtime_is_a_package_of_its_own(source: str, both: Path, package: Path, tmp_path: Path) -> None:
+    """Its archive is compiled already: what CMake installs is what is in its place."""
+    folder = ROOT / "runtime" if source == "tree" else both / "tiger" / "hypgen"
+    build, prefix, cmake = tmp_path / "build", tmp_path / "prefix", str(tools.find_cmake().path)
+    found = [f"-DHYPGEN_JSON_INCLUDE_DIR={tools.find_json()}"] if source == "tree" else []
+    command = [cmake, "-S", folder, "-B", build, "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON", *found]
+    subprocess.run(command, check=True, capture_output=True)
+    [archive] = (package / "lib").glob("libhypgen_runtime-*.a")
+    shutil.copy(archive, build)
+    subprocess.run([cmake, "--install", build, "--prefix", prefix], check=True, capture_output=True)
+    names = {p.relative_to(prefix).as_posix() for p in prefix.rglob("*") if p.is_file()}
+    config = {p.relative_to(package).as_posix() for p in (package / "lib/cmake/hypgen_runtime").iterdir()}
+    assert len(config) == 4 and {n for n in names if n.endswith(".cmake")} == config
+    assert names >= {"include/hypgen.h", "include/hypgen.hpp", f"lib/{archive.name}"}
+    licence = prefix / "share" / "doc" / "hypgen_runtime" / "hypgen" / "LICENSE"
+    assert licence.is_file() and not licence.is_symlink()
+    texts = [(prefix / name).read_text() for name in config]
+    assert not [text for text in texts if str(tmp_path) in text or str(ROOT) in text]
+    commands = json.loads((build / "compile_commands.json").read_text())
+    named = [command["file"] for command in commands if "RUNTIME_ID" in command["command"]]
+    assert [Path(name).name for name in named] == ["c_worlds.cpp"], "others are compiled again for nothing"
 
 
 def test_a_program_of_static_models_has_one_runtime(installed: Path, package: Path, tmp_path: Path) -> None:

@@ -61,5 +61,7 @@ def test_the_examples_leak_nothing(package: Path, source: str, archives: bool, t
 
 @pytest.mark.parametrize("archives", [False, True], ids=["shared", "static"])
 def test_every_call_leaks_nothing(package: Path, archives: bool, tmp_path: Path) -> None:
-    source = ROOT / "tests" / "support" / "every_call.c"
-    assert run(package, source, archives, tmp_path) == "57 refused\n"
+    support = ROOT / "tests" / "support"
+    assert run(package, support / "every_call.c", archives, tmp_path) == "57 refused\n"
+    said = "all calls are as hypgen.h says\n"
+    assert run(package, support / "every_call.cpp", archives, tmp_path) == said

@@ -59,7 +59,7 @@ def planner(solver: Solver) -> Iterator[Planner]:
 
 def test_the_package_has_what_its_users_need(package: Path) -> None:
     names = {p.relative_to(package).as_posix() for p in package.rglob("*") if p.is_file()}
-    headers = {"include/hypgen.h", "include/rock_sample.h"}
+    headers = {"include/hypgen.h", "include/hypgen.hpp", "include/rock_sample.h"}
     pages = {"README.md", "LICENSE.hypgen", "NOTICE.hypgen", "LICENSE.nlohmann-json"}
     config = "lib/cmake/rock_sample/rock_sample-config.cmake"
     assert names >= {*headers, *pages, config, "lib/librock_sample.so", "lib/librock_sample.a"}
@@ -164,9 +164,27 @@ def test_the_c_example_plans(package: Path, tmp_path: Path) -> None:
     assert len(decisions) == 3 and last.startswith("rock 0 is good with probability 0.")
 
 
+def test_the_header_of_cxx_has_all_calls(package: Path, tmp_path: Path) -> None:
+    source, program = ROOT / "tests" / "support" / "every_call.cpp", tmp_path / "calls"
+    lib = package / "lib"
+    flags = ["-std=c++17", "-Wall", "-Wextra", "-pedantic", "-Wconversion", "-Werror"]
+    where = [f"-I{package / 'include'}", f"-L{lib}", f"-Wl,-rpath,{lib}", "-lrock_sample"]
+    build = [str(tools.find_tools().compiler.path), *flags, str(source), *where, "-o", str(program)]
+    done = subprocess.run(build, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    done = subprocess.run([program], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    functions = set(re.findall(r"\b(hypgen_\w+)\(", (package / "include" / "hypgen.h").read_text()))
+    called = set(re.findall(r"\bhypgen_\w+", (package / "include" / "hypgen.hpp").read_text()))
+    assert functions - called == {"hypgen_library_model", "hypgen_now"}
+
+
 def test_the_header_is_one_of_cxx_too(package: Path) -> None:
     compiler = str(tools.find_tools().compiler.path)
-    text = '#include "rock_sample.h"\nstatic_assert(ROCK_SAMPLE_READING_LOOKS_BAD == 2, "");\n'
+    page = (ROOT / "docs" / "guide" / "embedding.md").read_text()
+    [(includes, body)] = re.findall(r"```cpp\n(.*?)\n\n(.*?)```", page, re.DOTALL)
+    check = 'static_assert(ROCK_SAMPLE_READING_LOOKS_BAD == 2, "");'
+    text = f"{includes}\n{check}\nvoid guide() {{\n{body}}}\n"
     flags = ["-std=c++17", "-Wall", "-Wextra", "-pedantic", "-Werror", "-fsyntax-only"]
     command = [compiler, *flags, f"-I{package / 'include'}", "-x", "c++", "-"]
     done = subprocess.run(command, input=text, capture_output=True, text=True)

@@ -78,7 +78,13 @@ def test_the_wheel_works_by_itself(wheel: Path, tmp_path: Path) -> None:
         text=True,
     )
     assert done.returncode == Exit.OK, done.stderr
-    for name in ("hypgen/include/hypgen/model/model.hpp", "hypgen/src/search/tree.cpp", "CMakeLists.txt"):
+    runtime = (
+        "include/hypgen.hpp",
+        "include/hypgen/model/model.hpp",
+        "src/search/tree.cpp",
+        "cmake/Install.cmake",
+    )
+    for name in ("CMakeLists.txt", *(f"hypgen/{name}" for name in runtime)):
         assert (project / name).is_file(), name
 
 

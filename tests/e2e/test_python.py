@@ -3,6 +3,8 @@
 
 import json
 import re
+import shutil
+import subprocess
 import threading
 import time
 from collections.abc import Iterator
@@ -15,6 +17,7 @@ import pytest
 import hypgen
 from hypgen.api.c_interface import CLibrary
 from hypgen.runtime.builder.solver import Step
+from hypgen.runtime.builder.tools import find_compiler
 
 pytestmark = pytest.mark.cxx
 ROOT = Path(__file__).parent.parent.parent
@@ -241,6 +244,40 @@ def test_another_file_is_no_library(tmp_path: Path) -> None:
     path.write_bytes(b"nothing")
     with pytest.raises(hypgen.PlannerError, match="is no library of hypgen"):
         CLibrary(path)
+
+
+@pytest.mark.parametrize(
+    "version, text",
+    [
+        (99, "has version 99 of the C interface, and this package 1; compile the model again"),
+        (1, "is no library of hypgen: .*undefined symbol: hypgen_status_name"),
+    ],
+    ids=["another version", "a missing function"],
+)
+def test_a_library_that_does_not_fit_is_refused(version: int, text: str, tmp_path: Path) -> None:
+    path = tmp_path / "libmodel.so"
+    source = f"unsigned hypgen_abi_version(void) {{ return {version}; }}\n"
+    compiler = [str(find_compiler().path), "-x", "c", "-", "-shared", "-fPIC", "-o", str(path)]
+    subprocess.run(compiler, input=source, text=True, check=True)
+    with pytest.raises(hypgen.PlannerError, match=text) as error:
+        hypgen.Solver(path)
+    assert error.value.status == "wrong_argument"
+
+
+def test_a_library_that_is_loaded_twice_knows_its_own(solver: hypgen.Solver, tmp_path: Path) -> None:
+    """A file is one library, however often it is loaded; a copy is another one."""
+    copy = hypgen.Solver(Path(shutil.copy(solver.path, tmp_path)))
+    options: dict[str, Any] = {"mode": "despot", "trials": 20, "memory": 64}
+    one, again, other = (s.planner(**options) for s in (solver, hypgen.Solver(solver.path), copy))
+    for planner in (one, again, other):
+        planner.reset()
+    decisions = [(d.action, d.lower, d.upper) for d in (p.plan() for p in (one, again, other))]
+    assert len(set(decisions)) == 1
+    with pytest.raises(hypgen.PlannerError, match="another library has made it"):
+        copy._library.json("info", one._handle)
+    assert solver._library.json("info", again._handle)["step"] == 0
+    with pytest.raises(hypgen.PlannerError, match="belongs to another library"):
+        copy._library.json("describe", solver._library.model)
 
 
 def test_planners_are_compared_and_a_small_model_is_solved() -> None:

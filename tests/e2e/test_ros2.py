@@ -68,13 +68,12 @@ def test_both_packages_are_built_by_cmake(tmp_path: Path) -> None:
     for output in (["--library", "-o", str(tmp_path / "library")], ["--emit", "ros2", "-o", str(packages)]):
         done = hypgen("compile", str(model), "--target", "cpu", *output)
         assert done.returncode == 0, done.stderr
-    [runtime] = (tmp_path / "library" / "lib").glob("libhypgen_runtime-*.a")
     node.install_ros(load(model).model, tmp_path / "ros")
     installed = tmp_path / "installed"
     settings = [
-        f"-DCMAKE_PREFIX_PATH={tmp_path / 'ros'}",
+        f"-DCMAKE_PREFIX_PATH={tmp_path / 'ros'};{tmp_path / 'library'}",
         f"-DCMAKE_INSTALL_PREFIX={installed}",
-        f"-DHYPGEN_RUNTIME_LIBRARY={runtime}",
+        "-DHYPGEN_FIND_RUNTIME=ON",
     ]
     for part in ("msgs", "planner"):
         build = build_with_cmake(packages / f"tiger_{part}", tmp_path / part, *settings)

@@ -35,7 +35,8 @@ RUNTIME = {
     "CMakeLists.txt": "cmake_minimum_required(VERSION 3.20)\nproject(tiny CXX)\n"
     "add_library(hypgen_runtime STATIC src/tiny.cpp src/more.cpp)\n"
     "target_compile_features(hypgen_runtime PUBLIC cxx_std_17)\n"
-    "target_include_directories(hypgen_runtime PUBLIC include)\n",
+    "target_include_directories(hypgen_runtime PUBLIC include)\n"
+    "install(TARGETS hypgen_runtime DESTINATION lib COMPONENT hypgen_runtime)\n",
     "include/tiny.hpp": "#pragma once\nint tiny(int x);\n",
     "src/tiny.cpp": "#include <algorithm>\n#include <tiny.hpp>\n"
     "int tiny(int x) { return std::max(x + 4, 0); }\n",

@@ -66,5 +66,4 @@ class Checker:
         """Return the command without files. Headers of others are a system's: they may have warnings."""
         system = [word for path in (find_json(), find_eigen()) for word in ("-isystem", str(path))]
         ours = f"-I{ROOT / 'runtime' / 'include'}"
-        defined = "-DHYPGEN_RUNTIME_ID=runtime_of_tests"
-        return [self.clang, "-std=c++17", *host_flags(), *WARNINGS, *self.options, ours, defined, *system]
+        return [self.clang, "-std=c++17", *host_flags(), *WARNINGS, *self.options, ours, *system]

@@ -89,10 +89,7 @@ inline hypgen_status destroy(const void* handle, Handled::Kind kind) {
   });
 }
 
-inline hypgen_status check_model(const hypgen_model* model, char** error) {
-  HYPGEN_NEED(model);
-  if (model->runtime == &this_runtime) return HYPGEN_OK;
-  return wrong("model: belongs to another library; load each by dlopen with RTLD_LOCAL", error);
-}
+// Refuses the model of another library. It stands in the file that has the runtime's version.
+hypgen_status check_model(const hypgen_model* model, char** error);
 
 }  // namespace hypgen

@@ -21,10 +21,16 @@
 namespace hypgen {
 
 // Each library's model refers to it. As it stands here, a linker takes this file out of the runtime's archive too,
-// and c_api.cpp, whose functions this file calls.
+// and c_api.cpp, whose functions this file calls. A build defines the version for this file alone.
 inline namespace HYPGEN_RUNTIME_ID {
 void this_runtime() {}
 }  // namespace HYPGEN_RUNTIME_ID
+
+hypgen_status check_model(const hypgen_model* model, char** error) {
+  HYPGEN_NEED(model);
+  if (model->runtime == &this_runtime) return HYPGEN_OK;
+  return wrong("model: belongs to another library; load each by dlopen with RTLD_LOCAL", error);
+}
 
 namespace {
 

@@ -14,10 +14,17 @@ namespace {
 struct List {
   std::mutex mutex;
   Handled* first = nullptr;
-  std::uintptr_t last_number = 0;
+  std::uintptr_t added = 0;
 };
 
 List live;
+
+// Each library in a process has a list in another place, and counts from a number that follows from it: a handle of
+// one is none of another. The number is odd and they count by two, so that no handle is a null pointer.
+std::uintptr_t first_number() {
+  constexpr std::uint64_t kSpread = 0x9E3779B97F4A7C15;  // far apart, whatever the distance of two lists
+  return static_cast<std::uintptr_t>(reinterpret_cast<std::uintptr_t>(&live) * kSpread | 1);
+}
 
 // A fork finds the list whole, and its mutex free.
 void lock() { live.mutex.lock(); }
@@ -29,7 +36,7 @@ void* LiveHandles::add(std::unique_ptr<Handled> object) {
   static const int forks_well = pthread_atfork(&lock, &unlock, &unlock);
   static_cast<void>(forks_well);
   const std::lock_guard<std::mutex> held(live.mutex);
-  object->number_ = ++live.last_number;
+  object->number_ = first_number() + 2 * live.added++;
   object->next_ = live.first;
   live.first = object.release();
   return reinterpret_cast<void*>(live.first->number_);

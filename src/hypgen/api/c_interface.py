@@ -79,16 +79,16 @@ class CLibrary:
         try:
             self._library = ctypes.CDLL(str(path))
             version = int(self._library.hypgen_abi_version())
+            if version != ABI_VERSION:
+                text = f"{path} has version {version} of the C interface, and this package {ABI_VERSION}"
+                raise PlannerError("wrong_argument", f"{text}; compile the model again")
+            self._library.hypgen_status_name.restype = ctypes.c_char_p
+            self._library.hypgen_free.restype = None
+            self._library.hypgen_free.argtypes = [ctypes.c_void_p]
+            self._library.hypgen_library_model.restype = ctypes.c_void_p
+            self.model = ctypes.c_void_p(self._library.hypgen_library_model())
         except (OSError, AttributeError) as error:
             raise PlannerError("wrong_argument", f"{path} is no library of hypgen: {error}") from None
-        if version != ABI_VERSION:
-            text = f"{path} has version {version} of the C interface, and this package {ABI_VERSION}"
-            raise PlannerError("wrong_argument", f"{text}; compile the model again")
-        self._library.hypgen_status_name.restype = ctypes.c_char_p
-        self._library.hypgen_free.restype = None
-        self._library.hypgen_free.argtypes = [ctypes.c_void_p]
-        self._library.hypgen_library_model.restype = ctypes.c_void_p
-        self.model = ctypes.c_void_p(self._library.hypgen_library_model())
 
     def call(self, name: str, *arguments: Any) -> int:
         """Call ``hypgen_<name>``, which takes an error text last; return its status."""

@@ -26,7 +26,8 @@ TINY = {
     "CMakeLists.txt": "cmake_minimum_required(VERSION 3.20)\nproject(tiny CXX)\n"
     "add_library(hypgen_runtime STATIC src/tiny.cpp)\n"
     "target_compile_features(hypgen_runtime PUBLIC cxx_std_17)\n"
-    "target_include_directories(hypgen_runtime PUBLIC include)\n",
+    "target_include_directories(hypgen_runtime PUBLIC include)\n"
+    "install(TARGETS hypgen_runtime DESTINATION lib COMPONENT hypgen_runtime)\n",
     "include/tiny.hpp": "#pragma once\nint tiny(int x);\n",
     "src/tiny.cpp": "#include <tiny.hpp>\nint tiny(int x) { return x + 4; }\n",
 }
@@ -41,7 +42,12 @@ LIBRARY = {
     "README.md": "A toy.\n",
 }
 FOR_LIBRARIES = {
+    "CMakeLists.txt": TINY["CMakeLists.txt"]
+    + "install(FILES include/hypgen.h DESTINATION include COMPONENT hypgen_runtime)\n"
+    + "install(FILES cmake/hypgen_runtime-config-version.cmake DESTINATION lib/cmake/hypgen_runtime\n"
+    + "  COMPONENT hypgen_runtime)\n",
     "include/hypgen.h": "\n",
+    "cmake/hypgen_runtime-config-version.cmake": "set(PACKAGE_VERSION 1)\n",
     "cmake/exported_symbols.map": "{ global: *hypgen_*; local: *; };\n",
     "LICENSE": "\n",
     "NOTICE": "\n",
@@ -230,6 +236,15 @@ def test_an_exported_project_builds_by_itself(target: Path) -> None:
     assert subprocess.run([target / "build" / "toy"]).returncode == 7
 
 
+def test_a_project_is_written_without_cmake(target: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(toolchain, "_candidates", lambda name: [])
+    with pytest.raises(ToolchainError, match=r"no CMake [\d.]+ or newer found") as error:
+        toolchain.find_cmake()
+    assert error.value.remedy == "run `pip install cmake`"
+    exported_project.export(FILES, target)
+    assert (target / "CMakeLists.txt").is_file()
+
+
 def test_exporting_again_touches_only_what_changed(target: Path) -> None:
     exported_project.export({**FILES, "src/old.hpp": "\n"}, target)
     (target / "results.json").write_text("the user's")
@@ -343,11 +358,13 @@ def test_a_library_comes_with_what_its_users_need(tiny: Path) -> None:
         (tiny / name).write_text(text)
     path, _ = make(LIBRARY)
     package = path.parent.parent
-    runtime = f"lib/libhypgen_runtime-{solver.runtime_id()}.a"
-    config = "lib/cmake/toy/toy-config.cmake"
+    runtime = {"lib/libhypgen_runtime.a", "lib/cmake/hypgen_runtime/hypgen_runtime-config-version.cmake"}
+    config, version = (f"lib/cmake/toy/toy-config{end}.cmake" for end in ("", "-version"))
     headers = {"include/toy.h", "include/hypgen.h"}
     pages = {"README.md", "LICENSE.hypgen", "NOTICE.hypgen"}
-    assert listing(package) == {"lib/libtoy.so", "lib/libtoy.a", runtime, config, *headers, *pages}
+    libraries = {"lib/libtoy.so", "lib/libtoy.a", *runtime}
+    assert listing(package) == {*libraries, config, version, *headers, *pages}
+    assert (package / version).read_text() == "set(PACKAGE_VERSION 1)\n"
     assert (package / config).read_text() == f'set(id "{solver.runtime_id()}")\nset(cuda "OFF")\n'
     archived = subprocess.run(["ar", "t", path.with_suffix(".a")], capture_output=True, text=True)
     assert archived.stdout == "library.cpp.o\n", "several models in a program have no hypgen_library_model"

@@ -7,7 +7,8 @@
 #include "hypgen/core/status.hpp"
 #include "hypgen/model/embedded_model.hpp"
 
-// What tells two versions of the runtime apart, as an identifier; a build sets it.
+// What tells two versions of the runtime apart, as an identifier. A build sets it for the sources that name
+// this_runtime: c_worlds.cpp and a model's library.cpp.
 #ifndef HYPGEN_RUNTIME_ID
 #define HYPGEN_RUNTIME_ID runtime_of_no_build
 #endif

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
+# Sets `result` to what tells this version of the runtime from all others: a hash of its files and of the header
+# nlohmann/json.hpp in the folder `json`. `runtime_id` in builder/solver.py computes the same.
+function(hypgen_runtime_id result json)
+  get_filename_component(root "${CMAKE_CURRENT_FUNCTION_LIST_DIR}/.." ABSOLUTE)
+  file(GLOB_RECURSE names RELATIVE "${root}" "${root}/cmake/*" "${root}/include/*" "${root}/src/*")
+  list(FILTER names EXCLUDE REGEX "[.]md$")
+  list(APPEND names CMakeLists.txt LICENSE NOTICE)
+  list(SORT names)
+  file(SHA256 "${json}/nlohmann/json.hpp" text)
+  foreach(name IN LISTS names)
+    file(SHA256 "${root}/${name}" hash)
+    string(APPEND text "\n${hash} ${name}")
+  endforeach()
+  string(SHA256 hash "${text}")
+  string(SUBSTRING "${hash}" 0 12 hash)
+  list(TRANSFORM names PREPEND "${root}/")
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${names})
+  set(${result} "${hash}" PARENT_SCOPE)
+endfunction()
