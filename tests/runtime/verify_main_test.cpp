@@ -47,7 +47,7 @@ TEST(VerifyMain, ATraceHasARowForEachLaneAndStep) {
   const std::string file = ::testing::TempDir() + "trace.bin";
   ASSERT_EQ(run({"--trace", file, "--trace-scenarios", "3", "--trace-steps", "5"}).code, 0);
   std::ifstream in(file, std::ios::binary | std::ios::ate);
-  EXPECT_EQ(in.tellg(), 3 * 5 * (1 + 10 + 1) * 8);
+  EXPECT_EQ(in.tellg(), 3 * 5 * (1 + 10 + 2) * 8);
   const Ended ended = run({"--trace", "/nonexistent/folder/file"});
   EXPECT_EQ(ended.code, 1);
   EXPECT_EQ(ended.err, "Tiger: /nonexistent/folder/file: cannot be written: No such file or directory\n");
