@@ -24,6 +24,15 @@ def build_cache(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPat
 
 
 @pytest.fixture(scope="session", autouse=True)
+def quick_builds() -> Iterator[None]:
+    """Let what tests build be optimised less than what users build: that is quicker, and no bit differs."""
+    with pytest.MonkeyPatch.context() as patch:
+        if "CXXFLAGS" not in os.environ:
+            patch.setenv("CXXFLAGS", "-O1 -Werror")
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
 def interruptible() -> None:
     """Let this process and what it starts heed signals that a shell's background or `nohup` ignores."""
     for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):

@@ -210,6 +210,8 @@ def _build_library(library: Library, tools: Tools, to: Path) -> None:
     generator = ["-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={tools.ninja.path}"] if tools.ninja else []
     settings = {
         "CMAKE_BUILD_TYPE": "Release",
+        # CMake puts CXXFLAGS before its own -O3: after it they hold too.
+        "CMAKE_CXX_FLAGS_RELEASE": shlex.join(["-O3", "-DNDEBUG", *user_flags("CXXFLAGS")]),
         "CMAKE_CXX_COMPILER": tools.compiler.path,
         "CMAKE_EXPORT_COMPILE_COMMANDS": "ON",
         "HYPGEN_JSON_INCLUDE_DIR": tools.json_include,

@@ -21,7 +21,6 @@ function(hypgen_compile_options target)
     POSITION_INDEPENDENT_CODE ON)
   hypgen_host_flags(flags)
   target_compile_options(${target} PRIVATE ${flags} -Wall -Wextra -Wconversion
-    $<$<CONFIG:Release>:-O3>
     $<$<BOOL:${HYPGEN_NATIVE}>:-march=native>
     $<$<BOOL:${HYPGEN_WERROR}>:-Werror>)
   # clang++ warns of signs with -Wconversion; g++ does not, and sizes are computed from ints all over.

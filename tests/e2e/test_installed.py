@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from support.native import build_with_cmake, exported_by
+from support.pinned import PINS, signatures
 
 from hypgen.runtime.builder import tools
 
@@ -110,6 +111,12 @@ def test_two_projects_of_one_build_install_solvers_and_libraries(installed: Path
     assert len([name for name in names if name.startswith("lib/libhypgen_runtime-")]) == 1
     run = [installed / "bin" / "tiger", "--mode=rollout", "--runs=1", "--steps=2", "--trials=8"]
     assert subprocess.run(run, capture_output=True).returncode == 0
+
+
+@pytest.mark.parametrize("name", ["rock_sample", "tiger"])
+def test_an_installed_solver_searches_the_pinned_trees(installed: Path, name: str) -> None:
+    """A model's code that is as optimised as users have it, unlike in most tests."""
+    assert signatures(installed / "bin" / name, name) == PINS[name]
 
 
 def test_the_installed_library_exports_the_interface_alone(installed: Path) -> None:

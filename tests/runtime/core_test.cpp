@@ -142,11 +142,14 @@ std::string shown(bool wanted) {
     progress.update(1, 4, -2.5);
   }
   dup2(before, STDERR_FILENO);
-  fcntl(terminal, F_SETFL, O_NONBLOCK);
-  char text[1000];
-  const ssize_t size = read(terminal, text, sizeof text);
-  for (const int file : {terminal, theirs, before}) close(file);
-  return std::string(text, size > 0 ? static_cast<std::size_t>(size) : 0);
+  for (const int file : {theirs, before}) close(file);
+  std::string all;
+  char text[1000];  // the system hands on a part at a time, and an error once nobody has the terminal
+  for (ssize_t size; (size = read(terminal, text, sizeof text)) > 0;) {
+    all.append(text, static_cast<std::size_t>(size));
+  }
+  close(terminal);
+  return all;
 }
 
 TEST(Progress, IsShownOnATerminal) {

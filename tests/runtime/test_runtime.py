@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Builds the C++ tests of the runtime with CMake and runs each as a case of its own."""
+"""Builds the C++ tests of the runtime with CMake and runs them.
+
+They are linked with the libraries of the solvers that other tests build, so that each is compiled once.
+"""
 
 import os
 import shutil
@@ -8,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from hypgen.runtime.builder import solver
 from hypgen.runtime.builder import tools as toolchain
 
 pytestmark = pytest.mark.cxx
@@ -22,7 +26,6 @@ def configure(build: Path, *settings: str) -> None:
         f"-DCMAKE_CXX_COMPILER={tools.compiler.path}",
         f"-DHYPGEN_JSON_INCLUDE_DIR={tools.json_include}",
         f"-DHYPGEN_EIGEN_INCLUDE_DIR={toolchain.find_eigen()}",
-        # As optimised as pays: the solvers that other tests build are optimised as users' are.
         "-DCMAKE_BUILD_TYPE=Quick",
         "-DCMAKE_CXX_FLAGS_QUICK=-O1 -DNDEBUG",
         "-DHYPGEN_WERROR=ON",
@@ -36,13 +39,26 @@ def configure(build: Path, *settings: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def build(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Path:
-    """Return the folder of a configured build."""
-    # Kept between runs, where pytest keeps its own cache: a change then recompiles only what it touches.
+def archives() -> dict[str, Path]:
+    """Return the archive of each library of the runtime, as solvers are linked with it."""
+    tools = toolchain.find_tools()
+    parts = solver._components(tools)
+    libraries = {
+        library.target: library
+        for main in (solver.EXACT_MAIN, solver.VERIFY_MAIN)
+        for library in solver._libraries({main: ""})
+    }
+    return {
+        name: solver._archive(library, solver._library(library, tools, parts, lambda step: None))
+        for name, library in libraries.items()
+    }
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Path:
+    """Return a folder for builds that is kept between runs: a change then recompiles only what it touches."""
     cache = getattr(request.config, "cache", None)  # not there with -p no:cacheprovider
-    build = Path(str(cache.mkdir("runtime-tests"))) if cache else tmp_path_factory.mktemp("b")
-    configure(build)
-    return build
+    return Path(str(cache.mkdir("runtime-tests"))) if cache else tmp_path_factory.mktemp("b")
 
 
 def compile_target(build: Path, target: str) -> None:
@@ -51,7 +67,9 @@ def compile_target(build: Path, target: str) -> None:
     assert done.returncode == 0, done.stdout[-20000:] + done.stderr[-5000:]
 
 
-def test_runtime(build: Path) -> None:
+def test_runtime(archives: dict[str, Path], folder: Path) -> None:
+    build, built = folder / "tests", ";".join(map(str, archives.values()))
+    configure(build, f"-DHYPGEN_BUILT={built}", f"-DHYPGEN_RUNTIME_ID={solver.runtime_id()}")
     compile_target(build, "all")
     ctest = [
         str(toolchain.find_cmake().path.with_name("ctest")),
@@ -64,20 +82,22 @@ def test_runtime(build: Path) -> None:
     assert "No tests were found" not in done.stdout + done.stderr
 
 
-def test_tree_and_search_take_no_lock(build: Path) -> None:
+def test_tree_and_search_take_no_lock(archives: dict[str, Path]) -> None:
     names = shutil.which("nm")
     if names is None:
         pytest.skip("needs nm")
-    compile_target(build, "hypgen_runtime")
-    sources = ("tree", "tree_bounds", "tree_choice", "tree_pomcp", "search_thread")
-    objects = [next(build.rglob(f"{name}.cpp.o")) for name in sources]
-    done = subprocess.run([names, "-u", *map(str, objects)], capture_output=True, text=True, check=True)
-    assert "pthread_mutex" not in done.stdout
-    assert "pthread_cond" not in done.stdout
+    command = [names, "-u", str(archives["hypgen_runtime"])]
+    listed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    units = dict(part.split(".cpp.o:\n", 1) for part in listed.split("\n\n") if ".cpp.o:\n" in part)
+    for unit in ("tree", "tree_bounds", "tree_choice", "tree_pomcp", "search_thread"):
+        assert "pthread_mutex" not in units[unit]
+        assert "pthread_cond" not in units[unit]
 
 
 @pytest.mark.tsan
-def test_threads_do_not_race(build: Path) -> None:
+def test_threads_do_not_race(folder: Path) -> None:
+    build = folder / "races"
+    configure(build)
     compile_target(build, "race_tests")
     seconds = os.environ.get("HYPGEN_TEST_SECONDS", "8")  # for each of the searches in a loop
     settings = {"TSAN_OPTIONS": "halt_on_error=1", "HYPGEN_TEST_SECONDS": seconds}

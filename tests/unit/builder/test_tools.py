@@ -177,6 +177,7 @@ def test_the_cache_keeps_what_was_used_last(monkeypatch: pytest.MonkeyPatch) -> 
 def test_a_solver_is_built_once_and_says_why_it_is_built_again(
     tiny: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setenv("CXXFLAGS", "-O1")
     path, steps = make()
     assert steps == [("hypgen's runtime", "first use"), ("toy", "new model")]
     assert subprocess.run([path]).returncode == 7
@@ -191,6 +192,11 @@ def test_a_solver_is_built_once_and_says_why_it_is_built_again(
     assert subprocess.run([path]).returncode == 7
     monkeypatch.setenv("CXXFLAGS", "-DNOTHING")
     assert make()[1][1] == ("toy", "CXXFLAGS or LDFLAGS changed")
+    monkeypatch.setenv("CXXFLAGS", "-O0 -DWORDS='1 2'")
+    assert make()[1][1] == ("toy", "CXXFLAGS or LDFLAGS changed")
+    flags = [json.loads(path.read_text()) for path in cache.folder("runtime").glob("*/files/flags.json")]
+    levels = [[flag for flag in one if flag.startswith("-O")][-1] for one in flags]
+    assert sorted(levels) == ["-O0", "-O1", "-O3"]
     (tiny / "src" / "tiny.cpp").write_text("#include <tiny.hpp>\nint tiny(int x) { return x; }\n")
     path, steps = make()
     assert steps == [("hypgen's runtime", "hypgen's runtime changed"), ("toy", "hypgen's runtime changed")]

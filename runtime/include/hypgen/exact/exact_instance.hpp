@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ties a model's type to the exact solver: what a generated exact.cpp includes.
+// Ties a model's type to the exact solver: what a generated exact.cpp includes. Without Eigen, which takes
+// a compiler seconds to read.
 #pragma once
 
 #include <functional>
@@ -9,8 +10,8 @@
 #include <vector>
 
 #include "hypgen/episode/world.hpp"
-#include "hypgen/exact/exact_model.hpp"
 #include "hypgen/exact/outcome_model.hpp"
+#include "hypgen/exact/text_rounding.hpp"
 #include "hypgen/model/descriptor.hpp"
 #include "hypgen/model/model_contract.hpp"
 
