@@ -89,10 +89,7 @@ def several_binders(quantifier: str, span: Span) -> Diagnostic:
 def variant_takes_argument(name: str, argument: Type, span: Span) -> Diagnostic:
     """A variant without the argument that it takes."""
     message = f"variant '{name}' takes an argument of type {argument}"
-    remedy = (
-        f"give it one, {name}({_example(argument)}); or ask whether it is any {name}: "
-        f"value is {name}"
-    )
+    remedy = f"give it one, {name}({_example(argument)}); or ask whether it is any {name}: value is {name}"
     return Diagnostic("E0302", message, span, remedy)
 
 

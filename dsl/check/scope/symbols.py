@@ -115,7 +115,13 @@ class Symbols:
         self, name: str, element: str | None, extra: set[str], expected: Type | None, primed: bool
     ) -> str:
         """Return a remedy for the unknown value ``name``, which stands where ``expected`` is needed."""
-        known = set(self.values) | set(self.elements) | set(self.variants) | extra | {*RESERVED_VALUES, "false", "true"}
+        known = (
+            set(self.values)
+            | set(self.elements)
+            | set(self.variants)
+            | extra
+            | {*RESERVED_VALUES, "false", "true"}
+        )
         if element is not None:
             known |= set(self.members[element])
         owner = next((e for e, members in self.members.items() if name in members), None)

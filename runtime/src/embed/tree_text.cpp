@@ -28,7 +28,9 @@ class TreeWriter {
   }
 
  private:
-  double scale(const Child& child, int depth) const { return 1.0 / (tree_.weight(depth) * tree_.scenarios(child)); }
+  double scale(const Child& child, int depth) const {
+    return 1.0 / (tree_.weight(depth) * tree_.scenarios(child));
+  }
 
   // A group's bounds, and its share of the scenarios of the node above.
   Json bounds(const Child& child, std::uint32_t of, int depth) const {
