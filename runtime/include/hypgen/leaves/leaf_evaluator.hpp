@@ -35,7 +35,7 @@ struct SearchSetup {
   int depth_limit = 0;      // at most the options' max_depth
   bool at_horizon = false;  // the episode ends at that depth, and states there are worth nothing
   Deadline deadline{};
-  bool weighted = false;     // groups share scenarios, with weights; counts are in units of kScenarioMass
+  bool weighted = false;  // groups share scenarios, with weights; counts are in units of kScenarioMass
 };
 
 constexpr std::uint64_t kNoHandle = UINT64_MAX;

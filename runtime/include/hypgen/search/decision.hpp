@@ -51,12 +51,12 @@ struct PlannerOptions {
   double target_ratio = 0.95;                                             // xi
   double pruning = kAutoPruning;                                          // lambda
   Observations observations = Observations::kExact;
-  double observation_loss = 1.0;                                          // c_o
-  double exploration = 0.0;                                               // c_a; kPomcp: UCB1's constant
-  std::uint32_t rolled = 3;                                               // M, actions that a leaf rolls out
-  std::uint32_t rolled_at_root = 16;                                      // the same at the root, if more
-  std::size_t in_flight = 1;                                              // F, trials at a time; 1 is DESPOT
-  std::size_t threads = 1;                                                // N, of the search
+  double observation_loss = 1.0;      // c_o
+  double exploration = 0.0;           // c_a; kPomcp: UCB1's constant
+  std::uint32_t rolled = 3;           // M, actions that a leaf rolls out
+  std::uint32_t rolled_at_root = 16;  // the same at the root, if more
+  std::size_t in_flight = 1;          // F, trials at a time; 1 is DESPOT
+  std::size_t threads = 1;            // N, of the search
   double gap = 1e-3;  // the search ends when the root's bounds are this close, times reward_scale
   // kRollout leaves the default policy's action for one that gains at least so many standard errors.
   double gain_errors = 1.0;
