@@ -28,7 +28,8 @@ def quick_builds() -> Iterator[None]:
     """Let what tests build be optimised less than what users build: that is quicker, and no bit differs."""
     with pytest.MonkeyPatch.context() as patch:
         if "CXXFLAGS" not in os.environ:
-            patch.setenv("CXXFLAGS", "-O1 -Werror")
+            # g++ warns at -O1 of words that PhiloxDraws always computes before it reads them.
+            patch.setenv("CXXFLAGS", "-O1 -Werror -Wno-maybe-uninitialized")
         yield
 
 

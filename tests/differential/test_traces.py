@@ -30,5 +30,5 @@ def test_a_difference_names_row_column_and_both_values() -> None:
 
 def test_a_file_of_another_model_is_refused(tmp_path: Path) -> None:
     np.zeros(7, dtype="<i8").tofile(tmp_path / "trace")
-    with pytest.raises(ValueError, match="no multiple of the 12 columns of Tiger"):
+    with pytest.raises(ValueError, match="no multiple of the 13 columns of Tiger"):
         traces.read(tmp_path / "trace", tiger())

@@ -166,9 +166,11 @@ class Maker:
         """Return ``match`` of a value of an enum, with the arguments of its variants."""
         if self.chance(0.3):
             low, high = self.types.small.low, self.types.small.high
-            arms: list[str | Node] = ["(match ", self.of(self.types.small, depth - 1), " { "]
-            for value in self.rng.sample(range(low, high + 1), 2):
-                arms += [f"{value} => ", self.of(sort, depth - 1), ", "]
+            value = self.of(self.types.small, depth - 1)  # a pattern that it cannot be would be refused
+            arms: list[str | Node] = ["(match (if ", self.truth(0), f" then {low} else if ", self.truth(0)]
+            arms += [f" then {high} else ", value, ") { "]
+            for pattern in self.rng.sample(range(low, high + 1), 2):
+                arms += [f"{pattern} => ", self.of(sort, depth - 1), ", "]
             return self.node(sort, *arms, "else => ", self.of(sort, depth - 1), " })")
         enum = self.types.act if self.reach.action and self.chance(0.5) else self.types.mode
         arms = ["(match ", self.action() if enum == self.types.act else self.of(enum, depth - 1), " { "]
@@ -408,13 +410,15 @@ class Maker:
                 return self.node(FLOAT, "(", self.number(depth - 1), f" {op} ", self.integer(depth - 1), ")")
             case "unary":
                 op = self.rng.choice(OF_FLOATS)
-                return self.node(FLOAT, f"({op}(", self.number(depth - 1), "))")
+                # A constant outside of the function's domain would be refused.
+                more = " * scale" if op in ("log", "log2") else ""
+                return self.node(FLOAT, f"({op}(", self.number(depth - 1), f"{more}))")
             case "choice":
                 return self.choice(FLOAT, depth)
             case "clamp":
                 return self.node(FLOAT, "clamp(", self.number(depth - 1), ", -1.5, 2.0)")
             case "power":
-                return self.node(FLOAT, "(", self.number(depth - 1), " ** ", self.number(0), ")")
+                return self.node(FLOAT, "((", self.number(depth - 1), " * scale) ** ", self.number(0), ")")
             case "sum":
                 return self.quantified(self.pick("sum", "min", "max"), depth, of_floats=True)
             case "field":

@@ -22,7 +22,6 @@ class CpuWorker : LeafWork<M> {
 
  public:
   using typename Work::History, typename Work::State;
-  using Work::begin_search;
 
   explicit CpuWorker(CpuScene<M>& scene)
       : Work(scene), baseline_(scene.options.max_scenarios), grouping_(scene.options.max_scenarios) {
@@ -32,6 +31,12 @@ class CpuWorker : LeafWork<M> {
       after_of_.resize(outcomes.size());
     }
     if (scene.options.may_weigh) weighted_ = std::make_unique<WeightedLeaves<M>>(static_cast<Work&>(*this));
+  }
+
+  // Forgets the previous search. Scenario i draws with the number `first + i`.
+  void begin_search(std::uint32_t first) {
+    Work::begin_search(first);
+    if (weighted_) weighted_->begin_search();
   }
 
   // Stores the root in the scene and computes its bounds.

@@ -27,6 +27,9 @@ class WeightedLeaves {
     after_.reserve(work.scene.options.max_scenarios);
   }
 
+  // Forgets the previous search, so that results do not depend on it.
+  void begin_search() { depends_on_draws_ = false; }
+
   // Draws the members of a group of an action of `request.parent`; gives their number, or 0 if there is no such group
   // or the deadline has passed. A group has as many members as its mass has scenarios, but not fewer than a few.
   std::size_t draw_members(const LeafRequest& request) {
