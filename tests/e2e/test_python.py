@@ -119,7 +119,7 @@ def test_a_plan_ends_at_a_time_or_when_cancelled(solver: hypgen.Solver) -> None:
         decision = planner.plan()
         is_over.set()
         other.join()
-        assert decision.status in ("deadline", "converged") and decision.seconds < 30
+        assert decision.status in ("deadline", "converged", "deadline_default") and decision.seconds < 30
         with pytest.raises(hypgen.PlannerError, match="deadline: expected a number, found nan"):
             planner.plan(deadline=float("nan"))
     planner.cancel()  # of a planner that is closed: nothing
