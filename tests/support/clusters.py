@@ -75,7 +75,14 @@ def kill_a_busy_worker(cluster: LocalCluster) -> None:
 
 def solvers() -> list[psutil.Process]:
     """Return the solvers that the workers of this process have started."""
-    return [one for one in psutil.Process().children(recursive=True) if one.name() == "tiger"]
+    return [one for one in psutil.Process().children(recursive=True) if _is_solver(one)]
+
+
+def _is_solver(process: psutil.Process) -> bool:
+    try:
+        return process.name() == "tiger"
+    except psutil.NoSuchProcess:  # it has ended since it was listed
+        return False
 
 
 def wait(condition: Callable[[], object], seconds: float = 30.0) -> None:
