@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 import time
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 Worker = Mapping[str, Any]  # what the scheduler tells of a worker
 Needs = dict[str, float]  # resources, by Dask's names
 REACH = 10.0  # seconds in which a scheduler has to answer
+_ADDRESS = re.compile(r"((tcp|tls|ucx|wss?|inproc)://)?[^\s/]+(:\d+)?(/\S*)?")  # of a scheduler
 _LOOK = 1.0  # seconds between two looks at the workers
 _AHEAD = 2  # cells for each thread of a worker: one plays, one waits
 
@@ -131,12 +133,15 @@ def _connect(scheduler: Any) -> Client:
         from distributed import Client
     except ImportError:
         raise SuiteError("several machines need Dask: pip install 'hypgen[dask]'") from None
+    silent = SuiteError(
+        f"no Dask scheduler answers at '{scheduler}': `dask scheduler` starts one and prints its address"
+    )
+    if isinstance(scheduler, str) and not _ADDRESS.fullmatch(scheduler):
+        raise silent
     try:
         return Client(scheduler, timeout=REACH, set_as_default=False)
     except (OSError, ValueError, TimeoutError):
-        raise SuiteError(
-            f"no Dask scheduler answers at '{scheduler}': `dask scheduler` starts one and prints its address"
-        ) from None
+        raise silent from None
 
 
 def _next(
