@@ -213,7 +213,10 @@ class _Descriptor:
                 code.add(f"visible += {length};")
                 continue
             text = scope.unique(variable.name.replace(".", "_"))
-            value = self._name(variable.type, from_int32("*visible++", variable.type))
+            value = from_int32("*visible++", variable.type)
+            if isinstance(variable.type, Float):
+                value = f"hypgen::{value}"
+            value = self._name(variable.type, value)
             if variable.indices:
                 code.add(f"std::string {text};")
                 with code.block(f"for (int i = 0; i < {length}; ++i)"):
