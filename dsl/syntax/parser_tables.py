@@ -25,6 +25,7 @@ OPTIONS: dict[str, Any] = {
     "start": ["file", "expression"],
     "propagate_positions": True,
 }
+_NO_END = 2**32 - 1  # the width of a pattern that may match any length
 
 
 def load_parser() -> lark.Lark:
@@ -77,6 +78,10 @@ def pack(parser: lark.Lark, grammar: str) -> dict[str, Any]:
     for ends in ("start_states", "end_states"):
         table[ends] = {name: met[state] for name, state in sorted(table[ends].items())}
     table.update(tokens=names, states=states, sets=list(sets))
+    for terminal in memo.values():
+        if "_width" in (pattern := terminal.get("pattern", {})):
+            # Versions of Python differ in what stands for a width without an end.
+            pattern["_width"] = [min(int(width), _NO_END) for width in pattern["_width"]]
     return {"lark": lark.__version__, "of": origin(grammar), "data": data, "memo": memo}
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from hypgen.experiments.cells import cells_of
-from hypgen.experiments.local import LocalExecutor
+from hypgen.experiments.cells import Cell, cells_of
+from hypgen.experiments.local import LocalExecutor, Running
 from hypgen.experiments.store import Failure, Store
 from hypgen.experiments.suite import read_suite
 
@@ -45,17 +45,24 @@ def executor(tmp_path: Path) -> LocalExecutor:
 
 
 def test_no_cell_of_a_later_wave_overtakes_one_with_many_cores(
-    executor: LocalExecutor, tmp_path: Path
+    executor: LocalExecutor, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     executor.size, executor.cores = 2, executor.cores[:1] * 2
+    waves: list[int] = []
+    start = executor._start
+
+    def noted(cell: Cell, folder: Path) -> Running:
+        waves.append(cell.wave)
+        return start(cell, folder)
+
+    monkeypatch.setattr(executor, "_start", noted)
     store = Store(tmp_path / "out")
     store.open("T")
     cells = cells_of(read_suite(tmp_path / "suite.toml").studies, {"t": "abc"})
     assert {one.key for one in executor.play(cells, store) if not isinstance(one, Failure)} == {
         cell.key for cell in cells
     }
-    firsts = [line.split("--first-run=")[1][0] for line in (tmp_path / "log").read_text().splitlines()]
-    assert firsts == sorted(firsts)
+    assert waves == sorted(waves) and len(waves) == 9
     assert sorted(path.suffix for path in store.folder.iterdir()) == [".json", *[".jsonl"] * 9]
 
 
