@@ -25,7 +25,15 @@ FILE = click.Path(path_type=Path, dir_okay=False)
 @click.option(
     "--parquet", metavar="FILE", type=FILE, help="Write a row for each episode as Parquet, too; needs polars."
 )
-def command(folder: Path, output: Path | None, csv: Path | None, parquet: Path | None) -> int:
+@click.option(
+    "--figures",
+    metavar="DIR",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Write each figure as SVG into a folder, too.",
+)
+def command(
+    folder: Path, output: Path | None, csv: Path | None, parquet: Path | None, figures: Path | None
+) -> int:
     """Make a page of what `hypgen bench` has played in DIR.
 
     The page is one file that needs no network: tables with intervals and what is shown, figures along the
@@ -56,6 +64,8 @@ def command(folder: Path, output: Path | None, csv: Path | None, parquet: Path |
             write_whole(csv, found.csv())
         if parquet is not None:
             found.write_parquet(parquet)
+        if figures is not None:
+            found.write_figures(figures)
     except SuiteError as error:
         raise click.ClickException(str(error)) from None
     except OSError as error:

@@ -9,10 +9,10 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from hypgen.experiments.cells import Cell
+from hypgen.experiments.lines_folder import lines_folder
 from hypgen.experiments.process import POLL, SolverProcess
 from hypgen.experiments.store import Failure, Store
 from hypgen.experiments.suite_values import SuiteError
@@ -56,12 +56,12 @@ class LocalExecutor:
         if not self.gpus and (cell := next((one for one in waiting if one.setting.wants_gpu), None)):
             raise SuiteError(f"`{cell.setting}` needs a GPU, and none may be used")
         # Whatever an interrupt leaves, the folder goes, with all that processes write.
-        with TemporaryDirectory(dir=store.folder, prefix="lines-") as folder:
+        with lines_folder(store.folder) as folder:
             try:
                 while (waiting or running) and time.monotonic() < end:
                     while (cell := self._next(waiting)) is not None:
                         waiting.remove(cell)
-                        running.append(self._start(cell, Path(folder)))
+                        running.append(self._start(cell, folder))
                     time.sleep(POLL)
                     for one in [one for one in running if one.process.has_ended()]:
                         running.remove(one)

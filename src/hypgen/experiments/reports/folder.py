@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from pathlib import Path
 
 from hypgen.api.model import FilePath
 from hypgen.experiments.record import Record, read_record
 from hypgen.experiments.reports import export
-from hypgen.experiments.reports.page import page_of
+from hypgen.experiments.reports.figure_file import figure_file
+from hypgen.experiments.reports.figures import figures_of
+from hypgen.experiments.reports.page import anchor, page_of
 from hypgen.experiments.results import read_cells
 from hypgen.experiments.store import Store
 from hypgen.experiments.tables import Table, tables_of
@@ -36,9 +39,29 @@ class Report:
         """Return CSV with a row for each setting and each published value."""
         return export.as_csv(export.settings(self.tables))
 
+    def figures(self) -> dict[str, str]:
+        """Return the figures as texts of SVG files, by names made of study and task."""
+        found: dict[str, str] = {}
+        for study in self.studies:
+            for task, figure in figures_of(study):
+                name = anchor(f"{study[0].study.name} {task}")
+                number = next(i for i in itertools.count(1) if _numbered(name, i) not in found)
+                found[_numbered(name, number)] = figure_file(figure)
+        return found
+
     def write_parquet(self, file: Path) -> None:
         """Write a row for each episode; this needs polars."""
         export.write_parquet(export.episodes(self.tables), file)
+
+    def write_figures(self, folder: Path) -> None:
+        """Write each figure as SVG into a folder, which is made where there is none."""
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in self.figures().items():
+            write_whole(folder / f"{name}.svg", text)
+
+
+def _numbered(name: str, number: int) -> str:
+    return name if number == 1 else f"{name}-{number}"
 
 
 def read_report(folder: Path) -> Report:
@@ -52,12 +75,17 @@ def read_report(folder: Path) -> Report:
 
 
 def report(
-    folder: FilePath, page: FilePath, *, csv: FilePath | None = None, parquet: FilePath | None = None
+    folder: FilePath,
+    page: FilePath,
+    *,
+    csv: FilePath | None = None,
+    parquet: FilePath | None = None,
+    figures: FilePath | None = None,
 ) -> None:
     """Write the page of a folder that ``bench`` has played a suite in.
 
     ``csv`` names a file for a row of each setting, ``parquet`` one for a row of each episode (this needs
-    polars). A folder without a suite raises ``SuiteError``.
+    polars), ``figures`` a folder for each figure as SVG. A folder without a suite raises ``SuiteError``.
     """
     found = read_report(Path(folder))
     write_whole(Path(page), found.page())
@@ -65,3 +93,5 @@ def report(
         write_whole(Path(csv), found.csv())
     if parquet is not None:
         found.write_parquet(Path(parquet))
+    if figures is not None:
+        found.write_figures(Path(figures))

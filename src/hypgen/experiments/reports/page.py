@@ -19,6 +19,7 @@ from hypgen import __version__
 from hypgen.experiments.published import QUANTITIES, Published
 from hypgen.experiments.record import Record
 from hypgen.experiments.reports import export, figures, svg, texts
+from hypgen.experiments.reports.figure_file import figure_style, legend_of
 from hypgen.experiments.results import Place
 from hypgen.experiments.statistics import Interval
 from hypgen.experiments.suite_values import ON_GPU
@@ -69,7 +70,7 @@ def page_of(record: Record, studies: Sequence[Sequence[Table]]) -> str:
             if any(row.played.returns for table in study for row in table.rows)
         ],
         data=Markup(export.as_json({"title": record.title, "rows": export.settings(tables)})),
-        style=Markup(_TEMPLATES.get_template("page.css").render()),
+        style=Markup(_TEMPLATES.get_template("page.css").render() + figure_style()),
     )
 
 
@@ -81,31 +82,21 @@ def _study(record: Record, tables: Sequence[Table], places: Sequence[Place]) -> 
     rows = export.settings(tables)
     return {
         "name": study.name,
-        "anchor": _anchor(study.name),
+        "anchor": anchor(study.name),
         "command": f"hypgen bench {shlex.quote(record.suite)} --only {shlex.quote(study.name)}",
         "runs": study.runs,
         "tasks": [_table(table, places) | {"figures": drawn.get(table.task.name, [])} for table in tables],
         "figures": drawn.get("", []),
         "csv": "data:text/csv;charset=utf-8," + quote(export.as_csv(rows)),
-        "file": f"{_anchor(study.name)}.csv",
+        "file": f"{anchor(study.name)}.csv",
     }
 
 
 def _figure(figure: figures.Figure) -> dict[str, Any]:
-    first: dict[str, figures.Series] = {}
-    marks: dict[str, figures.Mark] = {}
-    for panel in figure.panels:
-        first |= {line.label: line for line in panel.series if line.label not in first}
-        marks |= {mark.letter: mark for mark in panel.marks}
-    legend = [(Markup(svg.swatch(line.mode, line.variant)), line.label) for line in first.values()]
-    legend += [
-        (Markup(svg.published_swatch(mark.mode)), f"{mark.letter}: {mark.label}, published")
-        for mark in marks.values()
-    ]
     return {
         "axis": figure.axis,
         "rows": _rows_of_panels(figure),
-        "legend": legend if figure.axis else [],
+        "legend": [(Markup(swatch), label) for swatch, label in legend_of(figure)],
     }
 
 
@@ -186,7 +177,7 @@ def _line(row: Row, label: str, ends: tuple[float, float], places: Sequence[Plac
     for against, one in row.differences.items():
         interval = one.interval
         if interval.count:
-            shown = "" if one.is_shown else ", not shown"
+            shown = "" if one.is_shown else ", not\u00a0shown"
             css = ("better" if interval.mean > 0.0 else "worse") if one.is_shown else "hidden"
             cells[f"minus {against}"] = (texts.signed(interval), texts.interval_text(interval) + shown, css)
     for name, measured in row.measured.items():
@@ -239,7 +230,7 @@ def _state(name: str, tables: Sequence[Table]) -> dict[str, Any]:
     share = done / total if total else 1.0
     return {
         "name": name,
-        "anchor": _anchor(name) if done else "",
+        "anchor": anchor(name) if done else "",
         "done": done,
         "total": total,
         "share": share,
@@ -303,7 +294,8 @@ def _is_of(place: Place, row: Row) -> bool:
     return any(_machine(place) == _machine(one) for one in row.played.places)
 
 
-def _anchor(name: str) -> str:
+def anchor(name: str) -> str:
+    """Return a name as it may stand in an address and in a file's name."""
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") or "study"
 
 

@@ -27,6 +27,11 @@ def panel(figure: Figure, one: Panel) -> str:
     return _curves(figure, one) if figure.axis else _dots(one)
 
 
+def height_of(drawn: str) -> float:
+    """Return the height of a panel that was drawn, in pixels at its width."""
+    return float(drawn.partition(f'viewBox="0 0 {WIDTH} ')[2].partition('"')[0])
+
+
 def swatch(mode: str, variant: int) -> str:
     """Return the piece of a line that a legend shows."""
     body = f'<path class="line v{variant % 4}" d="M1 8H35"/>{_marker(mode, 18, 8)}'

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from support import synthetic_cells
 
 from hypgen.experiments.reports import read_report
+from hypgen.experiments.reports.figure_file import figure_style
 from hypgen.experiments.reports.figures import Figure, axes_of, figures_of, task_axis
 from hypgen.experiments.suite import Task
 from hypgen.experiments.tables import Table
@@ -124,3 +126,14 @@ def test_published_values_stand_where_they_say(tmp_path: Path, at: str, places: 
 def test_an_option_that_stands_for_all_is_no_axis(tmp_path: Path) -> None:
     rows = tables(tmp_path, "time = 1.0\nscenarios = 50\n")[0].rows
     assert axes_of(rows) == []
+
+
+def test_figures_are_files_with_their_legends_and_their_style(tmp_path: Path) -> None:
+    tables(tmp_path, 'tasks = ["small", "large"]\nplay = ["despot", "pomcp"]\ntime = [0.1, 1.0, 1.5]\n')
+    figures = read_report(tmp_path / "out").figures()
+    assert list(figures) == ["s-small", "s-large", "s"]
+    for text in figures.values():
+        root = ElementTree.fromstring(text)
+        assert float(root.attrib["width"]) > 0 and float(root.attrib["height"]) > 0
+        assert (root.findtext("{*}style") or "").strip() == figure_style().strip()
+    assert ">pomcp</text>" in figures["s-small"]
