@@ -146,6 +146,8 @@ class WeightedGroups {
  private:
   static constexpr std::uint32_t kShared = UINT32_MAX;
   static constexpr double kPacked = 0.1;  // groups whose beliefs are as near, in L1, are one
+  static constexpr double kWeightUnits = 1 << 30;
+  static constexpr double kDistanceUnits = std::uint64_t{1} << 52;
   static constexpr std::size_t kScenariosAGroup = 8;
   static constexpr std::size_t kFewGroups = 4;
 
@@ -167,15 +169,22 @@ class WeightedGroups {
   template <class Weigh>
   void add(std::uint32_t from, const Key& key, const Weigh& weigh) {
     State unused;
-    double total = 0.0;
+    double most = 0.0;
     for (std::uint32_t c = 0; c < classes_; ++c) {
       const std::uint32_t i = first_of_[c];
       const double weight = weigh(i, key, kKeyHoldsState<M> ? nexts_[shared_ * count_ + i] : unused);
       posterior_[c] = weight > 0.0 ? weight : 0.0;
-      total += posterior_[c] * size_of_[c];
+      most = std::max(most, posterior_[c]);
     }
-    if (!(total > 0.0) || !std::isfinite(total)) return;
-    for (std::uint32_t c = 0; c < classes_; ++c) posterior_[c] /= total;
+    if (!(most > 0.0) || !std::isfinite(most)) return;
+    // Sums of integers are the same in every order. A weight below a unit is none.
+    std::uint64_t total = 0;
+    for (std::uint32_t c = 0; c < classes_; ++c) {
+      const auto weight = static_cast<std::uint64_t>(posterior_[c] / most * kWeightUnits);
+      posterior_[c] = static_cast<double>(weight);
+      total += weight * size_of_[c];
+    }
+    for (std::uint32_t c = 0; c < classes_; ++c) posterior_[c] /= static_cast<double>(total);
     for (std::uint32_t g = 0; g < shared_; ++g) {
       if (distance(g) > kPacked) continue;
       ++draws_[g];
@@ -186,11 +195,14 @@ class WeightedGroups {
     firsts_[shared_++] = from;
   }
 
+  // Between the beliefs of a group and of the one in work, in L1.
   double distance(std::uint32_t group) const {
-    double sum = 0.0;
-    for (std::uint32_t c = 0; c < classes_; ++c)
-      sum += size_of_[c] * std::abs(posterior_[c] - posteriors_[group * count_ + c]);
-    return sum;
+    std::uint64_t sum = 0;
+    for (std::uint32_t c = 0; c < classes_; ++c) {
+      const double apart = std::abs(posterior_[c] - posteriors_[group * count_ + c]);
+      sum += static_cast<std::uint64_t>(apart * kDistanceUnits) * size_of_[c];
+    }
+    return static_cast<double>(sum) / kDistanceUnits;
   }
 
   // A group's observation was drawn with the density that all scenarios have of it together. So a class's share is its
