@@ -102,11 +102,8 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
     return false;
   }
   const bool weighs = planner.observations == Observations::kWeighted;
-  if (weighs && (planner.mode == Mode::kPomcp || wants_device(options))) {
-    error = planner.mode == Mode::kPomcp
-                ? "--observations: mode pomcp follows single observations"
-                : "--observations: trees are weighted on the CPU alone; give --device cpu, "
-                  "or --mode despot or parallel";
+  if (weighs && planner.mode == Mode::kPomcp) {
+    error = "--observations: mode pomcp follows single observations";
     return false;
   }
   if (planner.mode == Mode::kPomcp && planner.pruning > 0.0) {

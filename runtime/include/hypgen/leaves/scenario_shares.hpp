@@ -98,6 +98,7 @@ class ScenarioShares {
 
   HYPGEN_FN std::uint32_t live_count() const { return live_count_; }
   HYPGEN_FN std::uint32_t classes() const { return classes_; }
+  HYPGEN_FN std::uint32_t shared() const { return shared_; }
   HYPGEN_FN std::uint32_t scenario_of(std::uint32_t c) const { return memory_.first_of[c]; }
   // How likely the observation in work is for a class, and the state in which it is seen. No number counts as 0.
   HYPGEN_FN double& weight(std::uint32_t c) { return memory_.weights[c]; }
