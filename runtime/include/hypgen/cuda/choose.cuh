@@ -2,6 +2,8 @@
 // The kernel between a batch's two passes: the actions of each leaf that are rolled out.
 #pragma once
 
+#include <limits>
+
 #include "hypgen/cuda/batch.cuh"
 #include "hypgen/leaves/rolled_actions.hpp"
 #include "hypgen/model/model.hpp"
@@ -52,7 +54,7 @@ __device__ void add_promises(const Batch<M>& batch, int leaf, std::uint32_t firs
 // For all threads of a block: the place of the largest number, which is then taken out.
 __device__ inline Promise take_largest(double* promises, std::uint32_t count) {
   __shared__ Promise of_warps[kMostBlockWarps];
-  constexpr double kNone = -1.0 / 0.0;
+  constexpr double kNone = -std::numeric_limits<double>::infinity();
   Promise mine{kNone, UINT32_MAX};
   for (std::uint32_t a = threadIdx.x; a < count; a += blockDim.x) {
     const Promise other{promises[a], a};

@@ -210,9 +210,10 @@ class BatchDriver {
   bool can_exist(const LeafRequest& request) const {
     const bool is_root = request.parent == kNoHandle;
     const std::uint64_t parent = is_root ? 0 : request.parent;
-    if (parent >= nodes_.size() || request.count == 0) return false;
+    if (parent >= nodes_.size()) return false;
     const std::uint32_t most = nodes_[parent].count;
-    if (common_.search.weighted) return is_root || request.first < most;
+    if (common_.search.weighted) return is_root || request.first < most;  // a group may have next to no mass
+    if (request.count == 0) return false;
     return is_root ? request.count == most : std::uint64_t{request.first} + request.count <= most;
   }
 

@@ -238,14 +238,15 @@ class ScenarioShares {
     return false;
   }
 
-  SharesMemory<State> memory_{};
-  std::uint32_t count_ = 0;  // of scenarios
-  std::uint32_t live_count_ = 0;
-  std::uint32_t classes_ = 0;
-  std::uint32_t shared_ = 0;  // groups that share scenarios
-  std::uint32_t rest_ = 0;    // groups of those that no drawn observation explains
-  std::uint32_t firsts_[kMostShared] = {};
-  std::uint32_t draws_[kMostShared] = {};  // observations that each stands for
+  // Without first values, as a block of a device may share it. `begin` sets them.
+  SharesMemory<State> memory_;
+  std::uint32_t count_;  // of scenarios
+  std::uint32_t live_count_;
+  std::uint32_t classes_;
+  std::uint32_t shared_;  // groups that share scenarios
+  std::uint32_t rest_;    // groups of those that no drawn observation explains
+  std::uint32_t firsts_[kMostShared];
+  std::uint32_t draws_[kMostShared];  // observations that each stands for
 };
 
 }  // namespace hypgen
