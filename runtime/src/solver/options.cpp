@@ -190,8 +190,7 @@ std::vector<Option> option_table(SolverOptions& options) {
       integer("--depth", "D", "depth limit of a search (90)", 1, 10000, planner.depth),
       {"--observations", "WAY",
        "how a tree branches on what is seen: exact (scenarios that see the same stay together) or weighted "
-       "(a few "
-       "observations share all scenarios, by how likely they are; for many observations, on the CPU) (exact)",
+       "(a few observations share all scenarios, by how likely they are; for many observations) (exact)",
        "exact or weighted",
        [&](const std::string& text) { return read_observations(text, planner.observations); }},
       number("--xi", "RATIO", "gap that a trial aims at, relative to the root's (0.95)", 0.0, 1.0,

@@ -165,7 +165,8 @@ struct Machine {
     std::uint64_t* const slots = warp.slots[generation % 2];
     slots[current % kWarp] = value;
     ++warp.meeting.arrived;
-    if (!warp.meeting.complete(static_cast<unsigned>(__builtin_popcount(live)))) wait(warp.meeting, generation);
+    if (!warp.meeting.complete(static_cast<unsigned>(__builtin_popcount(live))))
+      wait(warp.meeting, generation);
     return slots;
   }
 };
@@ -231,7 +232,8 @@ inline void __syncwarp() {
 inline unsigned __ballot_sync(unsigned, bool holds) {
   unsigned live, votes = 0;
   const std::uint64_t* const all = cuda_on_cpu::machine().exchange(holds, live);
-  for (unsigned lane = 0; lane < cuda_on_cpu::kWarp; ++lane) votes |= (all[lane] != 0 ? live : 0) & 1U << lane;
+  for (unsigned lane = 0; lane < cuda_on_cpu::kWarp; ++lane)
+    votes |= (all[lane] != 0 ? live : 0) & 1U << lane;
   return votes;
 }
 template <class T>
@@ -380,9 +382,7 @@ inline cudaError_t cudaStreamCreateWithFlags(cudaStream_t* stream, unsigned) {
 inline cudaError_t cudaStreamDestroy(cudaStream_t stream) { return delete stream, cudaSuccess; }
 inline cudaError_t cudaStreamSynchronize(cudaStream_t) { return cudaSuccess; }
 inline cudaError_t cudaStreamQuery(cudaStream_t) { return cudaSuccess; }
-inline cudaError_t cudaEventCreate(cudaEvent_t* event) {
-  return *event = new cuda_on_cpu_event, cudaSuccess;
-}
+inline cudaError_t cudaEventCreate(cudaEvent_t* event) { return *event = new cuda_on_cpu_event, cudaSuccess; }
 inline cudaError_t cudaEventDestroy(cudaEvent_t event) { return delete event, cudaSuccess; }
 inline cudaError_t cudaEventRecord(cudaEvent_t event, cudaStream_t = nullptr) {
   return event->time = std::chrono::steady_clock::now(), cudaSuccess;
