@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``hypgen view`` as a person types it."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from hypgen.cli.main import run
+
+EXAMPLES = Path(__file__).parent.parent.parent / "examples"
+ROCKS = str(EXAMPLES / "rock_sample.pomdp")  # other tests build the same library
+QUICK = ("--mode", "despot", "--trials", "20", "--scenarios=50", "--seed", "7")
+
+
+@pytest.mark.cxx
+def test_an_episode_becomes_a_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    page = tmp_path / "rocks.html"
+    assert run(["view", ROCKS, *QUICK, "--steps", "3", "--episode", "2", "--step", "1", "-o", str(page)]) == 0
+    assert f"page: {page}" in capsys.readouterr().err
+    found = re.search(
+        r'<script type="application/json" id="data">(.*?)</script>', page.read_text(), re.DOTALL
+    )
+    assert found is not None
+    view = json.loads(found[1])
+    assert view["version"] == 1 and view["episode"] == 2 and view["first"] == 1
+    assert [one["step"] for one in view["steps"]] == [0, 1, 2]
+    for step in view["steps"]:
+        assert step["reward"] == pytest.approx(sum(step["terms"].values()))
+        assert step["action"] in {one["name"] for one in step["tree"]["actions"]}
+        assert {one["variable"] for one in step["marginals"]} >= {f"rock.good[{i}]" for i in range(8)}
+        assert all("true" in one for one in step["marginals"])
+    assert "rover.x" in view["end"]["state"]
+
+
+@pytest.mark.cxx
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--nonsense", "3"), "nonsense"),
+        (("--step", "9", "--steps", "2", *QUICK), "--step 9: the episode has the steps 0 to 1"),
+        (("-o", "/nowhere/page.html", "--steps", "1", *QUICK), "/nowhere/page.html cannot be written"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused_in_words(
+    options: tuple[str, ...], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = () if "-o" in options else ("-o", str(tmp_path / "page.html"))
+    assert run(["view", ROCKS, *options, *page]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_an_option_without_dashes_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["view", ROCKS, "despot"]) == 2
+    assert "Unexpected 'despot'" in capsys.readouterr().err
