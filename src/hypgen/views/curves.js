@@ -10,8 +10,8 @@ function curvesOf(view, element, go) {
       band: ["lower", "upper"], lines: [["earned", (one) => one.earned, "strong"]] },
     { name: "Reward of each step", unit: number, zero: true, lines: [["reward", (one) => one.reward, "strong"]] },
     { name: "Belief: probability of what is true", unit: number, zero: true, lines: [
-      ["mean of the variables", (one) => one.believed && one.believed.mean, "strong"],
-      ["least", (one) => one.believed && one.believed.least, "second"]] },
+      ["mean", (one) => one.believed && one.believed.mean, "strong"],
+      ["least", (one) => one.believed && one.believed.least, "second"]], note: (one) => one.believed && one.believed.variable },
     { name: "Belief: effective number of particles", unit: number, zero: true,
       lines: [["effective", (one) => one.effective, "strong"]] },
     { name: "Time of search and update", unit: seconds, zero: true,
@@ -53,6 +53,7 @@ function panelOf(panel, steps, go) {
     });
     const said = series.map((one) => html("span", { class: one.kind }, `${one.name} ${panel.unit(one.values[at])}`));
     if (ends.length) said.unshift(html("span", { class: "range" }, `bounds ${number(ends[0][at])} to ${number(ends[1][at])}`));
+    if (panel.note && panel.note(steps[at])) said.push(html("span", { class: "range" }, panel.note(steps[at])));
     figures.replaceChildren(...said);
   }
   return { element: html("figure", {}, html("h3", {}, panel.name), figures, picture), draw };

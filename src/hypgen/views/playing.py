@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -41,8 +42,8 @@ def play(
 ) -> Played:
     """Play an episode of a model, with options of its solver, in the world of the solver's run ``episode``.
 
-    It ends after ``steps``, or after the model's horizon. ``progress`` is told of what is built. A wrong
-    option raises ``PlannerError``.
+    It ends after ``steps``, which are those of the model's horizon, or else 90. ``progress`` is told of what
+    is built. A wrong option raises ``PlannerError``.
     """
     solver = model.compile(target="cpu", progress=progress)
     checked = model.loaded.model
@@ -50,18 +51,29 @@ def play(
         worlds.reset([episode])
         planner.reset(worlds.visible[0].tolist(), episode=episode)
         world = Episode(checked, planner.info["seed"], episode)
-        limit = min(DEFAULT_STEPS if steps is None else steps, checked.horizon or math.inf)
+        limit = min(steps or checked.horizon or DEFAULT_STEPS, checked.horizon or math.inf)
         played: list[dict[str, Any]] = []
+        update_seconds = None  # of what the step before has shown
         while len(played) < limit and not world.now.terminal and world.legal():
             step, number = _plan(planner, world)
             outcome = world.step(number)
             worlds.step([number])
             seen = {} if world.now.terminal else worlds.seen_by_name()
-            played.append(step | {"reward": outcome.reward, "terms": outcome.terms, "seen": seen})
+            played.append(
+                step
+                | {
+                    "update_seconds": update_seconds,
+                    "reward": outcome.reward,
+                    "terms": outcome.terms,
+                    "seen": seen,
+                }
+            )
             if not world.now.terminal:
+                began = time.perf_counter()
                 planner.update(number, worlds.keys[0].tolist())
+                update_seconds = time.perf_counter() - began
         header = {
-            "ended": "terminal" if world.now.terminal else "step_limit",
+            "ended": _ending(world),
             "name": checked.name,
             "hash": checked.source_hash,
             "file": model.origin.rpartition("/")[2],
@@ -116,6 +128,12 @@ def _tree(planner: Planner) -> dict[str, Any] | None:
         return planner.tree(depth=_LEVELS, top=_TOP)
     except PlannerError:  # it decided by other means
         return None
+
+
+def _ending(world: Episode) -> str:
+    if world.now.terminal:
+        return "terminal"
+    return "horizon" if world.now.time == world.model.horizon else "step_limit"
 
 
 def _state(world: Episode) -> dict[str, Any]:

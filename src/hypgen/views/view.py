@@ -63,7 +63,7 @@ def view_of(
     shown = [_step(step, later, most, entries or {}) for step, later in zip(steps, earned, strict=True)]
     said = list(notes)
     if any(one["tree"] and one["tree_shown"] < one["tree_total"] for one in shown):
-        said.append(f"Each tree is cut to its {most} most visited nodes.")
+        said.append(f"Trees are cut to their {most} most visited nodes.")
     if header.get("ended") == "step_limit":
         said.append("The episode was cut off by its step limit: what it would have earned later is missing.")
     if not any(one["tree"] for one in shown):
@@ -108,17 +108,20 @@ def _step(
     return found
 
 
-def _believed(marginals: Sequence[Mapping[str, Any]]) -> dict[str, float] | None:
-    """Return how probable the belief holds the true values: the mean over the variables, and the least.
+def _believed(marginals: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
+    """Return how probable the belief holds the true values: their mean, the least, and whose that is.
 
     Floats have no such probability. Values that are not among the likeliest count as impossible.
     """
     found = [
-        sum(v["probability"] for v in one["values"] if _same(v["value"], one["true"]))
+        (sum(v["probability"] for v in one["values"] if _same(v["value"], one["true"])), one["variable"])
         for one in marginals
         if "values" in one and "true" in one
     ]
-    return {"mean": sum(found) / len(found), "least": min(found)} if found else None
+    if not found:
+        return None
+    least, variable = min(found)
+    return {"mean": sum(p for p, _ in found) / len(found), "least": least, "variable": variable}
 
 
 def _same(value: Any, truth: Any) -> bool:

@@ -47,7 +47,7 @@ def test_marginals_stand_beside_the_truth() -> None:
 def test_a_belief_is_measured_by_what_is_true() -> None:
     names = {"rock.good": ["rock.good[0]", "rock.good[1]"]}
     shown = view_of(seen_episodes.header(), seen_episodes.steps(2), entries=names)["steps"]
-    assert shown[0]["believed"] == {"mean": (0.75 + 0.125) / 2, "least": 0.125}
+    assert shown[0]["believed"] == {"mean": (0.75 + 0.125) / 2, "least": 0.125, "variable": "rock.good[0]"}
     assert view_of(seen_episodes.header(), [{"step": 0, "action": "go(0)"}])["steps"][0]["believed"] is None
 
 
@@ -61,7 +61,7 @@ def test_trees_share_the_room_of_a_page(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(view_module, "ALL_NODES", 100)
     found = view(count=5)
     assert {(one["tree_shown"], one["tree_total"]) for one in found["steps"]} == {(20, 60)}
-    assert "Each tree is cut to its 20 most visited nodes." in found["notes"]
+    assert "Trees are cut to their 20 most visited nodes." in found["notes"]
 
 
 def test_a_page_says_what_is_missing() -> None:
