@@ -202,6 +202,18 @@ def test_names_cannot_end_the_script(opened: Any) -> None:
     assert one.page.title() != "taken" and one.count("script") == 2
 
 
+def test_a_history_shows_where_the_belief_was_wrong(opened: Any) -> None:
+    names = {"rock.good": ["rock.good[0]", "rock.good[1]"]}
+    one = opened(view(entries=names))
+    rows = one.page.locator(".history .name").all_text_contents()
+    assert rows == ["rock.good[0]", "robot.x"]
+    assert one.count(".history .field") == 2 * STEPS
+    title = one.page.locator(".history .field title").nth(3).text_content()
+    assert title == "rock.good[0], step 3: true true, believed with 0.125"
+    one.page.locator(".history .field").nth(3).dispatch_event("click")
+    assert one.text("#place").startswith("step 3")
+
+
 def test_a_curve_leads_to_its_step(opened: Any) -> None:
     one = opened()
     curve = one.page.locator("#curves svg").first

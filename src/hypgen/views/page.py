@@ -14,7 +14,7 @@ from markupsafe import Markup
 from hypgen import __version__
 from hypgen.views.texts import number
 
-_SCRIPTS = ("values", "world", "variables", "decision", "tree", "curves", "time_line", "start")
+_SCRIPTS = ("values", "world", "variables", "decision", "tree", "curves", "history", "time_line", "start")
 
 _TEMPLATES = jinja2.Environment(
     loader=jinja2.PackageLoader("hypgen", "."),

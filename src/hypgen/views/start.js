@@ -15,12 +15,15 @@ function start() {
   const tree = treeOf(byId("tree"));
   const curves = curvesOf(view, byId("curves"), (place) => timeLine.go(place));
 
+  const history = historyOf(view, byId("history"), (place) => timeLine.go(place));
+
   function show(at) {
     if (world) world.draw(moments[at]);
     variables.draw(moments[at]);
     decision.draw(at);
     tree.draw(view.steps[at] || null);
     curves.draw(at);
+    history.draw(at);
   }
   const last = view.steps.length;
   const names = (at) => (at < last ? `step ${view.steps[at].step} of ${view.steps[last - 1].step}` : "the end");

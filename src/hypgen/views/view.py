@@ -96,10 +96,7 @@ def _step(
     truth = _truth(step.get("state", {}), entries)
     found["tree"] = tree if tree is None or total <= most else trees.cut(tree, most)
     found["tree_total"], found["tree_shown"] = total, min(total, most)
-    found["marginals"] = [
-        one | ({"true": truth[one["variable"]]} if one["variable"] in truth else {})
-        for one in step.get("marginals", ())
-    ]
+    found["marginals"] = [_beside_truth(one, truth) for one in step.get("marginals", ())]
     found["believed"] = _believed(found["marginals"])
     found["seconds"] = {"update": step.get("update_seconds"), "search": step.get("search_seconds")}
     found["effective"] = step.get("effective_sample_size")
@@ -108,16 +105,23 @@ def _step(
     return found
 
 
-def _believed(marginals: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
-    """Return how probable the belief holds the true values: their mean, the least, and whose that is.
+def _beside_truth(marginal: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a marginal with what is ``true`` and the probability ``believed`` of that.
 
-    Floats have no such probability. Values that are not among the likeliest count as impossible.
+    A float has no such probability. A value that is not among the likeliest counts as impossible.
     """
-    found = [
-        (sum(v["probability"] for v in one["values"] if _same(v["value"], one["true"])), one["variable"])
-        for one in marginals
-        if "values" in one and "true" in one
-    ]
+    if marginal["variable"] not in truth:
+        return dict(marginal)
+    found = {**marginal, "true": truth[marginal["variable"]]}
+    if "values" in marginal:
+        same = [one["probability"] for one in marginal["values"] if _same(one["value"], found["true"])]
+        found["believed"] = sum(same)
+    return found
+
+
+def _believed(marginals: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
+    """Return how probable the belief holds the true values: their mean, the least, and whose that is."""
+    found = [(one["believed"], one["variable"]) for one in marginals if "believed" in one]
     if not found:
         return None
     least, variable = min(found)

@@ -34,7 +34,7 @@ def _without_tree(step: Mapping[str, Any]) -> str:
     chosen, default = step["action"], step.get("default_action")
     ended = f" The search ended with the status {step['status']}." if step.get("status") else ""
     if step.get("looked") == "one_step" or (chosen != default and step.get("lower") is not None):
-        return f"{chosen} came first where each action is followed by the default policy. No tree.{ended}"
+        return f"{chosen} came first among actions before the default policy. No tree decided.{ended}"
     if chosen == default:
         return f"{chosen} is what the default policy does. No tree was searched.{ended}"
     return f"There is no tree that says why {chosen} was taken.{ended}"

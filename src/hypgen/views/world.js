@@ -96,7 +96,8 @@ function gridLines(frame) {
 // The elements of a shape. `kind` is static, seen, true or believed; `weight` is its share of the likeliest.
 function drawn(shape, frame, kind, weight = 1) {
   const style = `--c: var(--c-${shape.colour || "grey"}, var(--axis))`;
-  const opacity = kind === "believed" ? 0.1 + 0.75 * Math.sqrt(weight) : null;
+  const most = shape.shape === "cell" ? 0.75 : 0.4; // points lie on each other
+  const opacity = kind === "believed" ? 0.1 + most * Math.sqrt(weight) : null;
   const draw = { cell, marker, rectangle, line, label }[shape.shape];
   if (!draw || frame.unit === 0) return [];
   if (typeof shape.x !== "number" || typeof shape.y !== "number") return [];
@@ -115,7 +116,7 @@ function cell(shape, frame, kind) {
 
 function marker(shape, frame, kind) {
   const [x, y] = [frame.x(shape.x), frame.y(shape.y)];
-  const radius = (kind === "believed" ? 0.24 : 0.32) * frame.glyph;
+  const radius = (kind !== "believed" ? 0.32 : frame.extent.cells ? 0.24 : 0.16) * frame.glyph;
   const elements = [];
   if (typeof shape.heading === "number") {
     const degrees = (-180 * shape.heading) / Math.PI;

@@ -43,12 +43,15 @@ def step(*actions: dict[str, Any], default: str | None = "open", **more: Any) ->
         (step(BEST, OTHER | {"lower": None}), "The lower bound of listen is not known."),
         (step(BEST), "listen is the only action that was compared."),
         (step(OTHER), "There is no tree that says why listen was taken."),
-        (step(lower=1.0), "listen came first where each action is followed by the default policy."),
+        (step(lower=1.0), "listen came first among actions before the default policy."),
         (
             step(default="listen", status="deadline"),
             "listen is what the default policy does. No tree was searched.",
         ),
-        (step(looked="one_step"), "listen came first where each action is followed by the default policy."),
+        (
+            step(looked="one_step"),
+            "listen came first among actions before the default policy. No tree decided.",
+        ),
     ],
 )
 def test_the_sentence_is_made_of_the_numbers(given: dict[str, Any], said: str) -> None:
