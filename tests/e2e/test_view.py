@@ -15,10 +15,35 @@ QUICK = ("--mode", "despot", "--trials", "20", "--scenarios=50", "--seed", "7")
 
 
 @pytest.mark.cxx
-def test_an_episode_becomes_a_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_episode_becomes_a_page(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     page = tmp_path / "rocks.html"
-    assert run(["view", ROCKS, *QUICK, "--steps", "3", "--episode", "2", "--step", "1", "-o", str(page)]) == 0
-    assert f"page: {page}" in capsys.readouterr().err
+    addresses: list[str] = []
+    monkeypatch.setattr(
+        "webbrowser.open", lambda address: addresses.append(address)
+    )  # gives None: no browser
+    assert (
+        run(
+            [
+                "view",
+                ROCKS,
+                *QUICK,
+                "--steps",
+                "3",
+                "--episode",
+                "2",
+                "--step",
+                "1",
+                "--open",
+                "-o",
+                str(page),
+            ]
+        )
+        == 0
+    )
+    said = capsys.readouterr().err
+    assert f"page: {page}" in said and "no browser was found" in said and addresses == [page.as_uri()]
     found = re.search(
         r'<script type="application/json" id="data">(.*?)</script>', page.read_text(), re.DOTALL
     )

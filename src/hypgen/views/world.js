@@ -96,7 +96,7 @@ function gridLines(frame) {
 // The elements of a shape. `kind` is static, seen, true or believed; `weight` is its share of the likeliest.
 function drawn(shape, frame, kind, weight = 1) {
   const style = `--c: var(--c-${shape.colour || "grey"}, var(--axis))`;
-  const most = shape.shape === "cell" ? 0.75 : 0.4; // points lie on each other
+  const most = frame.extent.cells ? 0.75 : 0.4; // points in the plane lie on each other
   const opacity = kind === "believed" ? 0.1 + most * Math.sqrt(weight) : null;
   const draw = { cell, marker, rectangle, line, label }[shape.shape];
   if (!draw || frame.unit === 0) return [];
@@ -108,10 +108,12 @@ function drawn(shape, frame, kind, weight = 1) {
 }
 
 function cell(shape, frame, kind) {
-  const inset = kind === "true" ? 0.1 * frame.unit : 0;
-  const side = frame.unit - 2 * inset;
-  const [x, y] = [frame.x(shape.x) - side / 2, frame.y(shape.y) - side / 2];
-  return [svg("rect", { x, y, width: side, height: side }), ...glyph(shape, frame, "on")];
+  const square = (side, kinds) => svg("rect", {
+    class: kinds, x: frame.x(shape.x) - side / 2, y: frame.y(shape.y) - side / 2, width: side, height: side,
+  });
+  const squares = kind === "true" // a ring in its colour leaves the belief below in sight
+    ? [square(0.86 * frame.unit, "rim"), square(0.7 * frame.unit, "ring")] : [square(frame.unit, "whole")];
+  return [...squares, ...glyph(shape, frame, "on")];
 }
 
 function marker(shape, frame, kind) {
