@@ -4,6 +4,7 @@
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,6 +13,27 @@ from hypgen.cli.main import run
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 ROCKS = str(EXAMPLES / "rock_sample.pomdp")  # other tests build the same library
 QUICK = ("--mode", "despot", "--trials", "20", "--scenarios=50", "--seed", "7")
+
+
+def data_of(page: Path) -> dict[str, Any]:
+    data = re.search(r'<script type="application/json" id="data">(.*?)</script>', page.read_text(), re.DOTALL)
+    assert data is not None
+    view: dict[str, Any] = json.loads(data[1])
+    return view
+
+
+@pytest.mark.cxx
+@pytest.mark.parametrize("mode", ["default", "rollout", "pomcp"])
+def test_each_mode_has_a_page(mode: str, tmp_path: Path) -> None:
+    page = tmp_path / "rocks.html"
+    assert run(["view", ROCKS, "--mode", mode, "--trials", "20", "--steps", "2", "-o", str(page)]) == 0
+    step = data_of(page)["steps"][0]
+    assert (step["tree"] is None) == (mode != "pomcp")
+    if mode == "default":
+        assert step["lower"] is None
+        assert step["why"].startswith(f"{step['action']} is what the default policy does.")
+    if mode == "pomcp":
+        assert "mean return" in step["why"]
 
 
 @pytest.mark.cxx
@@ -44,11 +66,7 @@ def test_an_episode_becomes_a_page(
     )
     said = capsys.readouterr().err
     assert f"page: {page}" in said and "no browser was found" in said and addresses == [page.as_uri()]
-    found = re.search(
-        r'<script type="application/json" id="data">(.*?)</script>', page.read_text(), re.DOTALL
-    )
-    assert found is not None
-    view = json.loads(found[1])
+    view = data_of(page)
     assert view["version"] == 1 and view["episode"] == 2 and view["first"] == 1
     assert [one["step"] for one in view["steps"]] == [0, 1, 2]
     for step in view["steps"]:
