@@ -52,7 +52,7 @@ function panelOf(panel, steps, go) {
       if (value !== null) { dots[i].setAttribute("cx", scale.x(at)); dots[i].setAttribute("cy", scale.y(value)); }
     });
     const said = series.map((one) => html("span", { class: one.kind }, `${one.name} ${panel.unit(one.values[at])}`));
-    if (ends.length) said.unshift(html("span", { class: "range" }, `bounds ${number(ends[0][at])} to ${number(ends[1][at])}`));
+    if (ends.length && ends[0][at] !== null) said.unshift(html("span", { class: "range" }, `bounds ${number(ends[0][at])} to ${number(ends[1][at])}`));
     if (panel.note && panel.note(steps[at])) said.push(html("span", { class: "range" }, panel.note(steps[at])));
     figures.replaceChildren(...said);
   }

@@ -11,7 +11,7 @@ function decisionOf(view, element) {
         : html("span", { class: "badge" }, isDefault ? "as the default policy" : `default policy: ${step.default_action}`))];
     parts.push(html("p", { class: "why" }, step.why));
     const facts = [];
-    if (step.lower !== undefined)
+    if (typeof step.lower === "number")
       facts.push(["bounds", `${number(step.lower)} to ${number(step.upper)}`, "of what the belief is worth"]);
     facts.push(["reward", number(step.reward), termsText(step)]);
     if (step.earned !== undefined) facts.push(["earned from here", number(step.earned), "discounted, to the end"]);

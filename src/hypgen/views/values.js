@@ -19,6 +19,7 @@ function plain(text) {
 
 function seconds(value) {
   if (value === null || value === undefined) return "unknown";
+  if (value !== 0 && value < 1e-3) return `${number(value * 1e6)} µs`;
   return value < 1 ? `${number(value * 1e3)} ms` : `${number(value)} s`;
 }
 

@@ -32,7 +32,7 @@ def why(step: Mapping[str, Any]) -> str:
 
 def _without_tree(step: Mapping[str, Any]) -> str:
     chosen, default = step["action"], step.get("default_action")
-    ended = f" The search ended with the status {step['status']}." if step.get("status") else ""
+    ended = f" The search ended with the status {step['status']}." if step.get("status", "ok") != "ok" else ""
     if step.get("looked") == "one_step" or (chosen != default and step.get("lower") is not None):
         return f"{chosen} came first among actions before the default policy. No tree decided.{ended}"
     if chosen == default:
@@ -45,7 +45,7 @@ def _first(own: Mapping[str, Any], others: Sequence[Mapping[str, Any]], default:
     name = own["name"]
     if not others:
         return [f"{name} is the only action that was compared."]
-    quantity, key = ("mean return", "mean") if own.get("mean") is not None else ("lower bound", "lower")
+    quantity, key = _quantity(own)
     known = [one for one in others if one.get(key) is not None]
     if own.get(key) is None or not known:
         return [f"The {quantity} of {name} is not known."]
@@ -86,11 +86,17 @@ def _default(
     if chosen == default:
         return ["The default policy would do the same."]
     its = next((one for one in others if one["name"] == default), None)
-    if its is None or its.get("lower") is None or own.get("lower") is None:
+    quantity, key = _quantity(own)
+    if its is None or its.get(key) is None or own.get(key) is None:
         return [f"The default policy would do {default}, which is not among the actions compared here."]
-    gain = own["lower"] - its["lower"]
+    gain = own[key] - its[key]
     side = "more" if gain >= 0 else "less"
-    return [f"The default policy would do {default}: the lower bound promises {number(abs(gain))} {side}."]
+    return [f"The default policy would do {default}: the {quantity} promises {number(abs(gain))} {side}."]
+
+
+def _quantity(action: Mapping[str, Any]) -> tuple[str, str]:
+    """Return by what actions were compared, in words and in the tree: `pomcp` has means."""
+    return ("mean return", "mean") if action.get("mean") is not None else ("lower bound", "lower")
 
 
 def _count(many: int, what: str) -> str:

@@ -40,6 +40,7 @@ def step(*actions: dict[str, Any], default: str | None = "open", **more: Any) ->
             step(BEST | {"mean": 7.0}, OTHER | {"mean": 6.0}),
             "listen has the largest mean return: 7, which is 1 more",
         ),
+        (step(BEST | {"mean": 7.0}, OTHER | {"mean": 6.0}), "do open: the mean return promises 1 more."),
         (step(BEST, OTHER | {"lower": None}), "The lower bound of listen is not known."),
         (step(BEST), "listen is the only action that was compared."),
         (step(OTHER), "There is no tree that says why listen was taken."),
