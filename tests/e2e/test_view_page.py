@@ -35,6 +35,7 @@ def view(count: int = STEPS, nodes: int = 60, **more: Any) -> dict[str, Any]:
 def browser() -> Iterator[Any]:
     with playwright.sync_playwright() as runner:
         launched = runner.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        launched.new_context()
         yield launched
         launched.close()
 
@@ -42,9 +43,10 @@ def browser() -> Iterator[Any]:
 class Opened:
     """A page with what went wrong in it, and what it asked for."""
 
-    def __init__(self, browser: Any, path: Path, **context: Any) -> None:
-        self.context = browser.new_context(**context)
-        self.page = self.context.new_page()
+    def __init__(self, browser: Any, path: Path, **options: Any) -> None:
+        # A context takes longer to make than a page: pages without options share the first one.
+        context = browser.new_context(**options) if options else browser.contexts[0]
+        self.page = context.new_page()
         self.page.set_default_timeout(10_000)
         self.errors: list[str] = []
         self.requests: list[str] = []
@@ -66,17 +68,17 @@ class Opened:
 def opened(browser: Any, tmp_path: Path) -> Iterator[Any]:
     pages: list[Opened] = []
 
-    def open_page(shown: dict[str, Any] | None = None, **context: Any) -> Opened:
+    def open_page(shown: dict[str, Any] | None = None, **options: Any) -> Opened:
         path = tmp_path / "page.html"
         path.write_text(page_of(view() if shown is None else shown), encoding="utf-8")
-        pages.append(Opened(browser, path, **context))
+        pages.append(Opened(browser, path, **options))
         return pages[-1]
 
     yield open_page
     for one in pages:
         assert one.errors == []
         assert set(one.requests) == {one.page.url}, "a page needs its own file alone"
-        one.context.close()
+        one.page.close()
 
 
 def test_the_step_advances_by_itself_and_stops_on_pause(opened: Any) -> None:
