@@ -450,7 +450,7 @@ struct Tag : NoHistory {
     Key rest = key;
     const std::int32_t robot_seen_seen = static_cast<std::int32_t>(rest % 2);
     rest /= 2;
-    if (next.robot_seen() != robot_seen_seen != 0) return 0.0;
+    if (next.robot_seen() != (robot_seen_seen != 0)) return 0.0;
     double weight = 1.0;
     return weight;
   }
@@ -506,8 +506,8 @@ struct Tag : NoHistory {
   }
 
   template <class D>
-  static StepResult step_group_0(const Params& params, const Fixed&, const State& state, int act,
-      D& draws, State& next) {
+  static StepResult step_group_0(const Params& params, const Fixed&, const State& state, int act, D& draws,
+      State& next) {
     next = state;
     update_robot_stage_0(params, state, act, next);
     update_opponent(params, state, draws, next);
@@ -635,20 +635,20 @@ struct Tag : NoHistory {
   HYPGEN_FN static std::int32_t compute_opponent_cell_table_2(const Params& params,
       std::int32_t opponent_cell, std::int32_t robot_cell, std::int32_t entry) {
     if (entry == 0) {
-      return params.step_table[(Cell::x(opponent_cell) >= Cell::x(robot_cell) ? Dir::east
-          : Dir::west)][opponent_cell];
+      return params.step_table[Cell::x(opponent_cell) >= Cell::x(robot_cell) ? Dir::east
+          : Dir::west][opponent_cell];
     }
     if (entry == 1) {
-      return params.step_table[(Cell::x(opponent_cell) <= Cell::x(robot_cell) ? Dir::west
-          : Dir::east)][opponent_cell];
+      return params.step_table[Cell::x(opponent_cell) <= Cell::x(robot_cell) ? Dir::west
+          : Dir::east][opponent_cell];
     }
     if (entry == 2) {
-      return params.step_table[(Cell::y(opponent_cell) >= Cell::y(robot_cell) ? Dir::north
-          : Dir::south)][opponent_cell];
+      return params.step_table[Cell::y(opponent_cell) >= Cell::y(robot_cell) ? Dir::north
+          : Dir::south][opponent_cell];
     }
     if (entry == 3) {
-      return params.step_table[(Cell::y(opponent_cell) <= Cell::y(robot_cell) ? Dir::south
-          : Dir::north)][opponent_cell];
+      return params.step_table[Cell::y(opponent_cell) <= Cell::y(robot_cell) ? Dir::south
+          : Dir::north][opponent_cell];
     }
     return opponent_cell;
   }

@@ -186,8 +186,8 @@ struct TwoRobotRockSample {
   HYPGEN_FN static float worth(const Params& params, const State& state, std::int32_t b, std::int32_t r,
       float p) {
     return gone(state, b) ||
-        10.0f * p * params.worth_table[state.bot_x(b)][state.bot_y(b)][r] <= loss(params, state, b, r)
-            ? 0.0f : p / (static_cast<float>(walk_to(params, state, b, r) + 1 + (p < params.sure ? 1 : 0))
+        10.0f * p * params.worth_table[state.bot_x(b)][state.bot_y(b)][r] <= loss(params, state, b, r) ? 0.0f
+            : p / (static_cast<float>(walk_to(params, state, b, r) + 1 + (p < params.sure ? 1 : 0))
             + params.detour_weight * static_cast<float>(detour(params, state, b, r)));
   }
 
@@ -771,8 +771,7 @@ struct TwoRobotRockSample {
   // Bounds from small models ----------------------------------------------------------------------------
 
   // What is legal for agent 0 whatever the other does.
-  static bool is_legal_for_agent_0(const Params& params, const Fixed&, const State& state,
-      int action) {
+  static bool is_legal_for_agent_0(const Params& params, const Fixed&, const State& state, int action) {
     const Joint move = joint(action);
     if (state.bot_x(0) == 20) return move[0] == Move::east;
     if (move[0] == Move::north) return state.bot_y(0) < 19;
@@ -783,8 +782,7 @@ struct TwoRobotRockSample {
   }
 
   // What is legal for agent 1 whatever the other does.
-  static bool is_legal_for_agent_1(const Params& params, const Fixed&, const State& state,
-      int action) {
+  static bool is_legal_for_agent_1(const Params& params, const Fixed&, const State& state, int action) {
     const Joint move = joint(action);
     if (state.bot_x(1) == 20) return move[1] == Move::east;
     if (move[1] == Move::north) return state.bot_y(1) < 19;
@@ -815,14 +813,14 @@ struct TwoRobotRockSample {
       index /= 21;
     }
     for (std::int32_t i = 18; i >= 0; i -= 2) {
-      state.set_rock_good(i, (index % 2) != 0);
+      state.set_rock_good(i, index % 2 != 0);
       index /= 2;
     }
   }
 
   template <class D>
-  static StepResult step_group_0(const Params& params, const Fixed&, const State& state,
-      int action, D&, State& next) {
+  static StepResult step_group_0(const Params& params, const Fixed&, const State& state, int action, D&,
+      State& next) {
     const Joint move = joint(action);
     next = state;
     for (std::int32_t b = 0; b <= 0; ++b) update_bot(state, move, next, b);
@@ -864,14 +862,14 @@ struct TwoRobotRockSample {
       index /= 21;
     }
     for (std::int32_t i = 18; i >= 0; i -= 2) {
-      state.set_rock_good(i, (index % 2) != 0);
+      state.set_rock_good(i, index % 2 != 0);
       index /= 2;
     }
   }
 
   template <class D>
-  static StepResult step_group_1(const Params& params, const Fixed&, const State& state,
-      int action, D&, State& next) {
+  static StepResult step_group_1(const Params& params, const Fixed&, const State& state, int action, D&,
+      State& next) {
     const Joint move = joint(action);
     next = state;
     for (std::int32_t b = 1; b <= 1; ++b) update_bot(state, move, next, b);
@@ -913,14 +911,14 @@ struct TwoRobotRockSample {
       index /= 21;
     }
     for (std::int32_t i = 19; i >= 1; i -= 2) {
-      state.set_rock_good(i, (index % 2) != 0);
+      state.set_rock_good(i, index % 2 != 0);
       index /= 2;
     }
   }
 
   template <class D>
-  static StepResult step_group_2(const Params& params, const Fixed&, const State& state,
-      int action, D&, State& next) {
+  static StepResult step_group_2(const Params& params, const Fixed&, const State& state, int action, D&,
+      State& next) {
     const Joint move = joint(action);
     next = state;
     for (std::int32_t b = 0; b <= 0; ++b) update_bot(state, move, next, b);
@@ -963,14 +961,14 @@ struct TwoRobotRockSample {
       index /= 21;
     }
     for (std::int32_t i = 19; i >= 1; i -= 2) {
-      state.set_rock_good(i, (index % 2) != 0);
+      state.set_rock_good(i, index % 2 != 0);
       index /= 2;
     }
   }
 
   template <class D>
-  static StepResult step_group_3(const Params& params, const Fixed&, const State& state,
-      int action, D&, State& next) {
+  static StepResult step_group_3(const Params& params, const Fixed&, const State& state, int action, D&,
+      State& next) {
     const Joint move = joint(action);
     next = state;
     for (std::int32_t b = 1; b <= 1; ++b) update_bot(state, move, next, b);
