@@ -18,8 +18,8 @@ from hypgen.codegen.bounds.least_reward import least_reward
 from hypgen.codegen.bounds.relaxation import relax
 from hypgen.codegen.bounds.token_split import TeamFunctions
 from hypgen.codegen.cpp import template_data
+from hypgen.codegen.cpp.body_printer import Context
 from hypgen.codegen.cpp.constant_arrays import constant_array, dimensions
-from hypgen.codegen.cpp.expressions import Context
 from hypgen.codegen.cpp.function_builder import Builder, laid_out, origin
 from hypgen.codegen.cpp.key_codes import KeyLayout
 from hypgen.codegen.cpp.text import float32, scalar, stored
@@ -48,11 +48,25 @@ from hypgen.codegen.passes.enumerable import sees_continuously
 from hypgen.codegen.passes.partition import ElementUpdate, partition
 from hypgen.codegen.passes.tabulate import DerivedTable, tabulate
 from hypgen.codegen.tree.expr import FALSE, TRUE, Literal, Prefix, member, method, not_
+from hypgen.codegen.tree.passes import called, tidy
+from hypgen.codegen.tree.sharing import renamed, share
 from hypgen.codegen.tree.statements import Function, Return, assign, when
 from hypgen.dsl import ir
 from hypgen.dsl.ir.rounding import rounding, with_any_params
 from hypgen.dsl.messages.watch import Watch, nobody
 from hypgen.dsl.types import Type, length_of, size_of
+
+_BOUNDS = "Bounds from small models"
+
+# Sections of what stands for parts of the model: nothing but other functions calls it.
+_PARTS = (
+    "Constant arrays",
+    "Functions of the model",
+    "Element updates",
+    "Rewards",
+    "Observations",
+    "Densities, for the filter",
+)
 
 # No version: a release that generates the same code leaves files, caches and golden files as they are.
 LICENCE = "This file belongs to the owner of the model. hypgen's library is under the Apache License 2.0."
@@ -284,7 +298,7 @@ def _sections(
                 ),
             ],
         ),
-        ("Bounds from small models", [*groups.all(), groups.upper(), *groups.lower()] if groups else []),
+        (_BOUNDS, [*groups.all(), groups.upper(), *groups.lower()] if groups else []),
         (
             "Loading",
             [
@@ -293,9 +307,22 @@ def _sections(
             ],
         ),
     ]
-    return tuple(
-        template_data.Section(title, tuple(map(laid_out, found))) for title, found in sections if found
-    )
+    return _laid_out([(title, [*found]) for title, found in sections], context.names)
+
+
+def _laid_out(sections: list[tuple[str, list[Function]]], names: Names) -> tuple[template_data.Section, ...]:
+    """Return sections of functions after the passes over C++, without functions of parts that none calls."""
+    functions = {f.name: f for f in tidy([function for _, found in sections for function in found])}
+    parts = [f.name for title, found in sections if title in _PARTS for f in found]
+    kept = called([*functions.values()], parts)
+    alike = [functions[f.name] for title, found in sections if title == _BOUNDS for f in found]
+    shared, instances = share(alike, names.struct.unique)
+    result = []
+    for title, found in sections:
+        some = [renamed(functions[f.name], instances) for f in found if f.name in kept]
+        lines = tuple(map(laid_out, shared if title == _BOUNDS else some))
+        result += [template_data.Section(title, lines)] if lines else []
+    return tuple(result)
 
 
 def _load(
@@ -323,5 +350,5 @@ def _load(
     builder.code.add(Return(TRUE))
     function = builder.done("bool", "load")
     # Only the host loads. A template, so that nvcc does not compile a step over draws that only the host has.
-    template = "template <class Draws = exact::EnumeratingDraws>" if groups else ""
+    template = ("class Draws = exact::EnumeratingDraws",) if groups else ()
     return replace(function, mark="static", template=template)

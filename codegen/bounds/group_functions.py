@@ -140,7 +140,7 @@ class GroupFunctions:
             actions = named.group.actions
             code.add(Declare("static constexpr int", f"actions_{i}", braces("", *actions), ("",)))
             own = braces("", f"actions_{i}", len(actions))
-            step = Name(f"{named.step}<Draws>")
+            step = Name(named.step, ("Draws",))
             row = (named.group.states, own, named.put, named.index, self._legal(i), step, *self._table(i))
             groups.append(braces("", *row))
         kind = "const relaxation::Group<Params, Fixed, State>"

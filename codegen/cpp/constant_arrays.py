@@ -9,7 +9,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterator
 
-from hypgen.codegen.cpp.expressions import Context
+from hypgen.codegen.cpp.body_printer import Context
 from hypgen.codegen.cpp.function_builder import Builder, origin
 from hypgen.codegen.cpp.text import literal, scalar
 from hypgen.codegen.tree.expr import braces, call, cast, of, op

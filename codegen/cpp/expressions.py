@@ -8,16 +8,14 @@ branch that guards it, so that nothing is evaluated that the model's author has 
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
-from functools import partial
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 
+from hypgen.codegen.cpp.body_printer import BodyPrinter
 from hypgen.codegen.cpp.sink import Sink, into
-from hypgen.codegen.cpp.text import code_of, float32, literal, loop, row_major, scalar, stored
-from hypgen.codegen.layout.naming import Names
+from hypgen.codegen.cpp.text import code_of, float32, literal, row_major, scalar, stored
 from hypgen.codegen.layout.nodes import ArrayBits, BeliefCall, HistoryRead
-from hypgen.codegen.passes.arguments import PARTS, Needs, NeedsAnalysis
+from hypgen.codegen.passes.arguments import PARTS, Needs
 from hypgen.codegen.passes.expr_shapes import (
     branches,
     is_float_zero,
@@ -25,14 +23,12 @@ from hypgen.codegen.passes.expr_shapes import (
     plain_loop,
     plain_variant,
 )
-from hypgen.codegen.tree.code import Code
 from hypgen.codegen.tree.expr import (
     FALSE,
     TRUE,
     Choice,
     Expr,
     Literal,
-    Operand,
     Prefix,
     braces,
     call,
@@ -46,9 +42,6 @@ from hypgen.codegen.tree.expr import (
 )
 from hypgen.codegen.tree.statements import (
     BREAK,
-    For,
-    ForEach,
-    While,
     assign,
     const,
     increment,
@@ -68,27 +61,8 @@ _ROUNDINGS = {"floor": "floor_to_int", "ceil": "ceil_to_int", "round": "round_to
 Append = Callable[[], None]
 
 
-@dataclass(frozen=True)
-class Context:
-    """What printing any expression of a model takes."""
-
-    model: ir.Model
-    names: Names
-    needs: NeedsAnalysis
-    index_types: dict[str, tuple[Type, ...]]  # of params, derived tables and constant arrays, by IR name
-    beliefs: Mapping[int, ir.BeliefRead] = field(default_factory=dict)  # those that take a function
-    masses: dict[Expr, str] = field(default_factory=dict)  # fields of Params, by the masses met so far
-
-
-class ExprPrinter:
+class ExprPrinter(BodyPrinter):
     """Prints the expressions of one generated function into ``code``."""
-
-    def __init__(self, context: Context) -> None:
-        self.context = context
-        self.names = context.names
-        self.code = Code()
-        self.scope = context.names.locals()
-        self.locals: dict[str, Expr] = {}
 
     # Statements ----------------------------------------------------------------------------------
 
@@ -138,31 +112,6 @@ class ExprPrinter:
         with self.otherwise():
             otherwise()
 
-    @contextmanager
-    def when(self, test: Operand, chained: bool = False) -> Iterator[None]:
-        """Put what is added meanwhile where ``test`` holds; ``chained``: in an ``else if``."""
-        with self._names(), self.code.or_when(test) if chained else self.code.when(test):
-            yield
-
-    @contextmanager
-    def otherwise(self) -> Iterator[None]:
-        """Put what is added meanwhile into the ``else`` of the ``if`` before it."""
-        with self._names(), self.code.otherwise():
-            yield
-
-    @contextmanager
-    def block(self, head: For | ForEach | While) -> Iterator[None]:
-        """Put what is added meanwhile into a loop."""
-        with self._names(), self.code.block(head):
-            yield
-
-    @contextmanager
-    def _names(self) -> Iterator[None]:
-        """Free the names declared meanwhile again."""
-        taken = set(self.scope.taken)
-        yield
-        self.scope.taken = taken
-
     def declare(self, name: str, value: ir.Expr, body: ir.Expr | ir.Dist) -> None:
         """Append the declaration of a let's local, if the body reads it."""
         if name not in free_locals(body):
@@ -176,36 +125,6 @@ class ExprPrinter:
             local = self.scope.unique(name)
             self.code.add(const(scalar(value.type), local, expr))
         self.bind(name, local)
-
-    def bind(self, name: str, value: Operand) -> None:
-        """Let a local of the model stand for ``value``."""
-        self.locals[name] = of(value)
-
-    def bind_new(self, name: str) -> str:
-        """Let a local of the model stand for a new C++ local, whose name is given back."""
-        local = self.scope.unique(name)
-        self.bind(name, local)
-        return local
-
-    @contextmanager
-    def loops(self, binders: Sequence[ir.Binder]) -> Iterator[None]:
-        """Put what is added meanwhile into loops over the binders, the first outermost."""
-        with ExitStack() as stack:
-            for b in binders:
-                stack.enter_context(self.loop(b, partial(loop, b.type)))
-            yield
-        self.code.join()
-
-    @contextmanager
-    def loop(self, binder: ir.Binder, head: Callable[[str], For]) -> Iterator[None]:
-        """Put what is added meanwhile into a loop, whose ``head`` is made of its variable's name."""
-        variable = self.scope.unique(binder.name)
-        self.scope.taken.discard(variable)
-        with self.block(head(variable)):
-            self.bind_new(binder.name)
-            if isinstance(binder.type, Bool):
-                self.bind(binder.name, op(variable, "!=", 0))
-            yield
 
     # Expressions ---------------------------------------------------------------------------------
 
@@ -445,8 +364,10 @@ class ExprPrinter:
             reached = {"min": expr.body.type.high < INT32_MAX, "max": expr.body.type.low > INT32_MIN}
             if reached[expr.kind]:
                 return self._extremum(expr, expr.body)
-        best, found = self.scope.unique("best"), self.scope.unique("found")
         picks = expr.kind.startswith("arg")
+        if picks and isinstance(expr.body, ir.Const):
+            return self._first_match(expr)
+        best, found = self.scope.unique("best"), self.scope.unique("found")
         value_type = scalar(expr.body.type)
         self.code.add(var("bool", found, FALSE))
         self.code.add(zeroed(value_type, best))
@@ -466,6 +387,21 @@ class ExprPrinter:
                     self.code.add(assign(picked, self.locals[expr.binders[0].name]))
         first = ir.Local(expr.type, expr.binders[0].name) if picks else expr.body
         self._unless_found(expr, not_(found), first, picked)
+        return of(picked)
+
+    def _first_match(self, expr: ir.Quantified) -> Expr:
+        """Give ``argmin argmax`` of a constant: the first value that fulfils the condition."""
+        [binder] = expr.binders
+        found, picked = self.scope.unique("found"), self.scope.unique("picked")
+        self.code.add(var("bool", found, FALSE))
+        self.code.add(zeroed(scalar(expr.type), picked))
+        with self.loops(expr.binders), ExitStack() as stack:
+            if expr.condition is not None:
+                stack.enter_context(self.when(self.expr(expr.condition)))
+            self.code.add(assign(found, TRUE))
+            self.code.add(assign(picked, self.locals[binder.name]))
+            self.code.add(BREAK)
+        self._unless_found(expr, not_(found), ir.Local(expr.type, binder.name), picked)
         return of(picked)
 
     def _extremum(self, expr: ir.Quantified, body: ir.Expr) -> Expr:

@@ -8,17 +8,20 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 
 from hypgen.codegen.cpp import template_data
+from hypgen.codegen.cpp.body_printer import Context
 from hypgen.codegen.cpp.distributions import DistPrinter
-from hypgen.codegen.cpp.expressions import Context, ExprPrinter
+from hypgen.codegen.cpp.expressions import ExprPrinter
 from hypgen.codegen.cpp.sink import RETURN, Sink
 from hypgen.codegen.cpp.text import scalar
 from hypgen.codegen.cpp.word import Word
 from hypgen.codegen.layout.naming import base_name
 from hypgen.codegen.passes.arguments import PARTS, Needs
+from hypgen.codegen.passes.expr_shapes import needs_statements
 from hypgen.codegen.tree.expr import Expr
 from hypgen.codegen.tree.lines import head_of, statements
 from hypgen.codegen.tree.statements import Function, Statement, names_in
 from hypgen.dsl import ir
+from hypgen.dsl.ir.walk import shape
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import Type
 
@@ -88,8 +91,18 @@ class Builder:
     @contextmanager
     def guarded(self, guard: ir.Expr | None) -> Iterator[None]:
         """Put what is added meanwhile where ``guard`` holds, if there is one."""
-        with self.printer.when(self.printer.expr(guard)) if guard is not None else nullcontext():
+        with self.printer.when(self._guard(guard)) if guard is not None else nullcontext():
             yield
+
+    def _guard(self, guard: ir.Expr) -> Expr:
+        """Return a condition; one that takes statements and stays the same is computed once."""
+        if not needs_statements(guard) or self.context.needs.of(guard) & {"next", "draws"}:
+            return self.printer.expr(guard)
+        key = shape(guard)
+        if key not in self.printer.known:
+            holds = self.printer.expr(guard)
+            self.printer.known[key] = holds
+        return self.printer.known[key]
 
     def done(self, result: str, name: str, comment: Sequence[str] = ()) -> Function:
         """Return the function."""
@@ -98,14 +111,14 @@ class Builder:
             if declared in names_in(body):
                 body = [statement, *body]
         kinds = {kind for kind, _ in self.arguments}
-        template = "D" if "D&" in kinds else "Real" if "Real*" in kinds else ""
+        template = ("class D",) if "D&" in kinds else ("class Real",) if "Real*" in kinds else ()
         return Function(
             result,
             name,
             self.arguments,
             body,
             tuple(comment),
-            template=f"template <class {template}>" if template else "",
+            template=template,
         )
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import reduce
 
 from hypgen.codegen.cpp import template_data
-from hypgen.codegen.cpp.expressions import Context
+from hypgen.codegen.cpp.body_printer import Context
 from hypgen.codegen.cpp.function_builder import laid_out
 from hypgen.codegen.cpp.key_codes import KeyLayout
 from hypgen.codegen.cpp.text import from_int32, value_of

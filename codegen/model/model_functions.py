@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence, Set
 
-from hypgen.codegen.cpp.expressions import Context, ExprPrinter
+from hypgen.codegen.cpp.body_printer import Context
+from hypgen.codegen.cpp.expressions import ExprPrinter
 from hypgen.codegen.cpp.function_builder import Builder, origin
 from hypgen.codegen.cpp.sink import RETURN, Sink
 from hypgen.codegen.cpp.text import scalar, stored

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from hypgen.codegen.cpp.expressions import Context
+from hypgen.codegen.cpp.body_printer import Context
 from hypgen.codegen.cpp.function_builder import Builder, origin
 from hypgen.codegen.cpp.text import code_of, scalar
 from hypgen.codegen.cpp.word import Word

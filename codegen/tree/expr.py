@@ -71,9 +71,10 @@ Operand = Expr | str | int
 
 @dataclass(frozen=True)
 class Name(Expr):
-    """A variable, or a function as a value."""
+    """A variable, or a function as a value: of a template with what it is given."""
 
     text: str
+    given: tuple[str, ...] = ()
 
     @cached_property
     def names(self) -> frozenset[str]:

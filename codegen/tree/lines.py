@@ -87,7 +87,9 @@ class Line:
 
     def _expr(self, expr: Expr) -> None:
         match expr:
-            case Name(text) | Literal(text):
+            case Name(text, given):
+                self.add(f"{text}<{', '.join(given)}>" if given else text)
+            case Literal(text):
                 self.add(text)
             case Call(function, arguments):
                 self.expr(function, PRIMARY)
@@ -320,4 +322,5 @@ def head_of(function: Function) -> list[str]:
             line.split()
         line.add(f"{kind} {name}" if name in used else kind)
     line.add(") {")
-    return [*([function.template] if function.template else []), *wrapped(line, "")]
+    template = [f"template <{', '.join(function.template)}>"] if function.template else []
+    return [*template, *wrapped(line, "")]

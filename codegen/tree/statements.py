@@ -269,7 +269,7 @@ class Function:
     body: Block
     comment: tuple[str, ...] = ()
     mark: str = "HYPGEN_FN static"  # what stands before the result
-    template: str = ""
+    template: tuple[str, ...] = ()  # its parameters
 
 
 def walk(block: Block) -> Iterator[Statement]:
