@@ -7,10 +7,11 @@ Each pass leaves what a function computes as it is, operation by operation.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
-from hypgen.codegen.tree.expr import Call, Expr, Member, Name, Operation, Postfix, Prefix, number
+from hypgen.codegen.tree.effects import Effects
+from hypgen.codegen.tree.expr import FALSE, TRUE, Name, Operation, number
 from hypgen.codegen.tree.statements import (
     Assign,
     Block,
@@ -25,20 +26,20 @@ from hypgen.codegen.tree.statements import (
     While,
     walk,
 )
-from hypgen.codegen.tree.walks import all_nodes, calls, declared, integer, nodes, root, with_values
-
-_OWN = ("math::",)  # functions that change nothing
+from hypgen.codegen.tree.walks import calls, declared, integer, with_values
 
 
 def tidy(functions: Sequence[Function]) -> list[Function]:
-    """Return functions with loops of one trip written out and equal neighbours merged."""
+    """Return functions with loops of one trip written out, equal neighbours merged, and nothing idle."""
     known = {f.name: f for f in functions}
     return [_tidy(f, known) for f in functions]
 
 
 def _tidy(function: Function, known: Mapping[str, Function]) -> Function:
-    body = Unrolling(function).block(function.body)
-    return replace(function, body=Merging(function, known).block(body))
+    effects = Effects(function, known)
+    function = replace(function, body=Unrolling(function).block(function.body))
+    function = replace(function, body=Merging(effects).block(function.body))
+    return replace(function, body=Dropping(function, effects).block(function.body))
 
 
 def called(functions: Sequence[Function], removable: Sequence[str]) -> set[str]:
@@ -88,15 +89,11 @@ class Unrolling(Rewriting):
         return with_values(statement.body, {statement.variable: number(first)})
 
 
-@dataclass
 class Merging(Rewriting):
     """Merges neighbours that ask the same conditions, where the first does not change the answer."""
 
-    function: Function
-    known: Mapping[str, Function]
-
-    def __post_init__(self) -> None:
-        self.constant = {name for kind, name in self.function.arguments if kind.startswith("const ")}
+    def __init__(self, effects: Effects) -> None:
+        self.effects = effects
 
     def block(self, block: Block) -> Block:
         """Return a block with its neighbours merged, and what is in it."""
@@ -111,44 +108,50 @@ class Merging(Rewriting):
 
     def _may_merge(self, first: If, second: If) -> bool:
         conditions = first.expressions
-        if conditions != second.expressions or not all(map(self._is_pure, conditions)):
+        if conditions != second.expressions or not all(map(self.effects.is_pure, conditions)):
             return False
         for one, other in zip(first.blocks, second.blocks, strict=True):
             if declared(one) & declared(other) or any(isinstance(s, Jump | Return) for s in walk(one)):
                 return False
         read = {name for condition in conditions for name in condition.names}
-        changed = {name for block in first.blocks for name in self._changed(block)}
-        return not read & (changed - self.constant)
+        return not any(read & self.effects.of(block) for block in first.blocks)
 
-    def _is_pure(self, condition: Expr) -> bool:
-        """Return whether to evaluate a condition changes nothing and gives the same again."""
-        return "draws" not in condition.names and not any(self._changed_by(n) for n in nodes(condition))
 
-    def _changed(self, block: Block) -> Iterator[str | None]:
-        """Yield the variables that a block may change."""
-        for statement in walk(block):
-            match statement:
-                case Assign(target=target):
-                    yield root(target)
-                case Declare(name=name) | For(variable=name) | ForEach(variable=name):
-                    yield name
-        for node in all_nodes(block):
-            yield from self._changed_by(node)
+class Dropping(Rewriting):
+    """Drops statements without an effect, and locals that nothing reads."""
 
-    def _changed_by(self, node: Expr) -> set[str | None]:
-        """Return the variables that an expression itself may change."""
-        match node:
-            case Prefix(sign="++" | "--" | "&", operand=operand) | Postfix(operand=operand):
-                return {root(operand)}
-            case Call(function=Member(owner=owner)):
-                return {root(owner)} - self.constant
-            case Call(function=Name(text=name), arguments=arguments) if name in self.known:
-                kinds = [kind for kind, _ in self.known[name].arguments]
-                given = zip(kinds, arguments, strict=True)
-                return {root(a) for kind, a in given if kind[-1] in "&*" and not kind.startswith("const ")}
-            case Call(function=Name(text=name), arguments=arguments) if not name.startswith(_OWN):
-                return {root(a) for a in arguments} - self.constant - {None}
-        return set()
+    def __init__(self, function: Function, effects: Effects) -> None:
+        self.effects = effects
+        self.unread = {
+            s.name
+            for s in walk(function.body)
+            if isinstance(s, Declare) and not s.dimensions and not s.arguments
+        }
+        for statement in walk(function.body):
+            if isinstance(statement, Assign) and isinstance(statement.target, Name):
+                self.unread -= statement.value.names
+                if not effects.is_pure(statement.value):
+                    self.unread.discard(statement.target.text)
+                continue
+            self.unread.difference_update(statement.names)
+            if isinstance(statement, Declare) and not all(map(effects.is_pure, statement.expressions)):
+                self.unread.discard(statement.name)
+
+    def statement(self, statement: Statement) -> Block:
+        """Return the statement, unless it has no effect."""
+        match statement:
+            case Assign(sign="&=", value=value) if value == TRUE:
+                return []
+            case Assign(sign="|=", value=value) if value == FALSE:
+                return []
+            case Assign(sign="+=" | "-=", value=value) if value == number(0):
+                return []
+            case Assign(target=Name(text=name)) | Declare(name=name) if name in self.unread:
+                return []
+            case If() | For() | ForEach():
+                if not any(statement.blocks) and all(map(self.effects.is_pure, statement.expressions[:2])):
+                    return []
+        return [statement]
 
 
 def _merged(first: If, second: If) -> If:

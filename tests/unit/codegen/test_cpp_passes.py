@@ -3,17 +3,17 @@
 
 from __future__ import annotations
 
-from hypgen.codegen.tree.expr import FALSE, Expr, call, method, number, of, op
+from hypgen.codegen.tree.expr import FALSE, TRUE, Expr, call, method, number, of, op
 from hypgen.codegen.tree.lines import head_of, statements
 from hypgen.codegen.tree.passes import called, tidy
 from hypgen.codegen.tree.sharing import renamed, share
 from hypgen.codegen.tree.statements import (
     BREAK,
-    Block,
     Do,
+    For,
     Function,
-    If,
     Return,
+    Statement,
     assign,
     const,
     for_range,
@@ -25,9 +25,8 @@ STEP = Function("void", "update", [("const State&", "state"), ("State&", "next")
 GIVEN = [("const State&", "state"), ("State&", "next"), ("int", "act")]
 
 
-def tidied(*body: If | Do | Block, given: list[tuple[str, str]] = GIVEN) -> list[str]:
-    block = [s for part in body for s in (part if isinstance(part, list) else [part])]
-    [_, function] = tidy([STEP, Function("void", "f", given, block)])
+def tidied(*body: Statement) -> list[str]:
+    [_, function] = tidy([STEP, Function("void", "f", GIVEN, [*body])])
     return list(statements(function.body))
 
 
@@ -35,10 +34,10 @@ def update(i: int) -> Do:
     return Do(call("update", "state", "next", i))
 
 
-def loop(first: int, last: int, *body: Do | If, name: str = "i") -> Block:
-    head = for_range(name, first, last)
+def loop(first: int, last: int, *body: Statement) -> For:
+    head = for_range("i", first, last)
     head.body.extend(body)
-    return [head]
+    return head
 
 
 def test_a_loop_of_one_trip_is_its_body() -> None:
@@ -52,11 +51,8 @@ def test_a_loop_that_is_left_stays_a_loop() -> None:
 
 
 def test_names_of_two_bodies_do_not_meet() -> None:
-    once = loop(1, 1)
-    again = loop(2, 2)
-    for [head] in (once, again):
-        head.body.extend([const("int", "x", "i"), Do(call("update", "state", "next", "x"))])  # type: ignore[attr-defined]
-    assert tidied(once, again).count("  const int x = i;") == 2
+    body = (const("int", "x", "i"), Do(call("update", "state", "next", "x")))
+    assert tidied(loop(1, 1, *body), loop(2, 2, *body)).count("  const int x = i;") == 2
 
 
 def test_equal_neighbours_are_one() -> None:
@@ -79,6 +75,22 @@ def test_neighbours_stay_two_where_the_first_may_change_the_answer() -> None:
     assert len(tidied(when(act, Return(of("act"))), when(act, update(2)))) == 2
 
 
+def test_what_has_no_effect_goes() -> None:
+    idle = [assign("all", TRUE, "&="), assign("any", FALSE, "|="), assign("sum", 0, "+=")]
+    assert tidied(*idle, when(op("act", "==", 1), assign("sum", 0, "+="))) == []
+    assert tidied(loop(0, 4, assign("sum", 0, "+="))) == []
+    assert tidied(assign("sum", FALSE, "&="), assign("sum", 1, "+=")) == ["sum &= false;", "sum += 1;"]
+
+
+def test_a_local_that_nothing_reads_goes() -> None:
+    unread = [var("int", "x", 1), assign("x", method("state", "x"))]
+    assert tidied(*unread) == []
+    assert len(tidied(*unread, Return(of("x")))) == 3
+    assert len(tidied(var("int", "x", method("rest", "take", 2)))) == 1
+    assert len(tidied(var("int", "x", method("draws", "word", 2)))) == 1
+    assert len(tidied(var("int", "x", call("settle", "next")))) == 1
+
+
 def test_functions_without_a_call_are_found() -> None:
     one = Function("int", "one", [], [Return(number(1))])
     two = Function("int", "two", [], [Return(call("one"))])
@@ -90,7 +102,7 @@ def test_functions_without_a_call_are_found() -> None:
 def test_functions_that_differ_in_numbers_are_one_template() -> None:
     def numbered(name: str, first: int, last: int, entry: int) -> Function:
         step: Expr = call("update", "state", "next", "i")
-        body = [var("bool", "any", FALSE), *loop(first, last, Do(step)), update(entry)]
+        body = [var("bool", "any", FALSE), loop(first, last, Do(step)), update(entry)]
         return Function("void", name, GIVEN[:2], body, (f"// From {first}.",))
 
     names = iter(("group", "other"))

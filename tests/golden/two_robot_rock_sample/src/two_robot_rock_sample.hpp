@@ -483,8 +483,6 @@ struct TwoRobotRockSample {
         holds &= state.bot_x(b) > 0;
       } else if (move[b] == Move::sample) {
         holds &= params.legal_table[state.bot_x(b)][state.bot_y(b)];
-      } else {
-        holds &= true;
       }
     }
     return holds;
