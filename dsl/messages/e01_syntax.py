@@ -95,8 +95,9 @@ def record_in_braces(record: str, fields: Sequence[str], span: Span) -> Diagnost
     return Diagnostic("E0146", message, span, f"write `{record}({', '.join(fields)})`, its fields in order")
 
 
-def several_indexes(family: str, span: Span) -> Diagnostic:
-    """A family with more than one index."""
+def several_indexes(family: str, indexes: Sequence[tuple[str, str]], span: Span) -> Diagnostic:
+    """A family with more than one index; ``indexes`` are their names and types."""
     message = f"the family '{family}' has one index: this is a second one"
-    remedy = f"index it by a record: record Place {{ r: Row  c: Col }}   element {family}[p in Place]"
+    fields = "  ".join(f"{name}: {t}" for name, t in indexes)
+    remedy = f"index it by a record: record Place {{ {fields} }}   element {family}[p in Place]"
     return Diagnostic("E0153", message, span, remedy)

@@ -105,7 +105,7 @@ def array_of_arrays(span: Span) -> Diagnostic:
 
 def array_not_allowed(span: Span) -> Diagnostic:
     """An array's type where a value's is needed."""
-    remedy = "use one value; index it by a formal or a binder"
+    remedy = "give one value; what has an index is a const, a param, a variable or a function of it"
     return Diagnostic("E0304", "an array cannot stand here", span, remedy)
 
 
@@ -185,13 +185,15 @@ def integer_division_of_float(op: str, span: Span) -> Diagnostic:
 def no_ends(function: str, span: Span) -> Diagnostic:
     """``clamp`` and the like without ends where no range is asked for."""
     message = f"{function}(..) takes its ends from the range that is asked for, and here none is"
-    return Diagnostic("E0310", message, span, f"give the ends: {function}(x, low, high)")
+    remedy = f"give the ends, {function}(x, low, high), or a type: let v: T = {function}(x)"
+    return Diagnostic("E0310", message, span, remedy)
 
 
 def no_ends_of_draw(span: Span) -> Diagnostic:
     """``clamp`` of a draw without ends where no range is asked for."""
     message = "clamp(..) takes its ends from the range that is asked for, and here none is"
-    return Diagnostic("E0310", message, span, "give the ends: clamp(.., low, high)")
+    remedy = "give the ends, clamp(.., low, high), or a type: let v: T ~ clamp(..)"
+    return Diagnostic("E0310", message, span, remedy)
 
 
 def observation_compares_floats(name: str, span: Span) -> Diagnostic:

@@ -27,9 +27,24 @@ def misplaced_draw(what: str, owner: str, span: Span) -> Diagnostic:
     remedy = _LET
     if owner == "function":
         remedy = "make it a distribution, fn name(..): type ~ .., and draw from it"
+    elif owner == "constant":
+        remedy = "give a number; a variable may be drawn at the start: hidden fixed name: T  init name ~ .."
     elif owner in _WITHOUT_DRAWS:
         remedy = "let a variable hold what is drawn, name' ~ .., and read that"
     return Diagnostic("E0702", f"{what} is a draw, and a value is needed here", span, remedy)
+
+
+def draw_for_each(span: Span) -> Diagnostic:
+    """A draw in what a quantifier or a set evaluates for each value of a type."""
+    remedy = "let an array hold what is drawn, name' ~ [i in T: ..], and read name[i]; "
+    remedy += "how many of n happen is binomial(n, p)"
+    return Diagnostic("E0702", "this draws anew for each value, and a value is needed here", span, remedy)
+
+
+def draw_of_drawn(name: str, span: Span) -> Diagnostic:
+    """A draw as the value of ``uniform(name in T: value)``."""
+    message = "the value of uniform(..) is a draw, and one draw has one number"
+    return Diagnostic("E0702", message, span, f"draw one after the other: let {name} ~ uniform(T) in ..")
 
 
 def continuous_part(owner: str, op: str, span: Span) -> Diagnostic:
@@ -43,10 +58,16 @@ def continuous_part(owner: str, op: str, span: Span) -> Diagnostic:
     return Diagnostic("E0710", message, span, _NORMAL.get(op, "") + remedy)
 
 
-def large_part(values: int, most: int, span: Span) -> Diagnostic:
-    """A draw within a draw of too many values to sum over."""
+def large_part(owner: str, values: int, most: int, span: Span) -> Diagnostic:
+    """A draw within a draw of too many values to sum over; ``owner`` is the declaration's kind."""
     message = f"this draws one of {values} values, and a draw within a draw has at most {most}"
-    return Diagnostic("E0710", message, span, "limit it, clamp(.., low, high); or name it with a 'let'")
+    remedy = "limit it: clamp(.., low, high)"
+    if owner == "init":
+        remedy += "; or let another variable draw it, init other ~ .., and read that"
+    elif owner != "observe":
+        place = "the policy" if owner.startswith("policy") else "an element"
+        remedy += f"; or name it with a 'let' in {place}"
+    return Diagnostic("E0710", message, span, remedy)
 
 
 def many_draws(most: int, span: Span) -> Diagnostic:
@@ -115,9 +136,10 @@ def weighted_without_form(span: Span) -> Diagnostic:
 
 
 def array_for_draw(span: Span) -> Diagnostic:
-    """A list where one value is drawn."""
-    message = "an array stands where one value is drawn"
-    return Diagnostic("E0706", message, span, "give a value or draw of one entry")
+    """A list where one value is asked for."""
+    message = "an array stands where one value is asked for"
+    remedy = "give one entry; what has an index is a variable, or a function of it: fn name(i: T): bool = .."
+    return Diagnostic("E0706", message, span, remedy)
 
 
 def draw_for_array(name: str, indices: Sequence[Type], span: Span) -> Diagnostic:

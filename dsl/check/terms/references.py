@@ -55,6 +55,9 @@ def entry(reference: Reference, nodes: tuple[ast.Expr, ...], span: Span, scope: 
     if len(nodes) != len(reference.indices):
         wanted = ", ".join(map(str, reference.indices))
         remedy = f"it is indexed by [{wanted}]" if wanted else _alone(reference.label, scope)
+        record = reference.indices[0] if len(reference.indices) == 1 else None
+        if isinstance(record, Record) and len(record.fields) == len(nodes):
+            remedy = f"write {reference.label}[{record}({', '.join(name for name, _ in record.fields)})]"
         if not nodes and scope.primed:
             remedy += f"; the prime stands behind the index: {reference.label}[..]'"
         raise Mistake(

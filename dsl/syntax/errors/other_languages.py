@@ -26,7 +26,7 @@ _FOREIGN_ITEMS = {
 
 
 def _type_before_name(s: Situation) -> Diagnostic | None:
-    """Know `visible int x`, `const float x = 1`, `fn f(Pos p)`, and the variant `move: Dir`."""
+    """Know `visible int x`, `const float x = 1`, `let Cell x`, `fn f(Pos p)`, and the variant `move: Dir`."""
     previous = s.previous()
     if previous is None:
         return None
@@ -43,7 +43,9 @@ def _type_before_name(s: Situation) -> Diagnostic | None:
         type_, name, at_span = named[1], named[2], s.span()
     elif s.token.type == "NAME" and previous.type == "NAME" and not s.on_new_line and "COLON" in s.accepts:
         before = s.previous(2)
-        if before is None or before.type not in _DECLARES or not s.accepts <= {"COLON", "COMMA"}:
+        let = s.follows("LET", "NAME")
+        declares = before is not None and before.type in _DECLARES and s.accepts <= {"COLON", "COMMA"}
+        if not (let or declares):
             return None
         type_, name, at_span = str(previous), str(s.token), s.span(previous).to(s.span())
     else:

@@ -18,6 +18,7 @@ from hypgen.dsl.syntax.errors.brackets import BRACKET_MISTAKES
 from hypgen.dsl.syntax.errors.comments import foreign_comment
 from hypgen.dsl.syntax.errors.other_languages import FOREIGN_MISTAKES
 from hypgen.dsl.syntax.errors.situation import CLOSERS, END, SIGNS, UNKNOWN, Situation, shown
+from hypgen.dsl.syntax.errors.small_forms import SMALL_FORM_MISTAKES
 from hypgen.dsl.syntax.errors.targets import TARGET_MISTAKES
 
 _COMPARISONS = ("EQ", "NE", "LE", "GE", "LT", "GT")
@@ -421,6 +422,7 @@ MISTAKES: tuple[Mistake, ...] = (
     _unknown_character,
     _number_form,
     _unit_of_number,
+    *SMALL_FORM_MISTAKES,
     *FOREIGN_MISTAKES,
     *BRACKET_MISTAKES,
     _misspelt_keyword,
