@@ -8,6 +8,7 @@ mistakes that a parsed file can have, files in other formats, and files that are
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from hypgen.dsl.messages.diagnostic import Diagnostic, did_you_mean
 from hypgen.dsl.messages.source import Span
@@ -33,7 +34,14 @@ def pomdpx_file(span: Span) -> Diagnostic:
 
 def xml_file(span: Span) -> Diagnostic:
     """An XML file whose beginning does not say which it is."""
-    return Diagnostic(POMDPX, "this is an XML file, perhaps POMDPX", span, _IMPORT)
+    remedy = "POMDPX has the element <pomdpx>; `hypgen import FILE -o NEW.pomdp` writes such a file as a model"
+    return Diagnostic(POMDPX, "this is an XML file, and no model", span, remedy)
+
+
+def named_foreign_file(found: Diagnostic, path: str, cited: Span) -> Diagnostic:
+    """A file in another format that an instance or an import names; ``found`` says which format."""
+    remedy = f"write it as a model, `hypgen import {path} -o NEW.pomdp`, and name that"
+    return replace(found, remedy=remedy, notes=((cited, "it is named here"),))
 
 
 def too_deep(most: int, span: Span) -> Diagnostic:
