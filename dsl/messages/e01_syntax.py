@@ -34,7 +34,7 @@ def pomdpx_file(span: Span) -> Diagnostic:
 
 def xml_file(span: Span) -> Diagnostic:
     """An XML file whose beginning does not say which it is."""
-    remedy = "POMDPX has the element <pomdpx>; `hypgen import FILE -o NEW.pomdp` writes such a file as a model"
+    remedy = "POMDPX has the element <pomdpx>; `hypgen import FILE -o NEW.pomdp` makes a model of it"
     return Diagnostic(POMDPX, "this is an XML file, and no model", span, remedy)
 
 
