@@ -78,6 +78,12 @@ def history_outside_policy(function: str, span: Span) -> Diagnostic:
     return Diagnostic("E0505", f"'{function}' is known to the policy only", span, _POLICY_ONLY)
 
 
+def last_action_outside_policy(action: str, span: Span) -> Diagnostic:
+    """``last(act, ..)`` outside the policy, in what an element may keep as a variable."""
+    remedy = f"let a variable keep it: before' = {action}; in the next step before is what was done"
+    return Diagnostic("E0505", "'last' is known to the policy only", span, remedy)
+
+
 def policy_outside_policy(name: str, kind: str, span: Span) -> Diagnostic:
     """A let or memory of the policy that is read outside it; ``kind`` says which: ``a let``."""
     message = f"'{name}' is {kind} of the policy, which is not known here"

@@ -81,6 +81,12 @@ def no_weights(span: Span) -> Diagnostic:
     return Diagnostic("E0703", "the table has no weights", span, "write {value: probability, else other}")
 
 
+def swapped_entries(span: Span) -> Diagnostic:
+    """A table with probabilities where the values stand."""
+    message = "a value stands before its probability, and here a probability comes first"
+    return Diagnostic("E0703", message, span, "write { value: probability, .. }")
+
+
 def wrong_sum(total: float, span: Span) -> Diagnostic:
     """A table of constant weights that do not sum to 1."""
     remedy = "make them sum to 1, or give the remainder to 'else value'"
@@ -140,6 +146,13 @@ def array_for_draw(span: Span) -> Diagnostic:
     message = "an array stands where one value is asked for"
     remedy = "give one entry; what has an index is a variable, or a function of it: fn name(i: T): bool = .."
     return Diagnostic("E0706", message, span, remedy)
+
+
+def list_of_probabilities(values: Sequence[str], span: Span) -> Diagnostic:
+    """A list of numbers where a table of probabilities is meant; ``values`` are those of the type."""
+    entries = ", ".join(f"{value}: .." for value in values)
+    message = "a draw by probabilities is a table, not a list"
+    return Diagnostic("E0706", message, span, f"write {{ {entries} }}")
 
 
 def draw_for_array(name: str, indices: Sequence[Type], span: Span) -> Diagnostic:
@@ -241,6 +254,12 @@ def not_cumulative(span: Span) -> Diagnostic:
         span,
         "write it as a function: fn below(x: int): prob = sum(k in 0 .. 9 where k < x: ..)",
     )
+
+
+def value_not_binned(span: Span) -> Diagnostic:
+    """``binned`` of what is no draw."""
+    message = "'binned' takes a draw, and this is a value"
+    return Diagnostic("E0709", message, span, "give it noise, normal(value, deviation); or use floor(..)")
 
 
 def not_binned(span: Span) -> Diagnostic:

@@ -20,6 +20,13 @@ CUMULATIVE = frozenset({"cdf"})
 RESERVED_CALLS = CUMULATIVE | TABLES | DRAWS | HISTORY | FUNCTIONS | QUANTIFIERS
 RESERVED_VALUES = frozenset({"gamma", "pi"})
 # What other languages call it, and how it is written here.
+FOREIGN_TYPES = {
+    **dict.fromkeys(("real", "double", "number"), "float"),
+    **dict.fromkeys(("integer", "long", "uint"), "low .. high, or int where nothing is stored"),
+    "boolean": "bool",
+    "probability": "prob",
+    **dict.fromkeys(("string", "str"), "enum Name { first, second } and the type Name"),
+}
 FOREIGN_FUNCTIONS = {
     "gaussian": "normal(mean, sd)",
     "gauss": "normal(mean, sd)",

@@ -24,7 +24,7 @@ from hypgen.dsl.ir.nodes import placed
 from hypgen.dsl.messages import e03_calls, e03_types, e07_draws
 from hypgen.dsl.messages.report import Mistake, gather, unreachable
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.types import BOOL, PROB, Int, Type, builtin_names
+from hypgen.dsl.types import BOOL, PROB, Enum, Int, Type, builtin_names
 
 _SUM_TOLERANCE = 1e-6
 # Reads whose range is declared, not found by analysis.
@@ -60,6 +60,13 @@ def check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.Di
 
 
 def _check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.Dist:
+    if (
+        isinstance(node, ast.ArrayLiteral)
+        and isinstance(target, Enum)
+        and len(node.items) == len(target.variants)
+        and all(isinstance(i, ast.Literal) for i in node.items)
+    ):
+        raise Mistake(e07_draws.list_of_probabilities([v.name for v in target.variants], node.span))
     if isinstance(node, ast.Comprehension | ast.ArrayLiteral):
         raise Mistake(e07_draws.array_for_draw(node.span))
     if target is None and not is_draw(node, scope):
@@ -199,6 +206,9 @@ def _table(node: ast.TableLiteral, scope: Scope, target: Type | None, what: str)
     values = [n for n, _ in node.entries] + ([] if node.rest is None else [node.rest])
     if not node.entries:
         raise Mistake(e07_draws.no_weights(node.span))
+    first = node.entries[0][0]
+    if isinstance(first, ast.Literal) and isinstance(first.value, float) and isinstance(target, Int | Enum):
+        raise Mistake(e07_draws.swapped_entries(first.span))
     if any(is_draw(n, scope) for n in values):
         weights = _weights(node, scope)
         return nested_draws.mixture(node, weights, _complements(weights), scope, target, what)

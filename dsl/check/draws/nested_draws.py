@@ -95,11 +95,10 @@ def _law(node: ast.Expr, scope: Scope, wanted: Type | None, what: str, op: str =
     refuse_unlimited(law, node.span)
     if isinstance(law, ir.Certain):
         return law
-    owner = "" if scope.owner is None else scope.owner.kind
     if isinstance(law.type, Float):
-        raise Mistake(e07_draws.continuous_part(owner, op if is_normal(node) else "", node.span))
+        raise Mistake(e07_draws.continuous_part(scope.kind, op if is_normal(node) else "", node.span))
     if not is_finite(law.type) or size_of(law.type) > _MOST_VALUES:
-        raise Mistake(e07_draws.large_part(owner, size_of(law.type), _MOST_VALUES, node.span))
+        raise Mistake(e07_draws.large_part(scope.kind, size_of(law.type), _MOST_VALUES, node.span))
     return law
 
 

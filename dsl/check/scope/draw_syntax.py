@@ -68,8 +68,8 @@ def named_draw(name: str, scope: Scope) -> ast.Function | None:
 
 def misplaced(what: str, node: ast.Expr, scope: Scope) -> Mistake:
     """Return the mistake of a draw where a value is needed."""
-    owner = "" if scope.owner is None else scope.owner.kind
-    return Mistake(e07_draws.misplaced_draw(what, "constant" if scope.constant else owner, node.span))
+    owner = "constant" if scope.constant else scope.kind
+    return Mistake(e07_draws.misplaced_draw(what, owner, node.span))
 
 
 def refuse_draw_for_each(node: ast.Expr | None, scope: Scope) -> None:

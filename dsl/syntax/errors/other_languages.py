@@ -18,8 +18,14 @@ _FOREIGN_ITEMS = {
     **dict.fromkeys(("def", "func", "function", "fun"), _FN),
     **dict.fromkeys(("struct", "class"), "write `record Name { x: type }`, or an element for state"),
     **dict.fromkeys(("actions", "action_space"), "write `enum Act { .. }` and `action act: Act`"),
+    **dict.fromkeys(
+        ("states", "variables"), "write `element name { hidden x: type }`, its `init` and update"
+    ),
+    **dict.fromkeys(("transition", "transitions", "dynamics"), "write `x' = ..` in the element that owns x"),
+    **dict.fromkeys(("start", "initial"), "write `init x = ..` in the element that owns x"),
+    **dict.fromkeys(("observations", "sensor"), "write `observe name: type ~ distribution`"),
     "gamma": "write `discount 0.95`; gamma is its value in expressions",
-    **dict.fromkeys(("var", "state"), "write `element name { visible x: type }`, with its `init` and update"),
+    **dict.fromkeys(("var", "state"), "write `element name { visible x: type }`, its `init` and update"),
     "using": 'write `type Name = 0 .. 9`, or `import "file.pomdp"`',
     "from": 'write `import "file.pomdp"`',
 }
