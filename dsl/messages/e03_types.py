@@ -17,6 +17,7 @@ def mismatch(what: str, target: Type, found: Type, span: Span) -> Diagnostic:
     """A value of another type than the one asked for."""
     if isinstance(target, Bool) and isinstance(found, Int | Float):
         remedy = "compare it, as in x > 0"
+        remedy += "; a draw with this probability is bernoulli(..)" if isinstance(found, Float) else ""
     elif isinstance(found, Bool) and isinstance(target, Int | Float):
         remedy = "write: if .. then 1 else 0"
     else:

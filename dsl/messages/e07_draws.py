@@ -155,6 +155,12 @@ def list_of_probabilities(values: Sequence[str], span: Span) -> Diagnostic:
     return Diagnostic("E0706", message, span, f"write {{ {entries} }}")
 
 
+def row_of_matrix(label: str, target: Type, span: Span) -> Diagnostic:
+    """A matrix with an index less than it has, where a value of its last index is drawn."""
+    remedy = f"draw by the row's entries: weighted(v in {target}: {label}[.., v])"
+    return Diagnostic("E0706", f"this is a row of '{label}', and one value is asked for", span, remedy)
+
+
 def draw_for_array(name: str, indices: Sequence[Type], span: Span) -> Diagnostic:
     """One value or draw where an array's entries must be said."""
     wanted = ", ".join(f"{b} in {t}" for b, t in zip("ijklmnpqrstuvw", indices, strict=False))

@@ -18,7 +18,7 @@ from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.let_bindings import let_dist
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.type_expressions import require_finite
-from hypgen.dsl.check.terms import matching
+from hypgen.dsl.check.terms import matching, references
 from hypgen.dsl.ir import masses, operators
 from hypgen.dsl.ir.nodes import placed
 from hypgen.dsl.messages import e03_calls, e03_types, e07_draws
@@ -117,7 +117,17 @@ def _check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.D
             return set_draws.weighted(node, scope, target, what)
     if target is None:
         raise AssertionError(node)  # is_draw told it for a draw
+    _refuse_row(node, scope, target)
     return ir.Certain(target, check_as(node, scope, target, what))
+
+
+def _refuse_row(node: ast.Expr, scope: Scope, target: Type) -> None:
+    """Raise if a row of a matrix stands for a draw by its entries."""
+    reference = references.find(node.operand, scope) if isinstance(node, ast.Index) else None
+    if isinstance(node, ast.Index) and reference is not None:
+        types = reference.indices
+        if len(types) == len(node.indices) + 1 and types[-1] == target:
+            raise Mistake(e07_draws.row_of_matrix(reference.label, target, node.span))
 
 
 def _takes_values(name: str, arguments: tuple[ast.Expr, ...], scope: Scope) -> bool:

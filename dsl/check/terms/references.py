@@ -59,6 +59,8 @@ def _other_indexes(reference: Reference, nodes: tuple[ast.Expr, ...], scope: Sco
         fields = ", ".join(name for name, _ in types[0].fields)
         return f"write {reference.label}[{types[0]}({fields})]"
     remedy = f"it is indexed by [{', '.join(map(str, types))}]"
+    if not nodes:
+        return f"{remedy}: say which entry, {reference.label}[..]" + "'" * scope.primed
     given = scope.check(nodes[0]).type if len(nodes) == 1 else None
     if isinstance(given, Record) and len(given.fields) == len(types):
         fields = ", ".join(f"p.{name}" for name, _ in given.fields)
@@ -70,8 +72,6 @@ def entry(reference: Reference, nodes: tuple[ast.Expr, ...], span: Span, scope: 
     """Return the read of ``reference`` at the indexes that ``nodes`` write."""
     if len(nodes) != len(reference.indices):
         remedy = _other_indexes(reference, nodes, scope)
-        if not nodes and scope.primed:
-            remedy += f"; the prime stands behind the index: {reference.label}[..]'"
         raise Mistake(
             e03_calls.wrong_indexes(reference.label, len(reference.indices), len(nodes), remedy, span)
         )
