@@ -125,7 +125,7 @@ def binned_without_type(span: Span) -> Diagnostic:
 
 def uniform_of_other(span: Span) -> Diagnostic:
     """``uniform`` of what is no type."""
-    remedy = "name a finite type, uniform(T), or write uniform(low, high)"
+    remedy = "name a finite type, uniform(T), or write uniform(low, high); a few values are a table"
     return Diagnostic("E0705", "uniform(..) takes a type, or two ends", span, remedy)
 
 

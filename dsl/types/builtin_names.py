@@ -29,6 +29,7 @@ FOREIGN_TYPES = {
 }
 FOREIGN_FUNCTIONS = {
     "gaussian": "normal(mean, sd)",
+    **dict.fromkeys(("dirac", "deterministic"), "the value alone, which is drawn for certain"),
     "gauss": "normal(mean, sd)",
     "categorical": "a table, { a: 0.6, b: 0.3, else c }",
     "discrete": "a table, { a: 0.6, b: 0.3, else c }",

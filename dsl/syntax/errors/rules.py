@@ -107,9 +107,10 @@ def _elif(s: Situation) -> Diagnostic | None:
 
 
 def _loop(s: Situation) -> Diagnostic | None:
-    word = s.previous() if s.previous() in ("for", "while") else s.token
-    if word not in ("for", "while") or s.token.type != "NAME":
+    words = [t for t in (s.previous(2), s.previous(), s.token) if t in ("for", "while")]
+    if not words or (s.token.type != "NAME" and words[-1] is not s.previous(2)):
         return None
+    word = words[-1]
     remedy = "write `sum(i in Type: e)` for one number, or `[i in Type: e]` for an array"
     return Diagnostic("E0142", f"there is no '{word}': nothing is done in a loop", s.span(word), remedy)
 
