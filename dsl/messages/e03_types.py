@@ -10,7 +10,7 @@ from __future__ import annotations
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.messages.words import described
-from hypgen.dsl.types import Bool, Enum, Float, Int, Type
+from hypgen.dsl.types import Bool, Enum, Float, Int, Record, Type
 
 
 def mismatch(what: str, target: Type, found: Type, span: Span) -> Diagnostic:
@@ -119,6 +119,8 @@ def not_finite(what: str, found: Type, instead: str, span: Span) -> Diagnostic:
 def not_a_number(what: str, found: Type, span: Span) -> Diagnostic:
     """An operand that must be a number."""
     remedy = "write: if .. then 1 else 0" if isinstance(found, Bool) else "use ints or floats"
+    if isinstance(found, Record):
+        remedy = f"work on its fields: {', '.join(f'.{name}' for name, _ in found.fields)}"
     return Diagnostic("E0308", f"{what} must be a number, but this is {described(found)}", span, remedy)
 
 
