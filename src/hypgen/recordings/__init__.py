@@ -3,7 +3,7 @@
 
 from hypgen.recordings.reader import Recording, RecordingError, open_recording
 from hypgen.recordings.recording import End, Header, Start, Step, Variable
-from hypgen.recordings.terms import reward_terms
+from hypgen.recordings.terms import params_of, reward_terms
 
 __all__ = [
     "End",
@@ -14,5 +14,6 @@ __all__ = [
     "Step",
     "Variable",
     "open_recording",
+    "params_of",
     "reward_terms",
 ]
