@@ -55,18 +55,19 @@ class Scenes:
         }
         return {"extent": self._extent(), "static": self._plain(self._fixed, nothing)}
 
-    def truth(self, state: Mapping[str, Any]) -> list[Shape]:
-        """Return the shapes of a state that are not static.
+    def truth(self, state: Mapping[str, Any], *, hidden: bool = True) -> list[Shape]:
+        """Return the shapes of a state that are not static; without ``hidden`` only those that are seen.
 
         ``state`` has the entries of each variable, row-major: numbers, and codes or texts of enums and
         records.
         """
-        return self._plain(self._moving, self._states(state, {}, 1))
+        shown = [d for d in self._moving if hidden or d not in self._hidden]
+        return self._plain(shown, self._states(state, {}, 1))
 
     def belief(
         self,
         state: Mapping[str, Any],
-        sampled: Mapping[str, Sequence[Any]],
+        sampled: Mapping[str, Sequence[Any] | Array],
         weights: Sequence[float] | None = None,
     ) -> dict[str, Any]:
         """Return the shapes of sampled hidden variables: ``belief``, ``belief_shown`` and ``belief_total``.
