@@ -29,7 +29,7 @@ std::vector<nlohmann::json> lines_of(const std::string& file) {
 std::vector<nlohmann::json> recorded(std::vector<std::string> words) {
   const std::string file = ::testing::TempDir() + "record.jsonl";
   for (const char* const word :
-       {"--runs", "2", "--steps", "3", "--particles", "100", "--quiet", "--record", file.c_str()})
+       {"--runs", "1", "--steps", "2", "--particles", "100", "--quiet", "--record", file.c_str()})
     words.emplace_back(word);
   EXPECT_EQ(solve(words), 0);
   return lines_of(file);
@@ -64,7 +64,7 @@ TEST(Recording, TellsStatesBeliefsAndTrees) {
 }
 
 TEST(Recording, CutsATreeToItsMostVisitedNodes) {
-  const std::vector<nlohmann::json> lines = recorded({"--mode", "despot", "--trials", "2000"});
+  const std::vector<nlohmann::json> lines = recorded({"--mode", "despot", "--trials", "300"});
   const nlohmann::json& step = lines[2];
   EXPECT_LE(step["tree_shown"], 5000);
   EXPECT_LT(step["tree_shown"], step["tree_total"]);
@@ -93,7 +93,7 @@ TEST(Recording, WorksWithThreadsWeightsAndPomcp) {
 
 TEST(Recording, ChangesNothingOfTheRun) {
   const std::string plain = ::testing::TempDir() + "plain.jsonl";
-  ASSERT_EQ(solve({"--mode", "despot", "--trials", "50", "--runs", "2", "--steps", "3", "--particles", "100",
+  ASSERT_EQ(solve({"--mode", "despot", "--trials", "50", "--runs", "1", "--steps", "2", "--particles", "100",
                    "--quiet", "--json", plain}),
             0);
   std::vector<nlohmann::json> expected;

@@ -241,7 +241,7 @@ std::vector<Option> option_table(SolverOptions& options) {
           "--record",
           "write all of each step as a JSON line, to look at: the true state, the belief (also 200 states of "
           "it), "
-          "the top of the tree. Writing comes after the decision and takes some 10 ms and 1 MB a step",
+          "the top of the tree. Written after the decision, often 1 MB a step, and takes time of its own",
           options.record_file),
       toggle("--details",
              "steps in the lines of --json tell the likeliest values of hidden variables, and the bounds and "
