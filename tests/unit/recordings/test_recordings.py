@@ -122,7 +122,10 @@ def _noisy_steps(folder: Path) -> tuple[ir.Model, Path]:
     model = load(model_file).model
     world = Episode(model, seed=5, number=2)
     tiger = {"name": "room.tiger", "type": "named", "dims": [], "visible": False, "values": ["left", "right"]}
-    lines: list[dict[str, Any]] = [{**HEADER, "options": {"seed": 5}, "variables": [tiger]}, episode(2, 0)[0]]
+    lines: list[dict[str, Any]] = [
+        {**HEADER, "options": {"seed": 5}, "params": {"hearing": 0.85}, "variables": [tiger]},
+        episode(2, 0)[0],
+    ]
     for number, action in enumerate([0, 1, 0, 2, 0, 0]):
         state = {"room.tiger": ["left", "right"][world.values()["room.tiger"][0]]}
         outcome = world.step(action)
@@ -146,7 +149,7 @@ def test_terms_that_do_not_add_up_are_refused(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace('"reward":-', '"reward":-9', 1))
     recording = open_recording(path)
     part = next(part for part in recording.read(2) if isinstance(part, Step))
-    with pytest.raises(RecordingError, match="give the model the params"):
+    with pytest.raises(RecordingError, match="and with this model"):
         reward_terms(model, recording.header, part)
 
 
