@@ -64,7 +64,7 @@ def view_of(
     shown = [_step(step, later, most, entries or {}) for step, later in zip(steps, earned, strict=True)]
     said = list(notes)
     if any(one["tree"] and one["tree_shown"] < one["tree_total"] for one in shown):
-        said.append(f"Trees are cut to their {most} most visited nodes.")
+        said.append(f"Trees are cut to their most visited nodes, {most} at most.")
     if header.get("ended") == "step_limit":
         said.append("The episode was cut off by its step limit: what it would have earned later is missing.")
     if not any(one["tree"] for one in shown):
@@ -92,10 +92,10 @@ def _step(
     """Return what a page shows of a step: its tree cut, its marginals beside what is true."""
     found: dict[str, Any] = {key: step[key] for key in _KEPT if key in step}
     tree = step.get("tree")
-    total = trees.size(tree) if tree else 0
+    size = trees.size(tree) if tree else 0
     truth = _truth(step.get("state", {}), entries)
-    found["tree"] = tree if tree is None or total <= most else trees.cut(tree, most)
-    found["tree_total"], found["tree_shown"] = total, min(total, most)
+    found["tree"] = tree if tree is None or size <= most else trees.cut(tree, most)
+    found["tree_total"], found["tree_shown"] = max(size, step.get("tree_total", 0)), min(size, most)
     marginals = [_beside_truth(one, truth) for one in step.get("marginals") or ()]
     found["believed"] = _believed(marginals)
     found["marginals"] = [_likeliest(one) for one in marginals[:_MARGINALS]]
