@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from hypgen.editor.answers import SNIPPETS
 from hypgen.editor.words import Words, words
 
 # A field of Words or a pattern: TextMate's scope, Monarch's token.
@@ -75,6 +76,7 @@ def files() -> dict[str, str]:
     """Return the generated files by their path below ``editors/``."""
     made = {
         "vscode/syntaxes/pomdp.tmLanguage.json": textmate(words()),
+        "vscode/snippets/pomdp.json": {w: {"prefix": w, "body": b.split("\n")} for w, b in SNIPPETS.items()},
         "web/pomdp.monarch.json": monarch(words()),
     }
     return {path: json.dumps(content, indent=1) + "\n" for path, content in made.items()}

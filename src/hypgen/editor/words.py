@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The one table of words and tokens of the language, read off the grammar, and a lexer that takes any text."""
+"""The one table of words and tokens, read off the grammar, and a lexer that takes any text."""
 
 from __future__ import annotations
 
