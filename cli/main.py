@@ -23,7 +23,7 @@ from hypgen.dsl.messages.diagnostic import did_you_mean
 
 SECTIONS = {
     "Write a model": ("new", "check", "error", "fmt", "sim", "explain", "lsp"),
-    "Solve it": ("compile", "run", "solve", "compare", "verify"),
+    "Solve it": ("compile", "run", "view", "solve", "compare", "verify"),
     "Experiment": ("bench", "report", "tune"),
     "Other formats": ("import", "export"),
     "This machine": ("doctor",),
