@@ -22,7 +22,7 @@ from hypgen.cli.output import keep_unwritten, last_words, say, show_model_error
 from hypgen.dsl.messages.diagnostic import did_you_mean
 
 SECTIONS = {
-    "Write a model": ("new", "check", "error", "fmt", "sim", "explain"),
+    "Write a model": ("new", "check", "error", "fmt", "sim", "explain", "lsp"),
     "Solve it": ("compile", "run", "view", "solve", "compare", "verify"),
     "Experiment": ("bench", "report", "tune"),
     "Other formats": ("import", "export"),

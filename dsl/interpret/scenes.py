@@ -30,17 +30,18 @@ _AREA = "area"
 
 
 class Scenes:
-    """Makes scenes of a model with some params (as ``Interpreter`` takes them)."""
+    """Makes scenes of a model with some params, entries row-major or nested, enums as codes or texts."""
 
     def __init__(self, model: ir.Model, params: Mapping[str, Any] | None = None) -> None:
-        self.model = model
-        self._evaluator = Evaluator(model, params or {})
+        self.model, params = model, params or {}
+        self._texts: dict[Type, dict[str, int]] = {}
+        given = {p.name: self._codes(params[p.name], p.type) for p in model.params if p.name in params}
+        self._evaluator = Evaluator(model, given)
         shapes = [d for d in model.drawings if d.shape != _AREA]
         hidden = {v.name for v in model.variables if not v.visible}
         self._fixed = [d for d in shapes if not d.reads]
         self._moving = [d for d in shapes if d.reads]
         self._hidden = [d for d in shapes if d.reads & hidden]
-        self._texts: dict[Type, dict[str, int]] = {}
 
     def scene(self) -> dict[str, Any] | None:
         """Return what holds for a whole episode: ``extent`` and ``static``; None where nothing is drawn.

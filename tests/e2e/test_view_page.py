@@ -188,7 +188,7 @@ def test_truth_and_belief_are_told_apart(opened: Any) -> None:
     assert one.count("#world .truth .true") == 1
     assert "3 of 7" in one.text("#world")
     weights = [
-        float(shape.get_attribute("opacity")) for shape in one.page.locator("#world .believed").all()[:2]
+        float(shape.get_attribute("fill-opacity")) for shape in one.page.locator("#world .believed").all()[:2]
     ]
     assert weights[0] > weights[1]
     assert one.count(".gauge .believed") == 1

@@ -8,6 +8,7 @@ from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from hypgen.pictures.shapes import GRID, GROUND, INK, draw_gauges, draw_world
 
@@ -73,7 +74,7 @@ def _words(axes: Axes, view: Mapping[str, Any], number: int) -> None:
     else:
         step = steps[number]
         reward = step.get("reward")
-        seen = ", ".join(f"{name} {value}" for name, value in (step.get("seen") or {}).items())
+        seen = ", ".join(f"{name} {_value(value)}" for name, value in (step.get("seen") or {}).items())
         lines = [
             f"step {step.get('step', number)}: {step['action']}",
             "" if reward is None else f"reward {reward:.4g}" + (f"; seen {seen}" if seen else ""),
@@ -81,6 +82,13 @@ def _words(axes: Axes, view: Mapping[str, Any], number: int) -> None:
     for place, (line, size) in enumerate(zip(lines, (9, _SMALL), strict=True)):
         text = line if len(line) <= _LETTERS else line[: _LETTERS - 2] + " .."
         axes.text(0, 0.95 - 0.5 * place, text, fontsize=size, va="top", color=INK, transform=axes.transAxes)
+
+
+def _value(value: Any) -> str:
+    """Return what was seen in few letters: many bools as discs, as on the page."""
+    if isinstance(value, list) and value and all(isinstance(one, bool) for one in value):
+        return "".join("●" if one else "○" for one in value)
+    return str(value)
 
 
 def _has_curves(steps: Sequence[Mapping[str, Any]]) -> bool:
@@ -95,6 +103,7 @@ def _curves(axes: Axes, steps: Sequence[Mapping[str, Any]], number: int) -> None
             axes.plot(*zip(*known, strict=True), color=colour, linewidth=1, label=name)
     axes.axvline(min(number, len(steps) - 1), color="#9a9a9a", linewidth=0.8)
     axes.tick_params(labelsize=5, length=2, pad=1)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_box_aspect(None)
     axes.legend(fontsize=5, loc="upper left", ncols=3, frameon=False)
     for side in axes.spines.values():

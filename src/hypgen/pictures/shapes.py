@@ -67,7 +67,7 @@ def _grid(axes: Axes, extent: Mapping[str, Any]) -> None:
 
 
 def _alpha(p: float) -> float:
-    return 0.06 + (_PALE - 0.06) * float(p)
+    return 0.06 + (_PALE - 0.06) * math.sqrt(p)
 
 
 def _draw(axes: Axes, shape: Shape, unit: float, level: int, *, outlined: bool) -> None:

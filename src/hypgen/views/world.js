@@ -95,12 +95,12 @@ function gridLines(frame) {
 function drawn(shape, frame, kind) {
   const style = `--c: var(--c-${shape.colour || "grey"}, var(--axis))`;
   const most = frame.extent.cells ? 0.75 : 0.4; // points in the plane lie on each other
-  const opacity = kind === "believed" ? 0.1 + most * Math.sqrt(shape.p ?? 1) : null;
+  const weight = kind === "believed" ? 0.1 + most * Math.sqrt(shape.p ?? 1) : null;
   const draw = { cell, marker, rectangle, line, label }[shape.shape];
   if (!draw || frame.unit === 0) return [];
   if (typeof shape.x !== "number" || typeof shape.y !== "number") return [];
   const said = [shape.name, shape.text, shape.p === undefined ? null : `p = ${number(shape.p)}`];
-  const group = svg("g", { class: `shape ${shape.shape} ${kind} of-${shape.colour || "grey"}`, style, opacity }, ...draw(shape, frame, kind));
+  const group = svg("g", { class: `shape ${shape.shape} ${kind} of-${shape.colour || "grey"}`, style, "fill-opacity": weight, "stroke-opacity": weight }, ...draw(shape, frame, kind));
   group.append(svg("title", {}, said.filter(Boolean).join(", ")));
   return [group];
 }
@@ -169,10 +169,10 @@ function gaugesOf(known, believed) {
       class: kind, style: `left: ${place(one.value)}%; height: ${Math.round(100 * weight)}%; --c: var(--c-${one.colour || "grey"})`,
       title: `${name} ${number(one.value)}${one.p === undefined ? "" : `, p = ${number(one.p)}`}`,
     });
-    return html("div", { class: "gauge" }, html("span", {}, name),
+    return html("div", { class: "gauge" }, html("span", {}, first.text || name),
       html("span", { class: "span" }, ...beliefs.map((one) => mark(one, "believed", one.p / heaviest)),
         ...truths.map((one) => mark(one, "true", 1))),
-      html("span", { class: "figure" }, truths.map((one) => one.text || number(one.value)).join(", ")));
+      html("span", { class: "figure" }, truths.map((one) => number(one.value)).join(", ")));
   });
 }
 
