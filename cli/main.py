@@ -22,8 +22,8 @@ from hypgen.cli.output import keep_unwritten, last_words, say, show_model_error
 from hypgen.dsl.messages.diagnostic import did_you_mean
 
 SECTIONS = {
-    "Write a model": ("new", "check", "error", "fmt", "sim", "explain"),
-    "Solve it": ("compile", "run", "solve", "compare", "verify"),
+    "Write a model": ("new", "check", "error", "fmt", "sim", "explain", "lsp"),
+    "Solve it": ("compile", "run", "view", "solve", "compare", "verify"),
     "Experiment": ("bench", "report", "tune"),
     "Other formats": ("import", "export"),
     "This machine": ("doctor",),

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 from hypgen.codegen.belief import redraw
 from hypgen.codegen.belief.belief_functions import BeliefFunctions
@@ -17,9 +18,9 @@ from hypgen.codegen.bounds.least_reward import least_reward
 from hypgen.codegen.bounds.relaxation import relax
 from hypgen.codegen.bounds.token_split import TeamFunctions
 from hypgen.codegen.cpp import template_data
+from hypgen.codegen.cpp.body_printer import Context
 from hypgen.codegen.cpp.constant_arrays import constant_array, dimensions
-from hypgen.codegen.cpp.expressions import Context
-from hypgen.codegen.cpp.function_builder import Builder, origin
+from hypgen.codegen.cpp.function_builder import Builder, laid_out, origin
 from hypgen.codegen.cpp.key_codes import KeyLayout
 from hypgen.codegen.cpp.text import float32, scalar, stored
 from hypgen.codegen.cpp.value_types import enum_view, history_view, joint_view, record_view, words_view
@@ -46,10 +47,26 @@ from hypgen.codegen.passes.arguments import NeedsAnalysis
 from hypgen.codegen.passes.enumerable import sees_continuously
 from hypgen.codegen.passes.partition import ElementUpdate, partition
 from hypgen.codegen.passes.tabulate import DerivedTable, tabulate
+from hypgen.codegen.tree.expr import FALSE, TRUE, Literal, Prefix, member, method, not_
+from hypgen.codegen.tree.passes import called, tidy
+from hypgen.codegen.tree.sharing import renamed, share
+from hypgen.codegen.tree.statements import Function, Return, assign, when
 from hypgen.dsl import ir
 from hypgen.dsl.ir.rounding import rounding, with_any_params
 from hypgen.dsl.messages.watch import Watch, nobody
 from hypgen.dsl.types import Type, length_of, size_of
+
+_BOUNDS = "Bounds from small models"
+
+# Sections of what stands for parts of the model: nothing but other functions calls it.
+_PARTS = (
+    "Constant arrays",
+    "Functions of the model",
+    "Element updates",
+    "Rewards",
+    "Observations",
+    "Densities, for the filter",
+)
 
 # No version: a release that generates the same code leaves files, caches and golden files as they are.
 LICENCE = "This file belongs to the owner of the model. hypgen's library is under the Apache License 2.0."
@@ -281,7 +298,7 @@ def _sections(
                 ),
             ],
         ),
-        ("Bounds from small models", [*groups.all(), groups.upper(), *groups.lower()] if groups else []),
+        (_BOUNDS, [*groups.all(), groups.upper(), *groups.lower()] if groups else []),
         (
             "Loading",
             [
@@ -290,7 +307,22 @@ def _sections(
             ],
         ),
     ]
-    return tuple(template_data.Section(title, tuple(found)) for title, found in sections if found)
+    return _laid_out([(title, [*found]) for title, found in sections], context.names)
+
+
+def _laid_out(sections: list[tuple[str, list[Function]]], names: Names) -> tuple[template_data.Section, ...]:
+    """Return sections of functions after the passes over C++, without functions of parts that none calls."""
+    functions = {f.name: f for f in tidy([function for _, found in sections for function in found])}
+    parts = [f.name for title, found in sections if title in _PARTS for f in found]
+    kept = called([*functions.values()], parts)
+    alike = [functions[f.name] for title, found in sections if title == _BOUNDS for f in found]
+    shared, instances = share(alike, names.struct.unique)
+    result = []
+    for title, found in sections:
+        some = [renamed(functions[f.name], instances) for f in found if f.name in kept]
+        lines = tuple(map(laid_out, shared if title == _BOUNDS else some))
+        result += [template_data.Section(title, lines)] if lines else []
+    return tuple(result)
 
 
 def _load(
@@ -298,24 +330,25 @@ def _load(
     derived: tuple[DerivedTable, ...],
     entries: dict[str, str],
     groups: GroupFunctions | None,
-) -> template_data.Function:
+) -> Function:
     builder = Builder(context)
     builder.take("const ParamValues&", "values").take("Params&", "params").take("std::string&", "error")
     for param in context.model.params:
         count = math.prod(size_of(i) for i in param.indices)
-        target = f"&params.{context.names.params[param.name]}" + "[0]" * len(param.indices)
-        builder.code.add(f'if (!values.copy("{param.name}", {target}, {count}, error)) return false;')
+        target = member("params", context.names.params[param.name])
+        for _ in param.indices:
+            target = target[0]
+        target = Prefix("&", target)
+        copied = method("values", "copy", Literal(f'"{param.name}"'), target, count, "error")
+        builder.code.add(when(not_(copied), Return(FALSE)))
     for mass, name in context.masses.items():
-        builder.code.add(f"params.{name} = {mass};")
+        builder.code.add(assign(member("params", name), mass))
     for table in derived:
         table_fill(table, entries[table.name], context, builder)
     if groups:
         groups.fill(builder.code)
-    builder.code.add("return true;")
+    builder.code.add(Return(TRUE))
     function = builder.done("bool", "load")
-    # Only the host loads: no HYPGEN_FN.
-    head = tuple(line.replace("HYPGEN_FN static", "static") for line in function.head)
-    if groups:
-        # A template, so that nvcc does not compile a step over draws that only the host has.
-        head = ("template <class Draws = exact::EnumeratingDraws>", *head)
-    return template_data.Function(function.comment, head, function.body)
+    # Only the host loads. A template, so that nvcc does not compile a step over draws that only the host has.
+    template = ("class Draws = exact::EnumeratingDraws",) if groups else ()
+    return replace(function, mark="static", template=template)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from hypgen.dsl import ir
 from hypgen.dsl.foreign.recognise import recognise
-from hypgen.dsl.messages import e00_files
+from hypgen.dsl.messages import e00_files, e01_syntax
 from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
 from hypgen.dsl.messages.input_file import read_file
 from hypgen.dsl.messages.source import Source, Span
@@ -185,8 +185,11 @@ def _read_instance(path: str, model_path: str, sources: dict[str, Source]) -> tu
 
 
 def _read(path: str, sources: dict[str, Source], cited: Span | None = None) -> ast.File:
-    sources[path] = read_source(path, cited)
-    return parse(sources[path])
+    sources[path] = source = read_source(path, cited)
+    foreign = None if cited is None else recognise(source)
+    if foreign is not None and cited is not None:
+        raise ModelError([e01_syntax.named_foreign_file(foreign, path, cited)])
+    return parse(source)
 
 
 def _model_path(file: ast.InstanceFile) -> str:

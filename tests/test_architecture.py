@@ -25,7 +25,19 @@ HYPGEN = {
     "dsl.foreign": ("dsl.messages", "dsl.foreign"),
     "codegen": ("dsl.ir", "dsl.types", "dsl.messages"),
     "runtime": ("cache_folder", "whole_files"),
-    "cli": ("dsl", "codegen", "runtime", "play", "api", "experiments", "tuning", "recordings", "whole_files"),
+    "cli": (
+        "dsl",
+        "codegen",
+        "runtime",
+        "play",
+        "api",
+        "editor",
+        "experiments",
+        "tuning",
+        "recordings",
+        "views",
+        "whole_files",
+    ),
 }
 OTHERS = {
     "dsl": {"lark"},

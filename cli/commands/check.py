@@ -173,7 +173,7 @@ def describe(facts: dict[str, Any]) -> str:
         return f"{number} {noun}{'' if number == 1 else 's'}"
 
     seen = f"observations of {facts['observation_bits']} bits"
-    if facts["observations"] is not None:
+    if facts["observation_bits"] < 32:  # a float has 32, and nobody counts its values
         seen = some(facts["observations"], "observation")
     return (
         f"{facts['model']}: {some(facts['state_bits'], 'bit')} of state ({facts['hidden_bits']} hidden), "

@@ -5,10 +5,22 @@ from __future__ import annotations
 
 from hypgen.codegen.belief.factor_functions import FactorFunctions
 from hypgen.codegen.belief.hypotheses import stored
-from hypgen.codegen.cpp import template_data
-from hypgen.codegen.cpp.expressions import MULTIPLY, ExprPrinter
+from hypgen.codegen.cpp.expressions import ExprPrinter
 from hypgen.codegen.cpp.function_builder import Builder
 from hypgen.codegen.layout import history_layout
+from hypgen.codegen.tree.expr import Choice, Expr, Literal, braces, call, cast, method, not_, of, op
+from hypgen.codegen.tree.statements import (
+    CONTINUE,
+    Declare,
+    Do,
+    Function,
+    Return,
+    assign,
+    const,
+    for_below,
+    var,
+    when,
+)
 from hypgen.dsl import ir
 
 
@@ -20,21 +32,21 @@ class BeliefFunctions:
         self.context = factors.context
         self.kept = [f for f in factors.model.factors if f.element in factors.model.history.beliefs]
 
-    def all(self) -> list[template_data.Function]:
+    def all(self) -> list[Function]:
         """Return the functions of the beliefs that are more than a stored number."""
         return [self._answer(read) for read in self.context.beliefs.values()]
 
-    def _answer(self, read: ir.BeliefRead) -> template_data.Function:
+    def _answer(self, read: ir.BeliefRead) -> Function:
         factor = next(f for f in self.kept if f.element == read.element)
         needs = self.context.needs.belief(read.number)
         builder = Builder(self.context).given(needs, fixed="Fixed", state="State")
         for local in history_layout.locals_in(read):
             builder.local(local.name, local.type)
-        code, printer, members = builder.code, builder.printer, []
+        code, printer, members = builder.code, builder.printer, list[Expr]()
         if read.index is not None:
-            member = printer.scope.unique("member")
-            code.add(f"const auto {member} = {printer.text(read.index)};")
-            members = [member]
+            own = printer.scope.unique("member")
+            code.add(const("auto", own, printer.expr(read.index)))
+            members = [of(own)]
         if factor.moments is not None:
             self._over_points(builder, factor, read, members)
         else:
@@ -42,49 +54,51 @@ class BeliefFunctions:
         return builder.done("float", self.context.names.beliefs[read.number])
 
     def _over_values(
-        self, builder: Builder, factor: ir.Factor, read: ir.BeliefRead, members: list[str]
+        self, builder: Builder, factor: ir.Factor, read: ir.BeliefRead, members: list[Expr]
     ) -> None:
         """Append the mean or deviation over an exact posterior."""
         code, printer = builder.code, builder.printer
         total, h, p = (printer.scope.unique(name) for name in ("total", "h", "p"))
-        code.add(f"moments::Sums {total};" if read.deviation else f"float {total} = 0.0f;")
-        with printer.block(f"for (std::int32_t {h} = 0; {h} < {factor.size}; ++{h})"):
-            code.add(f"const float {p} = {self._chance(factor, members, h)};")
-            code.add(f"if (!({p} > 0.0f)) continue;")
-            written = ", ".join([*self.factors.owners(factor), *members, h])
-            code.add(f"{self.factors.put[factor.element]}({written});")
+        zero = Literal("0.0f")
+        code.add(Declare("moments::Sums", total) if read.deviation else var("float", total, zero))
+        with printer.block(for_below(h, factor.size)):
+            code.add(const("float", p, self._chance(factor, members, h)))
+            code.add(when(not_(op(p, ">", zero)), CONTINUE))
+            owners = self.factors.owners(factor)
+            code.add(Do(call(self.factors.put[factor.element], *owners, *members, h)))
             if read.deviation:
-                code.add(f"{total}.add(static_cast<double>({p}), {_double(printer, read.operand)});")
+                code.add(Do(method(total, "add", cast("double", p), _double(printer, read.operand))))
             else:
-                code.add(f"{total} += {p} * {printer.text(read.operand, MULTIPLY + 1)};")
-        code.add(f"return static_cast<float>({total}.deviation());" if read.deviation else f"return {total};")
+                code.add(assign(total, of(p) * printer.expr(read.operand), "+="))
+        code.add(Return(cast("float", method(total, "deviation")) if read.deviation else of(total)))
 
     def _over_points(
-        self, builder: Builder, factor: ir.Factor, read: ir.BeliefRead, members: list[str]
+        self, builder: Builder, factor: ir.Factor, read: ir.BeliefRead, members: list[Expr]
     ) -> None:
         """Append the mean or deviation under the law that is kept by two numbers."""
         code, printer = builder.code, builder.printer
         known, points, total = (printer.scope.unique(name) for name in ("known", "points", "total"))
         getter = self.context.names.history[history_layout.belief_key(factor.element)]
-        numbers = (f"history.{getter}({', '.join([*members, place])})" for place in ("0", "1"))
-        code.add(f"const float {known}[2] = {{{', '.join(numbers)}}};")
+        numbers = (method("history", getter, *members, place) for place in (0, 1))
+        code.add(Declare("const float", known, braces("", *numbers), (2,)))
         if factor.binder is not None:
             printer.locals[factor.binder.name] = members[0]
         law = self.factors.law(builder, factor, "law", known)
-        code.add(f"const moments::Points {points}({law});")
-        code.add(f"moments::Sums {total};")
-        with self.factors.points(builder, f"{points}.at({{0}})") as x:
-            written = ", ".join([*self.factors.owners(factor), *members, x])
-            code.add(f"{self.factors.put[factor.element]}({written});")
-            code.add(f"{total}.add({law}.density({x}), {_double(printer, read.operand)});")
-        code.add(f"return static_cast<float>({total}.{'deviation' if read.deviation else 'mean'}());")
+        code.add(Declare("const moments::Points", points, arguments=(of(law),)))
+        code.add(Declare("moments::Sums", total))
+        with self.factors.points(builder, points, "at") as x:
+            owners = self.factors.owners(factor)
+            code.add(Do(call(self.factors.put[factor.element], *owners, *members, x)))
+            density = method(law, "density", x)
+            code.add(Do(method(total, "add", density, _double(printer, read.operand))))
+        code.add(Return(cast("float", method(total, "deviation" if read.deviation else "mean"))))
 
-    def _chance(self, factor: ir.Factor, members: list[str], h: str) -> str:
+    def _chance(self, factor: ir.Factor, members: list[Expr], h: str) -> Expr:
         getter = self.context.names.history[history_layout.belief_key(factor.element)]
         if factor.size != 2:
-            return f"history.{getter}({', '.join([*members, h])})"
-        true = f"history.{getter}({', '.join(members)})"
-        return f"{h} != 0 ? {true} : 1.0f - {true}"
+            return method("history", getter, *members, h)
+        true = method("history", getter, *members)
+        return Choice(op(h, "!=", 0), true, Literal("1.0f") - true)
 
     # Posteriors in the history -------------------------------------------------------------------
 
@@ -92,7 +106,8 @@ class BeliefFunctions:
         """Append the posteriors at the start to ``init_history``."""
         for factor in self.kept:
             name = self._array(builder, factor, "now")
-            builder.code.add(f"{self.factors.start[factor.element]}(params, fixed, state, {name});")
+            start = self.factors.start[factor.element]
+            builder.code.add(Do(call(start, "params", "fixed", "state", name)))
             self._store(builder, factor, name, "history")
 
     def advance(self, builder: Builder, action: str) -> None:
@@ -105,11 +120,11 @@ class BeliefFunctions:
             self._load(builder, factor, before)
             now = self._array(builder, factor, "now")
             code, length = builder.code, factor.members * stored(factor)
-            with builder.printer.block(f"for (int i = 0; i < {length}; ++i)"):
-                code.add(f"{now}[i] = {before}[i];")
+            with builder.printer.block(for_below("i", length, "int")):
+                code.add(assign(of(now)["i"], of(before)["i"]))
             code.join()
-            given = f"params, fixed, state, {action}, key, next, {before}, {now}"
-            code.add(f"{self.factors.advance[factor.element]}({given});")
+            given = ("params", "fixed", "state", action, "key", "next", before, now)
+            code.add(Do(call(self.factors.advance[factor.element], *given)))
             self._store(builder, factor, now, "after")
 
     def _advance_moments(self, builder: Builder, factor: ir.Factor, action: str) -> None:
@@ -117,39 +132,39 @@ class BeliefFunctions:
         now = self._array(builder, factor, "now")
         self._load(builder, factor, now)
         advance = self.factors.advance[factor.element]
-        builder.code.add(f"{advance}(params, fixed, state, {action}, key, next, {now});")
+        given = ("params", "fixed", "state", action, "key", "next", now)
+        builder.code.add(Do(call(advance, *given)))
         self._store(builder, factor, now, "after")
 
     def _load(self, builder: Builder, factor: ir.Factor, name: str) -> None:
         getter = self.context.names.history[history_layout.belief_key(factor.element)]
         with builder.printer.loops(self._entries(factor)):
-            place, value = self._entry(builder, factor)
-            builder.code.add(f"{name}[{place}] = history.{getter}({value});")
+            place, index = self._entry(builder, factor)
+            builder.code.add(assign(of(name)[place], method("history", getter, *index)))
 
     def _array(self, builder: Builder, factor: ir.Factor, name: str) -> str:
         local = builder.printer.scope.unique(f"{factor.element}_{name}")
-        builder.code.add(f"float {local}[{factor.members * stored(factor)}];")
+        builder.code.add(Declare("float", local, dimensions=(factor.members * stored(factor),)))
         return local
 
     def _store(self, builder: Builder, factor: ir.Factor, name: str, owner: str) -> None:
         setter = self.context.names.history_setters[history_layout.belief_key(factor.element)]
         with builder.printer.loops(self._entries(factor)):
             place, index = self._entry(builder, factor)
-            value = f"{name}[{place}]"
-            builder.code.add(f"{owner}.{setter}({', '.join([index, value] if index else [value])});")
+            builder.code.add(Do(method(owner, setter, *index, of(name)[place])))
 
     def _entries(self, factor: ir.Factor) -> list[ir.Binder]:
         key = history_layout.belief_key(factor.element)
         field = next(f for f in history_layout.fields(self.factors.model) if f.key == key)
         return [ir.Binder(f"i{n}", t) for n, t in enumerate(field.indices)]
 
-    def _entry(self, builder: Builder, factor: ir.Factor) -> tuple[str, str]:
+    def _entry(self, builder: Builder, factor: ir.Factor) -> tuple[Expr, list[Expr]]:
         """Return the place of the entry at hand among the stored numbers, and its indexes as arguments."""
         binders = self._entries(factor)
         locals_ = [ir.Local(b.type, b.name) for b in binders]
         place = builder.printer.flat(locals_, [b.type for b in binders])
-        return place, builder.printer.arguments(locals_)
+        return place, builder.printer.exprs(locals_)
 
 
-def _double(printer: ExprPrinter, operand: ir.Expr) -> str:
-    return f"static_cast<double>({printer.text(operand)})"
+def _double(printer: ExprPrinter, operand: ir.Expr) -> Expr:
+    return cast("double", printer.expr(operand))

@@ -4,17 +4,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 
 from hypgen.codegen.belief.hypotheses import MEMBER, Hypotheses, keeps, locals_of
 from hypgen.codegen.cpp.function_builder import Builder
-from hypgen.codegen.cpp.sink import Sink
+from hypgen.codegen.cpp.sink import into
 from hypgen.codegen.model.interface import Digit
 from hypgen.codegen.model.model_functions import arguments, density_needs
 from hypgen.codegen.passes.expr_shapes import branches
 from hypgen.codegen.passes.guards import Guards
+from hypgen.codegen.tree.expr import FALSE, TRUE, Expr, Literal, all_of, call, not_, of, op
+from hypgen.codegen.tree.statements import CONTINUE, Declare, ForEach, assign, const, var, when, zeroed
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import walk
 from hypgen.dsl.types import length_of, low_of
@@ -24,12 +25,12 @@ from hypgen.dsl.types import length_of, low_of
 class Watch:
     """A piece of evidence inside a function that weighs.
 
-    ``touched`` holds the position of the member that an entry touches; empty where every entry touches.
+    ``touched`` holds the position of the member that an entry touches; None where every entry touches.
     ``direct``: no entry touches another member than its own.
     """
 
     evidence: ir.Evidence
-    touched: str
+    touched: Expr | None
     direct: bool
 
 
@@ -44,7 +45,7 @@ class Weighing(Hypotheses):
         return self.interface.digits(builder, used) if used else {}
 
     def _first_seen(self, builder: Builder, factor: ir.Factor) -> dict[str, Digit]:
-        """Return the text of what is seen at the start and tells of the factor, given its binders."""
+        """Return what is seen at the start and tells of the factor, given its binders."""
         return {e.name: partial(self.interface.first_value, builder, e.name) for e in factor.first}
 
     def _watches(
@@ -54,78 +55,80 @@ class Weighing(Hypotheses):
         found, printer = [], builder.printer
         for evidence in factor.evidence if pieces is None else pieces:
             direct = _own_entry(evidence.touch, evidence, factor)
-            touched = ""
+            touched: Expr | None = None
             if not direct and not _always(evidence, factor):
                 name = evidence.name.replace(".", "_") or "end"
-                touched = printer.scope.unique(f"{name}_touch")
+                local = printer.scope.unique(f"{name}_touch")
+                touched = of(local)
                 length = length_of(tuple(b.type for b in evidence.binders))
-                self._touch(builder, evidence, touched, length)
+                self._touch(builder, evidence, local, length)
             found.append(Watch(evidence, touched, direct))
         return found
 
     def _touch(self, builder: Builder, evidence: ir.Evidence, name: str, length: int) -> None:
         code, printer, touch = builder.code, builder.printer, evidence.touch
         if evidence.binders:
-            code.add(f"std::int32_t {name}[{length}];")
+            code.add(Declare("std::int32_t", name, dimensions=(length,)))
         elif branches(touch):
-            code.add(f"std::int32_t {name}{{}};")
+            code.add(zeroed("std::int32_t", name))
         else:
-            code.add(f"const std::int32_t {name} = {printer.text(touch)};")
+            code.add(const("std::int32_t", name, printer.expr(touch)))
             return
-        self._set_touch(builder, evidence, name)
+        self._set_touch(builder, evidence, of(name))
 
-    def _kept_watch(self, evidence: ir.Evidence, factor: ir.Factor, name: str) -> Watch:
+    def _kept_watch(self, evidence: ir.Evidence, factor: ir.Factor, name: Expr) -> Watch:
         """Return the watch of evidence whose touches are kept under a name."""
         touch = evidence.touch
         if _own_entry(touch, evidence, factor):
-            return Watch(evidence, "", True)
+            return Watch(evidence, None, True)
         if _always(evidence, factor):
-            return Watch(evidence, "", False)
+            return Watch(evidence, None, False)
         return Watch(evidence, name, _own_or_none(touch, evidence, factor))
 
-    def _set_touch(self, builder: Builder, evidence: ir.Evidence, name: str) -> None:
+    def _set_touch(self, builder: Builder, evidence: ir.Evidence, touched: Expr) -> None:
         printer = builder.printer
         with printer.loops(evidence.binders):
-            place = f"[{_flat(builder, evidence.binders)}]" if evidence.binders else ""
-            printer.emit(evidence.touch, Sink(f"{name}{place} = "))
+            entry = touched[_flat(builder, evidence.binders)] if evidence.binders else touched
+            printer.emit(evidence.touch, into(entry))
 
-    def _moves(self, builder: Builder, factor: ir.Factor) -> str:
+    def _moves(self, builder: Builder, factor: ir.Factor) -> Expr:
         """Return the condition without which no member's values change, and append what it takes."""
         updates = [u for u in self._updates(factor) if not keeps(u)]
         if not updates:
-            return "false"
+            return FALSE
         guard = Guards(self.model, self.context.needs).update(tuple(updates))
         if guard is None or any(self._is_hidden(node) for node in walk(guard)):
-            return "true"
+            return TRUE
         moves = builder.printer.scope.unique("moves")
-        builder.code.add(f"const bool {moves} = {builder.printer.text(guard)};")
-        return moves
+        builder.code.add(const("bool", moves, builder.printer.expr(guard)))
+        return of(moves)
 
     def _is_hidden(self, node: ir.Expr | ir.Dist) -> bool:
         return isinstance(node, ir.StateRead) and not self.model.variable(node.variable).visible
 
-    def _skip(self, builder: Builder, factor: ir.Factor, watches: list[Watch], moves: str) -> None:
+    def _skip(self, builder: Builder, factor: ir.Factor, watches: list[Watch], moves: Expr) -> None:
         """Append what passes over members that nothing moves or touches."""
-        if moves == "true" or any(not w.touched for w in watches) or factor.binder is None:
+        touches = [w.touched for w in watches if w.touched is not None]
+        if moves == TRUE or len(touches) < len(watches) or factor.binder is None:
             return
         position = self._position(builder, factor)
-        tests = [] if moves == "false" else [moves]
-        for watch in watches:
+        tests = [] if moves == FALSE else [moves]
+        for watch, touched in zip(watches, touches, strict=True):
             if not watch.evidence.binders:
-                tests.append(f"{watch.touched} == {position}")
-        arrays = [w for w in watches if w.evidence.binders]
+                tests.append(op(touched, "==", position))
+        arrays = [t for w, t in zip(watches, touches, strict=True) if w.evidence.binders]
         code = builder.code
         if not arrays:
-            code.add(f"if (!({' || '.join(tests)})) continue;" if tests else "continue;")
+            code.add(when(not_(all_of(tests, "||")), CONTINUE) if tests else CONTINUE)
             return
         concerned = builder.printer.scope.unique("concerned")
-        code.add(f"bool {concerned} = {' || '.join(tests) or 'false'};")
-        for watch in arrays:
+        code.add(var("bool", concerned, all_of(tests, "||") if tests else FALSE))
+        for array in arrays:
             entry = builder.printer.scope.unique("entry")
-            with builder.printer.block(f"for (const std::int32_t {entry} : {watch.touched})"):
-                code.add(f"{concerned} |= {entry} == {position};")
+            with builder.printer.block(ForEach("const std::int32_t", entry, array)):
+                code.add(assign(concerned, op(entry, "==", position), "|="))
             code.join()
-        code.add(f"if (!{concerned}) continue;")
+        code.add(when(not_(concerned), CONTINUE))
 
     def _weigh(
         self, builder: Builder, factor: ir.Factor, digits: dict[str, Digit], watches: list[Watch], weight: str
@@ -139,29 +142,29 @@ class Weighing(Hypotheses):
                 printer.locals[evidence.binders[0].name] = printer.locals[MEMBER]
             with printer.loops([] if watch.direct else evidence.binders):
                 touched = watch.touched
-                if touched and evidence.binders:
-                    touched = f"{touched}[{_flat(builder, evidence.binders)}]"
-                test = (
-                    f"{touched} >= 0" if watch.direct else f"{touched} == {self._position(builder, factor)}"
-                )
-                test = f"if ({test})" if touched else ""
-                with printer.block(test) if test else nullcontext():
+                if touched is None:
                     self._likelihood(builder, evidence, digits, weight)
-                if test:
-                    builder.code.join()
+                    continue
+                if evidence.binders:
+                    touched = touched[_flat(builder, evidence.binders)]
+                position = self._position(builder, factor)
+                test = op(touched, ">=", 0) if watch.direct else op(touched, "==", position)
+                with printer.when(test):
+                    self._likelihood(builder, evidence, digits, weight)
+                builder.code.join()
 
     def _likelihood(
         self, builder: Builder, evidence: ir.Evidence, digits: dict[str, Digit], weight: str
     ) -> None:
         printer, code = builder.printer, builder.code
         if evidence.condition is not None:
-            code.add(f"if ({printer.text(evidence.condition)}) {weight} = 0.0;")
+            code.add(when(printer.expr(evidence.condition), assign(weight, Literal("0.0"))))
             return
         dist, name = self._law(evidence)
-        more = [printer.text(i) for i in locals_of(evidence.binders)]
+        more = printer.exprs(locals_of(evidence.binders))
         value = digits[evidence.name](evidence.binders)
         given = arguments(density_needs(dist, self.context), self.context, *more, value)
-        code.add(f"{weight} *= {name}({given});")
+        code.add(assign(weight, call(name, *given), "*="))
 
     def _law(self, evidence: ir.Evidence) -> tuple[ir.Dist, str]:
         """Return the distribution of what was seen, and the function of its density."""
@@ -204,5 +207,5 @@ def _nobody(touch: ir.Expr) -> bool:
     return isinstance(touch, ir.Const) and touch.value == -1
 
 
-def _flat(builder: Builder, binders: Sequence[ir.Binder]) -> str:
+def _flat(builder: Builder, binders: Sequence[ir.Binder]) -> Expr:
     return builder.printer.flat(locals_of(binders), [b.type for b in binders])

@@ -6,16 +6,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from hypgen.codegen.cpp import template_data
 from hypgen.codegen.cpp.function_builder import Builder
-from hypgen.codegen.cpp.text import shifted
+from hypgen.codegen.cpp.text import value_of
 from hypgen.codegen.layout.naming import Scope
 from hypgen.codegen.model.interface import Interface
 from hypgen.codegen.model.model_functions import arguments, density, density_needs
 from hypgen.codegen.passes.guards import own_value
+from hypgen.codegen.tree.expr import Expr, Operand, call, method, number, of, op, plus
+from hypgen.codegen.tree.statements import CONTINUE, Do, Function, Return, assign, var, when
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import shape
-from hypgen.dsl.types import Bool, length_of, low_of, size_of
+from hypgen.dsl.types import length_of, size_of
 
 # The local that stands for the member at hand, whatever else goes by the name of the family's binder.
 MEMBER = "%member"
@@ -64,16 +65,16 @@ class Hypotheses:
         with printer.loops(own):
             yield
 
-    def _member(self, builder: Builder, factor: ir.Factor) -> list[str]:
+    def _member(self, builder: Builder, factor: ir.Factor) -> list[Expr]:
         """Return the member's local as an argument; none where there is no family."""
         return [] if factor.binder is None else [builder.printer.locals[MEMBER]]
 
-    def _position(self, builder: Builder, factor: ir.Factor) -> str:
+    def _position(self, builder: Builder, factor: ir.Factor) -> Expr:
         """Return where the member at hand stands, from 0."""
         if factor.binder is None:
-            return "0"
+            return number(0)
         type_ = factor.binder.type
-        return builder.printer.code_text(ir.Local(type_, MEMBER), type_)
+        return builder.printer.code_expr(ir.Local(type_, MEMBER), type_)
 
     def _entries(self, factor: ir.Factor) -> Iterator[tuple[ir.Variable, list[ir.Binder]]]:
         for variable in map(self.model.variable, factor.variables):
@@ -81,8 +82,8 @@ class Hypotheses:
 
     def _read(
         self, builder: Builder, variable: ir.Variable, binders: Sequence[ir.Binder], primed: bool
-    ) -> str:
-        return builder.printer.text(ir.StateRead(variable.type, variable.name, locals_of(binders), primed))
+    ) -> Expr:
+        return builder.printer.expr(ir.StateRead(variable.type, variable.name, locals_of(binders), primed))
 
     @contextmanager
     def _members(self, builder: Builder, factor: ir.Factor) -> Iterator[None]:
@@ -105,10 +106,10 @@ class Hypotheses:
         kinds = {self.model.variable(name).fixed for name in factor.variables}
         return [owner for owner, fixed in (("fixed", True), ("state", False)) if fixed in kinds]
 
-    def _scratch(self, builder: Builder, factor: ir.Factor, state: str, *more: str) -> str:
+    def _scratch(self, builder: Builder, factor: ir.Factor, state: str, *more: Operand) -> list[Operand]:
         """Return the arguments of what writes or reads joint values: of ``next`` where ``state`` says so."""
         owners = [state if owner == "state" else owner for owner in self.owners(factor)]
-        return ", ".join([*owners, *self._member(builder, factor), *more])
+        return [*owners, *self._member(builder, factor), *more]
 
     def _given_owners(self, factor: ir.Factor, const: str) -> Builder:
         types = {"fixed": f"{const}Fixed&", "state": f"{const}State&"}
@@ -120,59 +121,55 @@ class Hypotheses:
         digits = sum(_digits(self.model.variable(name), factor) for name in factor.variables)
         return digits == 1
 
-    def _place(self, builder: Builder, factor: ir.Factor, array: str) -> str:
+    def _place(self, builder: Builder, factor: ir.Factor, array: Operand) -> Expr:
         """Return a pointer to the member's probabilities."""
         if factor.binder is None:
-            return array
+            return of(array)
         position, step = self._position(builder, factor), stored(factor)
-        if step == 1:
-            return f"{array} + {position}"
-        return f"{array} + ({position}) * {step}" if " " in position else f"{array} + {position} * {step}"
+        return plus(array, position if step == 1 else position * step)
 
     # Hypotheses ----------------------------------------------------------------------------------
 
-    def _put(self, factor: ir.Factor) -> template_data.Function:
+    def _put(self, factor: ir.Factor) -> Function:
         """Return what writes a joint value into the states."""
         builder = self._given_owners(factor, "").take("std::int32_t", "value")
         code, single = builder.code, self._single(factor)
         if not single:
             place = builder.printer.scope.unique("place")
-            code.add(f"std::int32_t {place} = {factor.size};")
+            code.add(var("std::int32_t", place, factor.size))
         for variable, binders in self._entries(factor):
             size = size_of(variable.type)
             with self._own(builder, factor, binders):
-                digit = "value"
+                digit = of("value")
                 if not single:
-                    code.add(f"{place} /= {size};")
-                    digit = f"value / {place} % {size}"
-                if isinstance(variable.type, Bool):
-                    value = f"{digit} != 0"
-                else:
-                    value = shifted(digit, low_of(variable.type))
-                indices = [builder.printer.text(i) for i in locals_of(binders)]
+                    code.add(assign(place, size, "/="))
+                    digit = digit / place % size
+                value = value_of(digit, variable.type)
+                indices = builder.printer.exprs(locals_of(binders))
                 setter = self.context.names.setters[variable.name]
                 owner = "fixed" if variable.fixed else "state"
-                code.add(f"{owner}.{setter}({', '.join([*indices, value])});")
+                code.add(Do(method(owner, setter, *indices, value)))
         comment = [f"// Writes a joint value of {factor.element}, one of {factor.size}."]
         return builder.done("void", self.put[factor.element], comment)
 
-    def _code(self, factor: ir.Factor) -> template_data.Function:
+    def _code(self, factor: ir.Factor) -> Function:
         builder = self._given_owners(factor, "const ")
         if not self._single(factor):
-            builder.code.add("std::int32_t value = 0;")
+            builder.code.add(var("std::int32_t", "value", 0))
         for variable, binders in self._entries(factor):
             with self._own(builder, factor, binders):
                 read = ir.StateRead(variable.type, variable.name, locals_of(binders))
-                digit = builder.printer.code_text(read, variable.type)
+                digit = builder.printer.code_expr(read, variable.type)
                 if self._single(factor):
-                    builder.code.add(f"return {digit};")
+                    builder.code.add(Return(digit))
                 else:
-                    builder.code.add(f"value = value * {size_of(variable.type)} + {digit};")
+                    total = plus(of("value") * size_of(variable.type), digit)
+                    builder.code.add(assign("value", total))
         if not self._single(factor):
-            builder.code.add("return value;")
+            builder.code.add(Return(of("value")))
         return builder.done("std::int32_t", self.code[factor.element])
 
-    def _densities(self, factor: ir.Factor) -> list[template_data.Function]:
+    def _densities(self, factor: ir.Factor) -> list[Function]:
         found = []
         for assigns, names in ((self.model.inits, self.first), (tuple(self.updates), self.moved)):
             for a in assigns:
@@ -186,13 +183,13 @@ class Hypotheses:
     ) -> None:
         """Append the product of the densities of the values that the states hold."""
         names = self.moved if primed else self.first
-        for assign in assigns:
-            variable = self.model.variable(assign.variable)
-            with self._own(builder, factor, assign.binders):
-                value = self._read(builder, variable, assign.binders, primed)
-                more = [builder.printer.text(i) for i in locals_of(assign.binders)]
-                given = arguments(density_needs(assign.dist, self.context), self.context, *more, value)
-                builder.code.add(f"{weight} *= {names[assign.variable]}({given});")
+        for drawn in assigns:
+            variable = self.model.variable(drawn.variable)
+            with self._own(builder, factor, drawn.binders):
+                value = self._read(builder, variable, drawn.binders, primed)
+                more = builder.printer.exprs(locals_of(drawn.binders))
+                given = arguments(density_needs(drawn.dist, self.context), self.context, *more, value)
+                builder.code.add(assign(weight, call(names[drawn.variable], *given), "*="))
 
     def _put_outcome(self, builder: Builder, factor: ir.Factor, g: str, h: str) -> None:
         """Append what writes ``g`` into the next state; a variable that never changes is that of ``h``."""
@@ -201,11 +198,11 @@ class Hypotheses:
             radix = _radix(variable, factor)
             place //= radix
             if variable.fixed:
-                digits = [f"{name} / {place} % {radix}" for name in (g, h)]
-                builder.code.add(f"if ({digits[0]} != {digits[1]}) continue;")
-        builder.code.add(f"{self.put[factor.element]}({self._scratch(builder, factor, 'next', g)});")
+                digits = [of(name) / place % radix for name in (g, h)]
+                builder.code.add(when(op(digits[0], "!=", digits[1]), CONTINUE))
+        builder.code.add(Do(call(self.put[factor.element], *self._scratch(builder, factor, "next", g))))
 
-    def _copy(self, factor: ir.Factor) -> template_data.Function:
+    def _copy(self, factor: ir.Factor) -> Function:
         """Return what copies one member's hidden variables from one particle to another."""
         builder = self.interface.given(
             [
@@ -218,11 +215,11 @@ class Hypotheses:
         self._given_member(builder, factor)
         for variable, binders in self._entries(factor):
             with self._own(builder, factor, binders):
-                indices = [builder.printer.text(i) for i in locals_of(binders)]
+                indices = builder.printer.exprs(locals_of(binders))
                 value = self._read(builder, variable, binders, False)
                 setter = self.context.names.setters[variable.name]
                 owner = "to_fixed" if variable.fixed else "to_state"
-                builder.code.add(f"{owner}.{setter}({', '.join([*indices, value])});")
+                builder.code.add(Do(method(owner, setter, *indices, value)))
         return builder.done("void", self.copy[factor.element])
 
 

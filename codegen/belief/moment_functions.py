@@ -11,10 +11,11 @@ from contextlib import contextmanager
 
 from hypgen.codegen.belief.evidence import Watch, Weighing
 from hypgen.codegen.belief.hypotheses import keeps
-from hypgen.codegen.cpp import template_data
 from hypgen.codegen.cpp.function_builder import Builder
 from hypgen.codegen.cpp.law_moments import add_law
 from hypgen.codegen.model.interface import PLACE, Digit, Interface
+from hypgen.codegen.tree.expr import TRUE, Literal, call, method, of
+from hypgen.codegen.tree.statements import Declare, Do, Function, While, const, for_below, var
 from hypgen.dsl import ir
 
 _SCRATCH = [("const Params&", "params"), ("Fixed", "fixed"), ("State", "state")]
@@ -31,7 +32,7 @@ class MomentFunctions(Weighing):
             for names, name in ((self.put, "put"), (self.start, "start"), (self.advance, "advance")):
                 names[factor.element] = unique(f"{name}_{factor.element}")
 
-    def moment_functions(self) -> list[template_data.Function]:
+    def moment_functions(self) -> list[Function]:
         """Return the functions in the order in which they call each other."""
         return [
             each(factor)
@@ -43,24 +44,23 @@ class MomentFunctions(Weighing):
         """Append the law that the mean and deviation at ``known`` stand for; return its local."""
         assert factor.moments is not None
         local, printer = builder.printer.scope.unique(name), builder.printer
-        given = [known, *map(printer.text, factor.moments.ends or ())]
-        builder.code.add(f"const moments::Law {local}({', '.join(given)});")
+        given = (of(known), *printer.exprs(factor.moments.ends or ()))
+        builder.code.add(Declare("const moments::Law", local, arguments=given))
         return local
 
     def _variable(self, factor: ir.Factor) -> ir.Variable:
         assert factor.moments is not None
         return self.model.variable(factor.moments.variable)
 
-    def _put_point(self, factor: ir.Factor) -> template_data.Function:
+    def _put_point(self, factor: ir.Factor) -> Function:
         """Return what writes a value of the float into a state."""
         builder = self._given_owners(factor, "").take("float", "value")
         owner = "fixed" if self._variable(factor).fixed else "state"
         setter = self.context.names.setters[self._variable(factor).name]
-        given = ", ".join([*self._member(builder, factor), "value"])
-        builder.code.add(f"{owner}.{setter}({given});")
+        builder.code.add(Do(method(owner, setter, *self._member(builder, factor), "value")))
         return builder.done("void", self.put[factor.element])
 
-    def _start_moments(self, factor: ir.Factor) -> template_data.Function:
+    def _start_moments(self, factor: ir.Factor) -> Function:
         """Return what gives mean and deviation before the first step."""
         builder = self.interface.given([*(_SCRATCH if factor.first else PLACE), ("float*", "after")])
         watches = self._watches(builder, factor, factor.first)
@@ -68,15 +68,15 @@ class MomentFunctions(Weighing):
         with self._members(builder, factor):
             place = self._known(builder, factor, "after")
             mixture = builder.printer.scope.unique("mixture")
-            builder.code.add(f"moments::Mixture {mixture};")
+            builder.code.add(Declare("moments::Mixture", mixture))
             with self._own(builder, factor, init.binders):
                 add_law(init.dist, mixture, builder.printer)
-            builder.code.add(f"{mixture}.store({place});")
+            builder.code.add(Do(method(mixture, "store", place)))
             if watches:
                 self._learn(builder, factor, self._first_seen(builder, factor), watches, place, ("state",))
         return builder.done("void", self.start[factor.element])
 
-    def _advance_moments(self, factor: ir.Factor) -> template_data.Function:
+    def _advance_moments(self, factor: ir.Factor) -> Function:
         """Return what takes mean and deviation over a step."""
         assert factor.moments is not None
         fixed = "Fixed" if self._fixed(factor) else "const Fixed&"
@@ -88,7 +88,7 @@ class MomentFunctions(Weighing):
         )
         digits = self._seen(builder, [factor])
         watches = self._watches(builder, factor)
-        moves = "" if factor.binder is None else self._moves(builder, factor)
+        moves = TRUE if factor.binder is None else self._moves(builder, factor)
         with self._members(builder, factor):
             self._skip(builder, factor, watches, moves)
             place = self._known(builder, factor, "after")
@@ -102,24 +102,24 @@ class MomentFunctions(Weighing):
     def _known(self, builder: Builder, factor: ir.Factor, array: str) -> str:
         """Append a pointer to the member's mean and deviation, and return it."""
         place = self._place(builder, factor, array)
-        if place == array:
+        if place == of(array):
             return array
         local = builder.printer.scope.unique("known")
-        builder.code.add(f"float* const {local} = {place};")
+        builder.code.add(var("float* const", local, place))
         return local
 
     @contextmanager
-    def points(self, builder: Builder, source: str) -> Iterator[str]:
-        """Loop over the points of ``source``, a C++ expression with ``{0}`` for the number; yield a point."""
+    def points(self, builder: Builder, owner: str, point: str) -> Iterator[str]:
+        """Loop over the points of ``owner``, whose member function ``point`` gives them; yield a point."""
         k, x = (builder.printer.scope.unique(name) for name in ("k", "x"))
-        with builder.printer.block(f"for (int {k} = 0; {k} < moments::kPoints; ++{k})"):
-            builder.code.add(f"const float {x} = {source.format(k)};")
+        with builder.printer.block(for_below(k, Literal("moments::kPoints"), "int")):
+            builder.code.add(const("float", x, method(owner, point, k)))
             yield x
 
     def put_point(self, builder: Builder, factor: ir.Factor, states: Sequence[str], x: str) -> None:
         """Append what writes a point into states, or into the fixed part."""
         for state in states if "state" in self.owners(factor) else ("state",):
-            builder.code.add(f"{self.put[factor.element]}({self._scratch(builder, factor, state, x)});")
+            builder.code.add(Do(call(self.put[factor.element], *self._scratch(builder, factor, state, x))))
 
     def _predict(self, builder: Builder, factor: ir.Factor, place: str) -> None:
         """Append what the update makes of mean and deviation."""
@@ -127,14 +127,14 @@ class MomentFunctions(Weighing):
         update = next(u for u in self._updates(factor) if not keeps(u))
         law = self.law(builder, factor, "before", place)
         points, mixture = unique("points"), unique("mixture")
-        code.add(f"const moments::Points {points}({law});")
-        code.add(f"moments::Mixture {mixture};")
-        with self.points(builder, f"{points}.at({{0}})") as x:
+        code.add(Declare("const moments::Points", points, arguments=(of(law),)))
+        code.add(Declare("moments::Mixture", mixture))
+        with self.points(builder, points, "at") as x:
             self.put_point(builder, factor, ("state",), x)
-            code.add(f"{mixture}.at({x}, {law}.density({x}));")
+            code.add(Do(method(mixture, "at", x, method(law, "density", x))))
             with self._own(builder, factor, update.binders):
                 add_law(update.dist, mixture, builder.printer)
-        code.add(f"{mixture}.move({place});")
+        code.add(Do(method(mixture, "move", place)))
 
     def _learn(
         self,
@@ -148,13 +148,13 @@ class MomentFunctions(Weighing):
         """Append what the evidence makes of mean and deviation."""
         code, unique = builder.code, builder.printer.scope.unique
         law, update = self.law(builder, factor, "prior", place), unique("update")
-        code.add(f"moments::Update {update}({law});")
-        with builder.printer.block(f"while ({update}.due())"):
-            with self.points(builder, f"{update}.point({{0}})") as x:
+        code.add(Declare("moments::Update", update, arguments=(of(law),)))
+        with builder.printer.block(While(method(update, "due"))):
+            with self.points(builder, update, "point") as x:
                 self.put_point(builder, factor, states, x)
                 likelihood = unique("likelihood")
-                code.add(f"double {likelihood} = 1.0;")
+                code.add(var("double", likelihood, Literal("1.0")))
                 self._weigh(builder, factor, digits, watches, likelihood)
-                code.add(f"{update}.take({x}, {likelihood});")
-            code.add(f"{update}.sweep();")
-        code.add(f"{update}.store({place});")
+                code.add(Do(method(update, "take", x, likelihood)))
+            code.add(Do(method(update, "sweep")))
+        code.add(Do(method(update, "store", place)))

@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 from collections import Counter
 
-from hypgen.codegen.cpp import template_data
 from hypgen.codegen.layout.naming import Names
 from hypgen.codegen.layout.state_layout import WORD, Block, Field
+from hypgen.codegen.tree.expr import TRUE, Expr, Literal, call, cast, member, number, of, op, shifted
+from hypgen.codegen.tree.statements import Function, Return, Statement, when
 from hypgen.dsl import ir
 from hypgen.dsl.ir.draw_words import words_of
 from hypgen.dsl.types import Float, length_of, size_of
@@ -79,46 +80,58 @@ def constants(model: ir.Model) -> tuple[str, ...]:
     )
 
 
-def functions(model: ir.Model, names: Names, fixed: Block) -> tuple[template_data.Function, ...]:
+def functions(model: ir.Model, names: Names, fixed: Block) -> tuple[Function, ...]:
     """Return the number of a site's word among them, and whether the value of a word was read."""
     fields = {field.variable: field for field in fixed.fields}
-    sites, reads, first = [], [], 0
-    for assign in redrawn(model):
-        offset = f"{first} + " if first else ""
-        site = f"Site::{names.sites[assign.site.path]}"
-        sites.append(f"if (site == {site}) return {offset}static_cast<int>(index);")
-        field = fields[assign.variable]
+    sites: list[Statement] = []
+    reads, first = [], 0
+    for init in redrawn(model):
+        site = Literal(f"Site::{names.sites[init.site.path]}")
+        index = cast("int", "index")
+        sites.append(when(op("site", "==", site), Return(of(first) + index if first else index)))
+        field = fields[init.variable]
         reads.append((first, field))
         first += field.length
     if not sites:
         return ()
     return (
-        template_data.Function(
+        Function(
+            "int",
+            "redrawn_word",
+            [("std::uint32_t", "site"), ("std::uint32_t", "index")],
+            [*sites, Return(number(-1))],
             ("// Which of the words that particles may draw anew is drawn there; -1 if none is.",),
-            ("HYPGEN_FN static int redrawn_word(std::uint32_t site, std::uint32_t index) {",),
-            (*sites, "return -1;"),
         ),
-        template_data.Function(
-            ("// Whether the value that was drawn with that word has been read.",),
-            ("HYPGEN_FN static bool is_word_read(const Fixed& fixed, int word) {",),
-            (
+        Function(
+            "bool",
+            "is_word_read",
+            [("const Fixed&", "fixed"), ("int", "word")],
+            [
                 *(
-                    f"if (word >= {start}) return {_is_read(field, start)};"
+                    when(op("word", ">=", start), Return(_is_read(field, start)))
                     for start, field in reversed(reads[1:])
                 ),
-                f"return {_is_read(reads[0][1], 0)};",
-            ),
+                Return(_is_read(reads[0][1], 0)),
+            ],
+            ("// Whether the value that was drawn with that word has been read.",),
         ),
     )
 
 
-def _is_read(field: Field, start: int) -> str:
+def _is_read(field: Field, start: int) -> Expr:
     if not field.width:
-        return "true"  # a single possible value has no bits
+        return TRUE  # a single possible value has no bits
+    word, shift = place_of(field, shifted("word", -start))
+    return call("bits::was_read", word, shift, field.width)
+
+
+def place_of(field: Field, entry: Expr) -> tuple[Expr, Expr]:
+    """Return the word of the fixed state that an entry of a field lies in, and its first bit there."""
+    words = member("fixed", "words")
     if field.length == 1:
-        return f"bits::was_read(fixed.words[{field.word}], {field.shift}, {field.width})"
-    entry = f"(word - {start})" if start else "word"
-    place = entry if field.stride == 1 else f"{entry} * {field.stride}"
-    place = f"({field.shift} + {place})" if field.shift else place
-    base = f"{field.word} + " if field.word else ""
-    return f"bits::was_read(fixed.words[{base}{place} / {WORD}], {place} % {WORD}, {field.width})"
+        return words[field.word], number(field.shift)
+    place = entry if field.stride == 1 else entry * field.stride
+    if field.shift:
+        place = of(field.shift) + place
+    word = place / WORD
+    return words[of(field.word) + word if field.word else word], place % WORD

@@ -5,15 +5,46 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from hypgen.codegen.bounds.groups import Group, Part, Relaxation, describe, runs, strides, updated
-from hypgen.codegen.cpp import template_data
 from hypgen.codegen.cpp.function_builder import Builder
-from hypgen.codegen.cpp.text import Code, code_of, integer, value_of
+from hypgen.codegen.cpp.text import code_of, value_of
 from hypgen.codegen.layout.state_layout import Field
-from hypgen.codegen.model.interface import HISTORY, PLACE, Interface
+from hypgen.codegen.model.interface import ERROR, HISTORY, PLACE, REWARD, Interface, clear
 from hypgen.codegen.model.model_functions import arguments
+from hypgen.codegen.tree.code import Code
+from hypgen.codegen.tree.expr import (
+    FALSE,
+    TRUE,
+    Braces,
+    Choice,
+    Expr,
+    Literal,
+    Name,
+    Operand,
+    Prefix,
+    braces,
+    call,
+    member,
+    method,
+    number,
+    of,
+    op,
+    plus,
+)
+from hypgen.codegen.tree.statements import (
+    Declare,
+    Do,
+    For,
+    Function,
+    Lambda,
+    Return,
+    assign,
+    const,
+    var,
+    zeroed,
+)
 from hypgen.dsl import ir
 from hypgen.dsl.types import Type, low_of, size_of
 
@@ -70,7 +101,7 @@ class GroupFunctions:
         """Return what the runtime asks of the model's type."""
         return ["static constexpr bool kLooksUpPolicy = true;"] if self.earned is not None else []
 
-    def all(self) -> list[template_data.Function]:
+    def all(self) -> list[Function]:
         """Return the functions of all groups."""
         return [
             function
@@ -78,53 +109,51 @@ class GroupFunctions:
             for function in (self._numbering(named), self._put(named), self._step(named))
         ]
 
-    def upper(self) -> template_data.Function:
+    def upper(self) -> Function:
         """Return ``upper``: the declared bound or what the groups are worth, whichever is less."""
         builder = self.interface.given(PLACE)
-        reads = [f"params.{n.table}[{n.index}(fixed, state)]" for n in self.groups]
+        reads = [member("params", n.table)[call(n.index, "fixed", "state")] for n in self.groups]
         if self.relaxation.declared:
-            builder.code.add(f"return {reads[0]};")
+            builder.code.add(Return(reads[0]))
             return builder.done("float", "upper", ["// The tables hold the declared bound where it is less."])
-        builder.code.add(f"float worth = {reads[0]};")
+        builder.code.add(var("float", "worth", reads[0]))
         for read in reads[1:]:
-            builder.code.add(f"worth += {read};")
-        builder.code.add("const float declared = declared_upper(params, fixed, state);")
-        builder.code.add("return worth < declared ? worth : declared;")
+            builder.code.add(assign("worth", read, "+="))
+        less_of_both(builder.code)
         return builder.done("float", "upper")
 
-    def lower(self) -> list[template_data.Function]:
+    def lower(self) -> list[Function]:
         """Return ``lower``, if it looks up what the default policy earns."""
         if self.earned is None:
             return []
         builder = self.interface.given([*PLACE, HISTORY])
-        builder.code.add(f"return params.{self.earned}[{self.groups[0].index}(fixed, state)];")
+        index = call(self.groups[0].index, "fixed", "state")
+        builder.code.add(Return(member("params", self.earned)[index]))
         return [builder.done("float", "lower")]
 
     def fill(self, code: Code) -> None:
         """Append what fills the tables when params are loaded."""
         model = self.interface.model
-        stops = "true" if self._may_stop() else "false"
+        stops, discount = TRUE if self._may_stop() else FALSE, Literal(repr(model.discount))
+        groups: list[Expr] = []
         for i, named in enumerate(self.groups):
-            actions = ", ".join(map(str, named.group.actions))
-            code.add(f"static constexpr int actions_{i}[] = {{{actions}}};")
-        with code.block("const relaxation::Group<Params, Fixed, State> groups[] ="):
-            for i, named in enumerate(self.groups):
-                code.add(
-                    f"{{{named.group.states}, {{actions_{i}, {len(named.group.actions)}}}, {named.put}, "
-                    f"{named.index}, {self._legal(i)}, {named.step}<Draws>, {self._table(i)}}},"
-                )
-        code.lines[-1] += ";"
-        code.add(f"relaxation::fill(groups, params, {model.discount!r}, {stops});")
+            actions = named.group.actions
+            code.add(Declare("static constexpr int", f"actions_{i}", braces("", *actions), ("",)))
+            own = braces("", f"actions_{i}", len(actions))
+            step = Name(named.step, ("Draws",))
+            row = (named.group.states, own, named.put, named.index, self._legal(i), step, *self._table(i))
+            groups.append(braces("", *row))
+        kind = "const relaxation::Group<Params, Fixed, State>"
+        code.add(Declare(kind, "groups", Braces("", tuple(groups), rows=True), ("",)))
+        code.add(Do(call("relaxation::fill", "groups", "params", discount, stops)))
         if self.earned is None:
             return
-        given = "const Params& given, const Fixed& fixed, const State& state, Draws& draws"
-        with code.block(f"const auto policy = []({given})"):
-            code.add("return default_policy(given, fixed, state, History{}, draws);")
-        code.lines[-1] += ";"
-        code.add(
-            f"relaxation::fill_earned<Params, Fixed, State>(groups[0], policy, tail, params.{self.earned}, "
-            f"params, {model.discount!r});"
-        )
+        given = ("const Params& given", "const Fixed& fixed", "const State& state", "Draws& draws")
+        default = call("default_policy", "given", "fixed", "state", braces("History"), "draws")
+        code.add(const("auto", "policy", Lambda(given, (Return(default),))))
+        fill = "relaxation::fill_earned<Params, Fixed, State>"
+        earned = member("params", self.earned)
+        code.add(Do(call(fill, of("groups")[0], "policy", "tail", earned, "params", discount)))
 
     def _may_stop(self) -> bool:
         """Return whether an episode may end after any step."""
@@ -134,71 +163,70 @@ class GroupFunctions:
         """Return the name of the function that says which actions are legal in a group."""
         return "is_legal"
 
-    def _table(self, number: int) -> str:
+    def _table(self, number: int) -> list[Operand]:
         """Return the members of the runtime's group that say what is in its table."""
         declared = "declared_upper" if self.relaxation.declared else "nullptr"
-        members = [declared, f"params.{self.groups[number].table}"]
+        members: list[Operand] = [declared, member("params", self.groups[number].table)]
         rows, bits = self._rows(number), self.interface.model.reward_bits
         if rows != 1 or bits != ir.REWARD_BITS:
-            members.append(str(rows))
+            members.append(rows)
         if bits != ir.REWARD_BITS:
-            members.append(str(bits))
-        return ", ".join(members)
+            members.append(bits)
+        return members
 
     def _rows(self, number: int) -> int:
         """Return the number of the table's rows."""
         return 1
 
-    def _ends(self) -> str:
+    def _ends(self) -> Expr:
         """Return the condition on which a group's step ends the episode."""
         needs = self.context.needs.of(self.context.model.terminal)
-        return f"is_terminal({arguments(needs, self.context)})"
+        return call("is_terminal", *arguments(needs, self.context))
 
     # A group's states ----------------------------------------------------------------------------
 
-    def _numbering(self, named: Named) -> template_data.Function:
+    def _numbering(self, named: Named) -> Function:
         """Return the function that numbers a state of the group."""
         return self._index(
             named.group.parts, named.index, f"// States as far as {describe(named.group)} goes."
         )
 
-    def _index(self, parts: Sequence[Part], name: str, comment: str) -> template_data.Function:
+    def _index(self, parts: Sequence[Part], name: str, comment: str) -> Function:
         """Return the function that numbers the joint values of the parts."""
         builder = self.interface.given(PLACE[1:])
-        builder.code.add("std::int32_t index = 0;")
+        builder.code.add(var("std::int32_t", "index", 0))
         for part in parts:
             type_ = part.variable.type
             if (bits := self._bits(part)) is not None:
-                builder.code.add(f"index = index * {1 << bits.count} + {bits.read};")
+                builder.code.add(assign("index", of("index") * (1 << bits.count) + bits.read))
                 continue
 
             def append(read: ir.StateRead, type_: Type = type_) -> None:
-                text = code_of(builder.printer.text(read), type_)
-                builder.code.add(f"index = index * {size_of(type_)} + {text};")
+                code = code_of(builder.printer.expr(read), type_)
+                builder.code.add(assign("index", plus(of("index") * size_of(type_), code)))
 
             self._each(builder, part, append, ascending=True)
-        builder.code.add("return index;")
+        builder.code.add(Return(of("index")))
         return builder.done("std::int32_t", name, [comment])
 
-    def _put(self, named: Named) -> template_data.Function:
+    def _put(self, named: Named) -> Function:
         """Return the function that makes a state of the group; all that it does not need is zero."""
         builder = self.interface.given([("std::int32_t", "index"), ("Fixed&", "fixed"), ("State&", "state")])
-        builder.code.add("fixed = Fixed{};")
-        builder.code.add("state = State{};")
+        clear(builder.code, "fixed", "state")
         for part in reversed(named.group.parts):
             type_ = part.variable.type
             if (bits := self._bits(part)) is not None:
-                builder.code.add(bits.write.format(f"index % {1 << bits.count}"))
-                builder.code.add(f"index /= {1 << bits.count};")
+                builder.code.add(Do(bits.write(of("index") % (1 << bits.count))))
+                builder.code.add(assign("index", 1 << bits.count, "/="))
                 continue
 
             def take(read: ir.StateRead, type_: Type = type_) -> None:
                 owner = "fixed" if self.interface.model.variable(read.variable).fixed else "state"
                 setter = self.context.names.setters[read.variable]
-                value = value_of(f"index % {size_of(type_)}", type_)
-                given = [builder.printer.text(i) for i in read.indices]
-                builder.code.add(f"{owner}.{setter}({', '.join([*given, value])});")
-                builder.code.add(f"index /= {size_of(type_)};")
+                value = value_of(of("index") % size_of(type_), type_)
+                given = builder.printer.exprs(read.indices)
+                builder.code.add(Do(method(owner, setter, *given, value)))
+                builder.code.add(assign("index", size_of(type_), "/="))
 
             self._each(builder, part, take, ascending=False)
         return on_host(builder.done("void", named.put))
@@ -232,29 +260,33 @@ class GroupFunctions:
         if size_of(field.type) != 1 << field.width or field.stride != field.width:
             return None
         name = part.variable.name
-        read = f"state.{self.context.names.bits[name]}()"
-        write = f"state.{self.context.names.bits_setters[name]}({{0}});"
+        read = method("state", self.context.names.bits[name])
+        setter = self.context.names.bits_setters[name]
         if not part.members:
-            return _Bits(field.length * field.width, read, write)
+            count = field.length * field.width
+            return _Bits(count, read, lambda value: method("state", setter, value))
         if len(field.indices) > 1 or len(runs(part.members)) > 1:
             return None
         count, shift = len(part.members) * field.width, part.members[0] * field.width
-        read = f"{read} >> {shift}" if shift else read
-        write = write.format(f"{{0}} << {shift}") if shift else write
-        return _Bits(count, f"({read} & {(1 << count) - 1})", write)
+        read = op(op(read, ">>", shift) if shift else read, "&", (1 << count) - 1)
+
+        def write(value: Expr) -> Expr:
+            return method("state", setter, op(value, "<<", shift) if shift else value)
+
+        return _Bits(count, read, write)
 
     # A group's step ------------------------------------------------------------------------------
 
-    def _step(self, named: Named) -> template_data.Function:
+    def _step(self, named: Named) -> Function:
         """Return the step of the group's variables, rewards and end."""
         builder = self.interface.acting([*PLACE, ("int", "action"), ("D&", "draws"), ("State&", "next")])
-        builder.code.add("next = state;")
+        builder.code.add(assign("next", "state"))
         for update in (update for stage in self.interface.stages for update in stage):
             binder = update.element.binder
             for some in strides(updated(named.group, update)):
                 with builder.guarded(update.guard), _loop(builder, binder, some):
                     builder.code.add(self.interface.update_call(builder, update))
-        builder.code.add("StepResult result{};")
+        builder.code.add(zeroed("StepResult", "result"))
         for reward in self.context.model.rewards:
             members = [m or 0 for r, m in named.group.terms if r.name == reward.name]
             for some in strides(sorted(members)):
@@ -262,10 +294,10 @@ class GroupFunctions:
                     builder.guarded(self.interface.reward_guard(reward)),
                     _loop(builder, reward.binder, some),
                 ):
-                    self.interface.earn(builder, reward, "result.reward", "result.error")
-        self.interface.limit(builder, "result.reward")
-        builder.code.add(f"result.terminal = {self._ends()};")
-        builder.code.add("return result;")
+                    self.interface.earn(builder, reward, REWARD, ERROR)
+        self.interface.limit(builder, REWARD)
+        builder.code.add(assign(member("result", "terminal"), self._ends()))
+        builder.code.add(Return(of("result")))
         return on_host(builder.done("StepResult", named.step))
 
 
@@ -274,8 +306,8 @@ class _Bits:
     """A part that is a field of bits: how many, and how they are read and written."""
 
     count: int
-    read: str
-    write: str
+    read: Expr
+    write: Callable[[Expr], Expr]
 
 
 @contextmanager
@@ -284,16 +316,25 @@ def _loop(builder: Builder, binder: ir.Binder | None, some: range, ascending: bo
     if binder is None:
         yield
         return
-    first, last = (integer(position + low_of(binder.type)) for position in (some[0], some[-1]))
-    begin, test, end, step = (first, "<=", last, "+") if ascending else (last, ">=", first, "-")
-    onward = f"{step * 2}{{0}}" if some.step == 1 else f"{{0}} {step}= {some.step}"
-    head = f"for (std::int32_t {{0}} = {begin}; {{0}} {test} {end}; {onward})"
+    first, last = (position + low_of(binder.type) for position in (some[0], some[-1]))
+    begin, test, end, sign = (first, "<=", last, "+") if ascending else (last, ">=", first, "-")
+
+    def head(variable: str) -> For:
+        step = assign(variable, some.step, f"{sign}=")
+        onward = Do(Prefix(sign * 2, of(variable))) if some.step == 1 else step
+        return For("std::int32_t", variable, number(begin), op(variable, test, end), onward)
+
     with builder.printer.loop(binder, head):
         yield
     builder.code.join()
 
 
-def on_host(function: template_data.Function) -> template_data.Function:
+def less_of_both(code: Code) -> None:
+    """Append the return of ``worth`` or of the declared bound, whichever is less."""
+    code.add(const("float", "declared", call("declared_upper", "params", "fixed", "state")))
+    code.add(Return(Choice(op("worth", "<", "declared"), of("worth"), of("declared"))))
+
+
+def on_host(function: Function) -> Function:
     """Return the function without a device's version."""
-    head = tuple(line.replace("HYPGEN_FN static", "static") for line in function.head)
-    return template_data.Function(function.comment, head, function.body)
+    return replace(function, mark="static")

@@ -5,12 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hypgen.codegen.bounds.group_functions import GroupFunctions, on_host
+from hypgen.codegen.bounds.group_functions import GroupFunctions, less_of_both, on_host
 from hypgen.codegen.bounds.groups import Part, Relaxation
 from hypgen.codegen.bounds.separate_agents import legal_alone
-from hypgen.codegen.cpp import template_data
 from hypgen.codegen.layout.state_layout import Field
 from hypgen.codegen.model.interface import PLACE, Interface
+from hypgen.codegen.tree.expr import FALSE, Expr, call, cast, member, of
+from hypgen.codegen.tree.statements import Function, assign, const, var
 
 
 class TeamFunctions(GroupFunctions):
@@ -27,7 +28,7 @@ class TeamFunctions(GroupFunctions):
         self.rows = [unique(f"row_of_agent_{agent}") for agent in self.agents]
         self.tokens = [unique(f"tokens_of_share_{share}") for share in self.shares]
 
-    def all(self) -> list[template_data.Function]:
+    def all(self) -> list[Function]:
         """Return the functions of all groups."""
         found = [self._legal_alone(agent) for agent in self.agents]
         found += super().all()
@@ -39,22 +40,22 @@ class TeamFunctions(GroupFunctions):
             found.append(self._index(tokens, self.tokens[share], "// Which tokens are valuable."))
         return found
 
-    def upper(self) -> template_data.Function:
+    def upper(self) -> Function:
         """Return ``upper``: the declared bound or what the agents are worth apart, whichever is less."""
         builder = self.interface.given(PLACE)
         for agent in self.agents:
-            builder.code.add(f"const std::int32_t row_{agent} = {self.rows[agent]}(fixed, state);")
+            row = call(self.rows[agent], "fixed", "state")
+            builder.code.add(const("std::int32_t", f"row_{agent}", row))
         for share in self.shares:
+            tables = (self.groups[share * self.team.agents + agent].table for agent in self.agents)
             rows = [
-                f"params.{self.groups[share * self.team.agents + agent].table} + "
-                f"row_{agent} * {self._sets(share)}"
-                for agent in self.agents
+                member("params", table) + of(f"row_{agent}") * self._sets(share)
+                for agent, table in zip(self.agents, tables, strict=True)
             ]
-            tokens = f"static_cast<std::uint32_t>({self.tokens[share]}(fixed, state))"
-            start = "worth +=" if share else "float worth ="
-            builder.code.add(f"{start} relaxation::best_share({', '.join(rows)}, {tokens});")
-        builder.code.add("const float declared = declared_upper(params, fixed, state);")
-        builder.code.add("return worth < declared ? worth : declared;")
+            tokens = cast("std::uint32_t", call(self.tokens[share], "fixed", "state"))
+            best = call("relaxation::best_share", *rows, tokens)
+            builder.code.add(assign("worth", best, "+=") if share else var("float", "worth", best))
+        less_of_both(builder.code)
         return builder.done("float", "upper")
 
     def _parts(self, number: int) -> tuple[list[Part], list[Part]]:
@@ -67,7 +68,7 @@ class TeamFunctions(GroupFunctions):
         """Return the number of sets of a share's tokens."""
         return 1 << sum(part.entries for part in self._parts(share * self.team.agents)[0])
 
-    def _legal_alone(self, agent: int) -> template_data.Function:
+    def _legal_alone(self, agent: int) -> Function:
         builder = self.interface.acting([*PLACE, ("int", "action")])
         builder.value(legal_alone(self.context.model, self.team, agent))
         comment = f"// What is legal for agent {agent} whatever the other does."
@@ -76,8 +77,8 @@ class TeamFunctions(GroupFunctions):
     def _may_stop(self) -> bool:
         return True  # one agent may be done before the other, which ends no episode
 
-    def _ends(self) -> str:
-        return "false"
+    def _ends(self) -> Expr:
+        return FALSE
 
     def _legal(self, number: int) -> str:
         return self.legal[number % self.team.agents]

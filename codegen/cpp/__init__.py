@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""C++ text of types, names, literals, expressions and distributions.
+"""C++ of types, names, literals, expressions and distributions.
 
-Takes IR nodes. Gives lines of C++.
+Takes IR nodes. Gives trees of C++.
 """

@@ -9,10 +9,11 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterator
 
-from hypgen.codegen.cpp import template_data
-from hypgen.codegen.cpp.expressions import Context
+from hypgen.codegen.cpp.body_printer import Context
 from hypgen.codegen.cpp.function_builder import Builder, origin
 from hypgen.codegen.cpp.text import literal, scalar
+from hypgen.codegen.tree.expr import braces, call, cast, of, op
+from hypgen.codegen.tree.statements import Declare, Function, Return, Text, const
 from hypgen.dsl import ir
 from hypgen.dsl.types import Bool, Float, Type, size_of
 
@@ -20,7 +21,7 @@ _MOST_LISTED = 4096  # entries: a compiler reads more of them in a tenth of the 
 _WORDS_A_LINE = 8
 
 
-def constant_array(table: ir.ConstantArray, context: Context) -> template_data.Function:
+def constant_array(table: ir.ConstantArray, context: Context) -> Function:
     """Return the function of a constant array."""
     builder = Builder(context)
     arguments = [f"i{position}" for position in range(len(table.indices))]
@@ -40,30 +41,32 @@ def _list(table: ir.ConstantArray, context: Context, arguments: list[str], build
     values = [literal(v, table.type, context.names) for v in table.values]
     for index in reversed(table.indices):
         size = size_of(index)
-        values = [f"{{{', '.join(values[i : i + size])}}}" for i in range(0, len(values), size)]
-    builder.code.add(
-        f"static constexpr {scalar(table.type)} values{dimensions(table.indices)} = {values[0]};"
-    )
-    builder.code.add(f"return values{''.join(f'[{argument}]' for argument in arguments)};")
+        values = [braces("", *values[i : i + size]) for i in range(0, len(values), size)]
+    sizes = tuple(map(size_of, table.indices))
+    builder.code.add(Declare(f"static constexpr {scalar(table.type)}", "values", values[0], sizes))
+    entry = of("values")
+    for argument in arguments:
+        entry = entry[argument]
+    builder.code.add(Return(entry))
 
 
 def _string(table: ir.ConstantArray, context: Context, arguments: list[str], builder: Builder) -> None:
     """Give the bits of the entries as the characters of a string."""
-    entry = arguments[0]
+    entry = of(arguments[0])
     for index, argument in zip(table.indices[1:], arguments[1:], strict=True):
-        entry = f"{entry if entry.isidentifier() else f'({entry})'} * {size_of(index)} + {argument}"
-    builder.code.add(f"const std::int32_t entry = {entry};")
-    builder.code.add("static constexpr char32_t bits[] =")
-    # Lines as short as these need no breaking.
-    builder.code.lines += [f"    {line}" for line in _lines(table)]
-    builder.code.lines[-1] += ";"
+        entry = entry * size_of(index) + of(argument)
+    builder.code.add(const("std::int32_t", "entry", entry))
+    *lines, last = _lines(table)
+    builder.code.add(Text(("static constexpr char32_t bits[] =", *lines, f"{last};")))
+    word = of("bits")["entry"]
     match table.type:
         case Float():
-            builder.code.add("return math::from_bits(static_cast<std::uint32_t>(bits[entry]));")
+            value = call("math::from_bits", cast("std::uint32_t", word))
         case Bool():
-            builder.code.add("return bits[entry] != 0;")
+            value = op(word, "!=", 0)
         case _:
-            builder.code.add("return static_cast<std::int32_t>(bits[entry]);")
+            value = cast("std::int32_t", word)
+    builder.code.add(Return(value))
 
 
 def _lines(table: ir.ConstantArray) -> Iterator[str]:
@@ -71,4 +74,4 @@ def _lines(table: ir.ConstantArray) -> Iterator[str]:
     entries = array("f", table.values) if is_float else array("i", map(int, table.values))
     words = [f"\\x{word:x}" for word in array("I", entries.tobytes())]
     for at in range(0, len(words), _WORDS_A_LINE):
-        yield f'U"{"".join(words[at : at + _WORDS_A_LINE])}"'
+        yield f'    U"{"".join(words[at : at + _WORDS_A_LINE])}"'

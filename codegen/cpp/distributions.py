@@ -5,46 +5,48 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 
-from hypgen.codegen.cpp import masses
-from hypgen.codegen.cpp.expressions import ADD, TERNARY, Append, ExprPrinter
-from hypgen.codegen.cpp.laws import bin_density_text, bin_text, count_text, density_text, draw_text
-from hypgen.codegen.cpp.sink import Sink
-from hypgen.codegen.cpp.text import code_of, integer, scalar, shifted
+from hypgen.codegen.cpp import laws, masses
+from hypgen.codegen.cpp.expressions import Append, ExprPrinter
+from hypgen.codegen.cpp.sink import Sink, into
+from hypgen.codegen.cpp.text import code_of, scalar, value_of
+from hypgen.codegen.cpp.word import Word
 from hypgen.codegen.layout import nodes
 from hypgen.codegen.passes.expr_shapes import needs_statements
+from hypgen.codegen.tree.expr import (
+    Choice,
+    Expr,
+    Literal,
+    Operand,
+    Postfix,
+    call,
+    cast,
+    method,
+    number,
+    of,
+    op,
+)
+from hypgen.codegen.tree.statements import (
+    BREAK,
+    Declare,
+    Do,
+    Return,
+    Statement,
+    assign,
+    const,
+    for_below,
+    increment,
+    var,
+    when,
+    zeroed,
+)
 from hypgen.dsl import ir
 from hypgen.dsl.ir.draw_words import words_of
 from hypgen.dsl.ir.walk import negated
-from hypgen.dsl.types import Bool, Type, low_of, size_of
+from hypgen.dsl.types import low_of, size_of
 
 _DRAWN = "drawn%"  # the local that stands for what was drawn
-
-
-@dataclass(frozen=True)
-class Word:
-    """The word of a draw as C++: ``plain`` of 32 bits, ``fine`` with the 31 bits below it; its ``place``."""
-
-    plain: str
-    fine: str
-    place: str
-
-    @staticmethod
-    def of(site: str, index: str) -> Word:
-        """Return the word that a site of the model draws."""
-        place = f"Site::{site}, {index}"
-        return Word(f"draws.word({place})", f"dist::fine(draws, {place})", place)
-
-    def to(self, is_plain: bool) -> str:
-        """Return one of both."""
-        return self.plain if is_plain else self.fine
-
-    def behind(self, words: int) -> Word:
-        """Return the word that lies so many behind this one, for a draw within the draw."""
-        steps = "dist::kNextDraw" if words == 1 else f"{words} * dist::kNextDraw"
-        place = f"{self.place} + {steps}" if words else self.place
-        return Word(f"draws.word({place})", f"dist::fine(draws, {place})", place)
+_ONE, _ZERO = Literal("1.0"), Literal("0.0")
 
 
 class DistPrinter:
@@ -73,7 +75,7 @@ class DistPrinter:
                 self.sample(changes, word, sink)
             case ir.IfDist(condition=condition, then=then, otherwise=otherwise):
                 printer.branch(
-                    printer.text(condition),
+                    printer.expr(condition),
                     lambda: self.sample(then, word, sink),
                     lambda: self.sample(otherwise, word, sink),
                     sink,
@@ -83,50 +85,50 @@ class DistPrinter:
                 self.sample(body, word, sink)
             case ir.Bernoulli(probability=p, complement=q):
                 drawn = word.to(masses.is_plain(p, q, printer.context.model))
-                self.code.add(sink(f"dist::bernoulli({drawn}, {masses.text(p, q, printer)})"))
+                self.code.add(sink(call("dist::bernoulli", drawn, masses.argument(p, q, printer))))
             case ir.Uniform(type=type_):
-                self.code.add(sink(_value(f"dist::uniform({word.plain}, {size_of(type_)})", type_)))
+                self.code.add(sink(value_of(call("dist::uniform", word.plain, size_of(type_)), type_)))
             case ir.Noisy(type=type_, value=value):
-                code = code_of(printer.text(value, ADD), type_)
+                code = code_of(printer.expr(value), type_)
                 drawn = word.to(self._is_plain_noise(dist))
-                chosen = f"dist::noisy({drawn}, {code}, {self._noise(dist)}, {size_of(type_)})"
-                self.code.add(sink(_value(chosen, type_)))
+                chosen = call("dist::noisy", drawn, code, self._noise(dist), size_of(type_))
+                self.code.add(sink(value_of(chosen, type_)))
             case ir.Table():
                 self._sample_table(dist, word, sink)
             case ir.UniformSet():
                 self._sample_set(dist, word, sink)
             case ir.UniformInt() | ir.Counted():
-                self.code.add(sink(count_text(dist, word.plain, "", printer)))
+                self.code.add(sink(laws.count(dist, word.plain, "", printer)))
             case ir.Continuous():
-                self.code.add(sink(draw_text(dist, word.plain, printer)))
+                self.code.add(sink(laws.draw(dist, word.plain, printer)))
             case ir.Binned():
-                self.code.add(sink(bin_text(dist, word.plain, printer)))
+                self.code.add(sink(laws.bin_drawn(dist, word.plain, printer)))
             case ir.Weighted():
                 self._sample_weighted(dist, word, sink)
             case ir.Widened(dist=inner):
                 self.sample(inner, word, sink)
             case ir.DrawIn(name=name, law=law, body=body):
                 local = printer.scope.unique(name)
-                self.code.add(f"{scalar(law.type)} {local}{{}};")
-                self.sample(law, word, Sink(f"{local} = "))
+                self.code.add(zeroed(scalar(law.type), local))
+                self.sample(law, word, into(local))
                 printer.bind(name, local)
                 self.sample(body, word.behind(words_of(law)), sink)
             case ir.InVariant(type=enum, variant=variant, dist=inner):
                 make = printer.constructor(enum, variant)
-                self.sample(inner, word, Sink(f"{sink.before}{make}(", f"){sink.after}"))
+                self.sample(inner, word, sink.through(lambda argument: call(make, argument)))
             case nodes.WeightedPick(value=value):
-                drawn = printer.scope.unique("word")
-                self.code.add(f"const auto {drawn} = {word.plain};")
-                self._at_position(_position(drawn, dist.bounds()), value, sink)
+                drawn_name = printer.scope.unique("word")
+                self.code.add(const("auto", drawn_name, word.plain))
+                self._at_position(_position(drawn_name, dist.bounds()), value, sink)
             case nodes.UniformPick(count=count, value=value):
-                self._at_position(f"dist::uniform({word.plain}, {printer.text(count)})", value, sink)
+                self._at_position(call("dist::uniform", word.plain, printer.expr(count)), value, sink)
             case _:
                 raise TypeError(f"no sampler for {type(dist).__name__}")
 
-    def _at_position(self, position: str, value: ir.Expr, sink: Sink) -> None:
+    def _at_position(self, position: Expr, value: ir.Expr, sink: Sink) -> None:
         """Append what gives ``sink`` a pick's value."""
         local = self.printer.scope.unique("entry")
-        self.code.add(f"const std::int32_t {local} = {position};")
+        self.code.add(const("std::int32_t", local, position))
         self.printer.bind(nodes.POSITION, local)
         self.printer.emit(value, sink)
 
@@ -137,10 +139,10 @@ class DistPrinter:
         others = size_of(dist.type) - 1
         return others < 2 or masses.leaves(dist.probability) >= others * masses.PART
 
-    def _noise(self, dist: ir.Noisy) -> str:
+    def _noise(self, dist: ir.Noisy) -> Expr:
         if self._is_plain_noise(dist):
-            return self.printer.text(dist.probability)
-        return masses.mass_text(dist.probability, dist.complement, self.printer)
+            return self.printer.expr(dist.probability)
+        return masses.mass(dist.probability, dist.complement, self.printer)
 
     def _sample_table(self, dist: ir.Table, word: Word, sink: Sink) -> None:
         printer = self.printer
@@ -151,97 +153,90 @@ class DistPrinter:
             printer.emit(last, sink)
             return
         plain = masses.is_plain_table(dist, printer.context.model)
-        shares = [printer.text(p) for _, p in entries] if plain else masses.table_texts(dist, printer)
+        shares = printer.exprs([p for _, p in entries]) if plain else masses.of_table(dist, printer)
         if len(entries) == 1 and not needs_statements(entries[0][0], last):
-            first = f"dist::bernoulli({word.to(plain)}, {shares[0]})"
-            texts = printer.text(entries[0][0], TERNARY + 1), printer.text(last, TERNARY + 1)
-            self.code.add(sink(f"{first} ? {texts[0]} : {texts[1]}"))
+            first = call("dist::bernoulli", word.to(plain), shares[0])
+            self.code.add(sink(Choice(first, printer.expr(entries[0][0]), printer.expr(last))))
             return
         drawn = printer.scope.unique("word")
-        self.code.add(f"const auto {drawn} = {word.to(plain)};")
+        self.code.add(const("auto", drawn, word.to(plain)))
         bounds: list[str] = []
         for share in shares:
             name = printer.scope.unique("below")
-            if plain:
-                end = " + ".join([*bounds[-1:], f"math::threshold({share})"])
-            else:
-                end = f"dist::up_to({bounds[-1]}, {share})" if bounds else share
-            self.code.add(f"const std::uint64_t {name} = {end};")
+            end = call("math::threshold", share) if plain else share
+            if bounds:
+                end = of(bounds[-1]) + end if plain else call("dist::up_to", bounds[-1], end)
+            self.code.add(const("std::uint64_t", name, end))
             bounds.append(name)
-        reached = "{} < {}" if plain else "{}.below({})"
         for position, ((value, _), bound) in enumerate(zip(entries, bounds, strict=True)):
-            chained = "else if" if position and not sink.returns else "if"
-            with self.printer.block(f"{chained} ({reached.format(drawn, bound)})"):
+            reached = op(drawn, "<", bound) if plain else method(drawn, "below", bound)
+            with printer.when(reached, chained=bool(position) and not sink.returns):
                 printer.emit(value, sink)
             if sink.returns:
                 self.code.join()
         with ExitStack() as stack:
-            if not sink.returns:
-                stack.enter_context(self.printer.block("else"))
+            self._or_else(stack, sink)
             printer.emit(last, sink)
+
+    def _or_else(self, stack: ExitStack, sink: Sink) -> None:
+        """Put what is added until ``stack`` closes behind the ``if`` before it, or into its ``else``."""
+        if not sink.returns:
+            stack.enter_context(self.printer.otherwise())
 
     def _sample_set(self, dist: ir.UniformSet, word: Word, sink: Sink) -> None:
         """Count the matches, then go to the one that the word picks."""
         printer, code = self.printer, self.code
         count, left = printer.scope.unique("count"), printer.scope.unique("left")
-        code.add(f"std::int32_t {count} = 0;")
-        self._matches(dist, lambda: code.add(f"++{count};"))
-        with printer.block(f"if ({count} == 0)"):
+        code.add(var("std::int32_t", count, 0))
+        self._matches(dist, lambda: code.add(increment(count)))
+        with printer.when(op(count, "==", 0)):
             self._empty(dist, lambda d: self.sample(d, word, sink), lambda: printer.emit(dist.value, sink))
         picked = printer.scope.unique("picked")
         with ExitStack() as stack:
-            if not sink.returns:
-                stack.enter_context(printer.block("else"))
-            code.add(f"std::int32_t {left} = dist::uniform({word.plain}, {count});")
+            self._or_else(stack, sink)
+            code.add(var("std::int32_t", left, call("dist::uniform", word.plain, count)))
             if sink.returns and len(dist.binders) == 1:
-                self._matches(dist, lambda: self._return_at(dist, left, sink))
-                code.add(f"return {printer.first(ir.Binder('', dist.type))};")
+                self._matches(dist, lambda: self._at_last(left, lambda: printer.emit(dist.value, sink)))
+                code.add(Return(printer.first(ir.Binder("", dist.type))))
                 return
-            code.add(f"{scalar(dist.type)} {picked}{{}};")
-            self._matches(dist, lambda: self._pick_at(dist, left, picked))
-            code.add(sink(picked))
+            code.add(zeroed(scalar(dist.type), picked))
+            self._matches(dist, lambda: self._at_last(left, lambda: printer.emit(dist.value, into(picked))))
+            code.add(sink(of(picked)))
 
     def _sample_weighted(self, dist: ir.Weighted, word: Word, sink: Sink) -> None:
         """Add up the weights, then go to the first match that the word does not pass."""
         printer, code, binder = self.printer, self.code, dist.binders[0]
         everything, picked = map(printer.scope.unique, ("all", "picked"))
-        code.add(f"dist::WeightSum {everything};")
-        code.add(f"{scalar(binder.type)} {picked} = {printer.first(binder)};")
+        code.add(Declare("dist::WeightSum", everything))
+        code.add(var(scalar(binder.type), picked, printer.first(binder)))
         self._matches(
             dist,
-            lambda: self._pick_if(f"{everything}.add({printer.text(dist.weight)})", picked, binder),
+            lambda: self._pick_if(method(everything, "add", printer.expr(dist.weight)), picked, binder),
         )
         with ExitStack() as stack:
             if dist.otherwise is not None:
-                with printer.block(f"if ({everything}.empty())"):
+                with printer.when(method(everything, "empty")):
                     self.sample(dist.otherwise, word, sink)
-                if not sink.returns:
-                    stack.enter_context(printer.block("else"))
+                self._or_else(stack, sink)
             drawn, walk = map(printer.scope.unique, ("word", "walk"))
-            code.add(f"const auto {drawn} = {word.fine};")
-            code.add(f"dist::WeightWalk {walk}({everything});")
+            code.add(const("auto", drawn, word.fine))
+            code.add(Declare("dist::WeightWalk", walk, arguments=(of(everything),)))
 
             def search() -> None:
-                condition = f"{walk}.add({printer.text(dist.weight)}) && {drawn}.below({walk}.until())"
-                self._pick_if(condition, picked, binder, "break;")
+                added = method(walk, "add", printer.expr(dist.weight))
+                reached = op(added, "&&", method(drawn, "below", method(walk, "until")))
+                self._pick_if(reached, picked, binder, BREAK)
 
             self._matches(dist, search)
-            code.add(sink(picked))
+            code.add(sink(of(picked)))
 
-    def _pick_if(self, condition: str, picked: str, binder: ir.Binder, *then: str) -> None:
-        with self.printer.block(f"if ({condition})"):
-            for line in (f"{picked} = {self.printer.locals[binder.name]};", *then):
-                self.code.add(line)
-        self.code.join()
+    def _pick_if(self, condition: Expr, picked: str, binder: ir.Binder, *then: Statement) -> None:
+        self.code.add(when(condition, assign(picked, self.printer.locals[binder.name]), *then))
 
-    def _return_at(self, dist: ir.UniformSet, left: str, sink: Sink) -> None:
-        with self.printer.block(f"if ({left}-- == 0)"):
-            self.printer.emit(dist.value, sink)
-        self.code.join()
-
-    def _pick_at(self, dist: ir.UniformSet, left: str, picked: str) -> None:
-        with self.printer.block(f"if ({left}-- == 0)"):
-            self.printer.emit(dist.value, Sink(f"{picked} = "))
+    def _at_last(self, left: str, append: Append) -> None:
+        """Append what ``append`` does where none is ``left`` before the match."""
+        with self.printer.when(op(Postfix(of(left), "--"), "==", 0)):
+            append()
         self.code.join()
 
     def _matches(self, dist: ir.UniformSet | ir.Weighted, append: Append) -> None:
@@ -249,8 +244,7 @@ class DistPrinter:
         with self.printer.loops(dist.binders):
             with ExitStack() as stack:
                 if dist.condition is not None:
-                    condition = self.printer.text(dist.condition)
-                    stack.enter_context(self.printer.block(f"if ({condition})"))
+                    stack.enter_context(self.printer.when(self.printer.expr(dist.condition)))
                 append()
             self.code.join()
 
@@ -265,15 +259,15 @@ class DistPrinter:
 
     # Densities -----------------------------------------------------------------------------------
 
-    def density(self, dist: ir.Dist, value: str, sink: Sink) -> None:
+    def density(self, dist: ir.Dist, value: Operand, sink: Sink) -> None:
         """Append statements that give ``sink`` the density (a double) of ``value``, a C++ local."""
         printer, code = self.printer, self.code
         match dist:
             case ir.Certain(value=certain):
-                code.add(sink(f"{self._is(certain, value)} ? 1.0 : 0.0"))
+                code.add(sink(Choice(self._is(certain, value), _ONE, _ZERO)))
             case ir.IfDist(condition=condition, then=then, otherwise=otherwise):
                 printer.branch(
-                    printer.text(condition),
+                    printer.expr(condition),
                     lambda: self.density(then, value, sink),
                     lambda: self.density(otherwise, value, sink),
                     sink,
@@ -282,31 +276,29 @@ class DistPrinter:
                 printer.declare(name, local, body)
                 self.density(body, value, sink)
             case ir.Bernoulli(probability=p, complement=q):
-                code.add(sink(f"dist::bernoulli_density({value}, {masses.text(p, q, printer)})"))
+                code.add(sink(call("dist::bernoulli_density", value, masses.argument(p, q, printer))))
             case ir.Uniform(type=type_):
-                code.add(sink(f"1.0 / {size_of(type_)}.0"))
+                code.add(sink(_ONE / Literal(f"{size_of(type_)}.0")))
             case ir.Noisy(type=type_, value=center):
                 same = self._is(center, value)
-                code.add(sink(f"dist::noisy_density({same}, {self._noise(dist)}, {size_of(type_)})"))
+                code.add(sink(call("dist::noisy_density", same, self._noise(dist), size_of(type_))))
             case ir.Table():
                 self._table_density(dist, value, sink)
             case ir.UniformSet():
                 self._set_density(dist, value, sink)
             case ir.UniformInt() | ir.Counted():
-                code.add(sink(count_text(dist, value, "_density", printer)))
+                code.add(sink(laws.count(dist, value, "_density", printer)))
             case ir.Continuous():
-                code.add(sink(density_text(dist, value, printer)))
+                code.add(sink(laws.density(dist, value, printer)))
             case ir.Binned():
-                code.add(sink(bin_density_text(dist, value, printer)))
+                code.add(sink(laws.bin_density(dist, value, printer)))
             case ir.Weighted():
                 self._weighted_density(dist, value, sink)
             case ir.Widened(dist=inner):
                 low = low_of(inner.type)
+                outside = op(op(value, "<", low), "||", op(value, ">", low + size_of(inner.type) - 1))
                 printer.branch(
-                    f"{value} < {integer(low)} || {value} > {integer(low + size_of(inner.type) - 1)}",
-                    lambda: code.add(sink("0.0")),
-                    lambda: self.density(inner, value, sink),
-                    sink,
+                    outside, lambda: code.add(sink(_ZERO)), lambda: self.density(inner, value, sink), sink
                 )
             case ir.DrawIn():
                 self._density_of_two(dist, value, sink)
@@ -314,44 +306,44 @@ class DistPrinter:
                 self._variant_density(dist, value, sink)
             case nodes.WeightedPick(probabilities=probabilities, value=picked):
                 sums = printer.scope.unique("masses")
-                code.add(f"dist::Masses {sums};")
-                for number, probability in enumerate(probabilities):
-                    printer.bind(nodes.POSITION, str(number))
-                    code.add(f"{sums}.take({printer.text(probability)}, {self._is(picked, value)});")
-                printer.bind(nodes.POSITION, str(len(probabilities)))
-                code.add(f"{sums}.take_rest({self._is(picked, value)});")
-                code.add(sink(f"{sums}.density()"))
+                code.add(Declare("dist::Masses", sums))
+                for place, probability in enumerate(probabilities):
+                    printer.bind(nodes.POSITION, number(place))
+                    code.add(Do(method(sums, "take", printer.expr(probability), self._is(picked, value))))
+                printer.bind(nodes.POSITION, number(len(probabilities)))
+                code.add(Do(method(sums, "take_rest", self._is(picked, value))))
+                code.add(sink(method(sums, "density")))
             case nodes.UniformPick():
                 self._uniform_pick_density(dist, value, sink)
             case _:
                 raise TypeError(f"no density for {type(dist).__name__}")
 
-    def _table_density(self, dist: ir.Table, value: str, sink: Sink) -> None:
+    def _table_density(self, dist: ir.Table, value: Operand, sink: Sink) -> None:
         printer, code = self.printer, self.code
         if masses.is_plain_table(dist, printer.context.model):  # the last entry's share matters to none
-            shares = [printer.text(p) for _, p in dist.entries]
+            shares = printer.exprs([p for _, p in dist.entries])
         else:
-            shares = masses.table_texts(dist, printer)
+            shares = masses.of_table(dist, printer)
         sums = printer.scope.unique("masses")
-        code.add(f"dist::Masses {sums};")
+        code.add(Declare("dist::Masses", sums))
         for (entry, _), share in zip(dist.entries, shares, strict=False):
-            code.add(f"{sums}.take({share}, {self._is(entry, value)});")
+            code.add(Do(method(sums, "take", share, self._is(entry, value))))
         last = dist.entries[-1][0] if dist.rest is None else dist.rest
-        code.add(f"{sums}.take_rest({self._is(last, value)});")
-        code.add(sink(f"{sums}.density()"))
+        code.add(Do(method(sums, "take_rest", self._is(last, value))))
+        code.add(sink(method(sums, "density")))
 
-    def _density_of_two(self, dist: ir.DrawIn, value: str, sink: Sink) -> None:
+    def _density_of_two(self, dist: ir.DrawIn, value: Operand, sink: Sink) -> None:
         """Sum over what may be drawn first; a record of it tells what it was."""
         printer, code, total = self.printer, self.code, self.printer.scope.unique("total")
-        code.add(f"double {total} = 0.0;")
+        code.add(var("double", total, _ZERO))
 
-        def add(first: str) -> None:
+        def add(first: Operand) -> None:
             chance = printer.scope.unique("chance")
-            code.add(f"double {chance} = 0.0;")
-            self.density(dist.law, first, Sink(f"{chance} = "))
+            code.add(var("double", chance, _ZERO))
+            self.density(dist.law, first, into(chance))
             printer.bind(dist.name, first)  # only the body knows it: draws in the law may have the name
-            with printer.block(f"if ({chance} > 0.0)"):
-                self.density(dist.body, value, Sink(f"{total} += {chance} * (", ");"))
+            with printer.when(op(chance, ">", _ZERO)):
+                self.density(dist.body, value, into(total, "+=").through(lambda d: of(chance) * d))
             code.join()
 
         read = _told_by_record(dist)
@@ -360,12 +352,12 @@ class DistPrinter:
                 add(printer.locals[dist.name])
         else:
             printer.bind(_DRAWN, value)
-            text, local = printer.text(read), printer.scope.unique(dist.name)
-            code.add(f"const {scalar(read.type)} {local} = {text};")
+            told, local = printer.expr(read), printer.scope.unique(dist.name)
+            code.add(const(scalar(read.type), local, told))
             add(local)
-        code.add(sink(total))
+        code.add(sink(of(total)))
 
-    def _variant_density(self, dist: ir.InVariant, value: str, sink: Sink) -> None:
+    def _variant_density(self, dist: ir.InVariant, value: Operand, sink: Sink) -> None:
         printer, inner = self.printer, dist.dist
         printer.bind(_DRAWN, value)
         whole = ir.Local(dist.type, _DRAWN)
@@ -373,82 +365,78 @@ class DistPrinter:
         def of_argument() -> None:
             argument = printer.scope.unique("argument")
             if not isinstance(inner, ir.Uniform):  # its density is that of any value
-                read = printer.text(dist.argument_of(whole))
-                self.code.add(f"const {scalar(inner.type)} {argument} = {read};")
+                read = printer.expr(dist.argument_of(whole))
+                self.code.add(const(scalar(inner.type), argument, read))
             self.density(inner, argument, sink)
 
-        printer.branch(
-            printer.text(dist.is_made(whole)), of_argument, lambda: self.code.add(sink("0.0")), sink
-        )
+        made = printer.expr(dist.is_made(whole))
+        printer.branch(made, of_argument, lambda: self.code.add(sink(_ZERO)), sink)
 
-    def _set_density(self, dist: ir.UniformSet, value: str, sink: Sink) -> None:
+    def _set_density(self, dist: ir.UniformSet, value: Operand, sink: Sink) -> None:
         printer, code = self.printer, self.code
         count, equal = printer.scope.unique("count"), printer.scope.unique("equal")
-        code.add(f"std::int32_t {count} = 0;")
-        code.add(f"std::int32_t {equal} = 0;")
+        code.add(var("std::int32_t", count, 0))
+        code.add(var("std::int32_t", equal, 0))
 
         def tally() -> None:
-            code.add(f"++{count};")
-            with printer.block(f"if ({self._is(dist.value, value)})"):
-                code.add(f"++{equal};")
-            code.join()
+            code.add(increment(count))
+            code.add(when(self._is(dist.value, value), increment(equal)))
 
         self._matches(dist, tally)
-        with printer.block(f"if ({count} == 0)"):
+        with printer.when(op(count, "==", 0)):
             self._empty(
                 dist,
                 lambda d: self.density(d, value, sink),
-                lambda: code.add(sink(f"{self._is(dist.value, value)} ? 1.0 : 0.0")),
+                lambda: code.add(sink(Choice(self._is(dist.value, value), _ONE, _ZERO))),
             )
         with ExitStack() as stack:
-            if not sink.returns:
-                stack.enter_context(printer.block("else"))
-            code.add(sink(f"static_cast<double>({equal}) / static_cast<double>({count})"))
+            self._or_else(stack, sink)
+            code.add(sink(_ratio(equal, count)))
 
-    def _weighted_density(self, dist: ir.Weighted, value: str, sink: Sink) -> None:
+    def _weighted_density(self, dist: ir.Weighted, value: Operand, sink: Sink) -> None:
         printer, code, binder = self.printer, self.code, dist.binders[0]
         everything, likeliest, walk, found = map(printer.scope.unique, ("all", "likeliest", "walk", "found"))
-        code.add(f"dist::WeightSum {everything};")
-        code.add(f"{scalar(binder.type)} {likeliest} = {printer.first(binder)};")
+        code.add(Declare("dist::WeightSum", everything))
+        code.add(var(scalar(binder.type), likeliest, printer.first(binder)))
         self._matches(
             dist,
-            lambda: self._pick_if(f"{everything}.add({printer.text(dist.weight)})", likeliest, binder),
+            lambda: self._pick_if(method(everything, "add", printer.expr(dist.weight)), likeliest, binder),
         )
-        with printer.block(f"if ({everything}.empty())"):
+        with printer.when(method(everything, "empty")):
             if dist.otherwise is not None:
                 self.density(dist.otherwise, value, sink)
             else:
-                code.add(sink(f"{value} == {printer.first(binder)} ? 1.0 : 0.0"))
+                code.add(sink(Choice(op(value, "==", printer.first(binder)), _ONE, _ZERO)))
         with ExitStack() as stack:
-            if not sink.returns:
-                stack.enter_context(printer.block("else"))
-            code.add(f"dist::WeightWalk {walk}({everything});")
-            code.add(f"std::uint64_t {found} = 0;")
+            self._or_else(stack, sink)
+            code.add(Declare("dist::WeightWalk", walk, arguments=(of(everything),)))
+            code.add(var("std::uint64_t", found, 0))
+            until = method(walk, "until")
 
             def search() -> None:
-                is_value = f"{value} == {printer.locals[binder.name]}"
-                with printer.block(f"if ({walk}.add({printer.text(dist.weight)}) && {is_value})"):
-                    code.add(f"{found} = {walk}.until() - {walk}.before();")
-                code.join()
+                is_value = op(value, "==", printer.locals[binder.name])
+                reached = op(method(walk, "add", printer.expr(dist.weight)), "&&", is_value)
+                code.add(when(reached, assign(found, until - method(walk, "before"))))
 
             self._matches(dist, search)
-            rest = f"{value} == {likeliest} ? dist::kWhole - {walk}.until() : 0"
-            code.add(sink(f"dist::share_of({found} + ({rest}))"))
+            rest = Choice(op(value, "==", likeliest), Literal("dist::kWhole") - until, number(0))
+            code.add(sink(call("dist::share_of", of(found) + rest)))
 
-    def _uniform_pick_density(self, dist: nodes.UniformPick, value: str, sink: Sink) -> None:
+    def _uniform_pick_density(self, dist: nodes.UniformPick, value: Operand, sink: Sink) -> None:
         printer, code = self.printer, self.code
         count, equal = printer.scope.unique("count"), printer.scope.unique("equal")
-        code.add(f"const std::int32_t {count} = {printer.text(dist.count)};")
-        code.add(f"std::int32_t {equal} = 0;")
-        entry = printer.bind(nodes.POSITION, printer.scope.unique("entry"))
-        with printer.block(f"for (std::int32_t {entry} = 0; {entry} < {count}; ++{entry})"):
-            code.add(f"{equal} += {self._is(dist.value, value)} ? 1 : 0;")
+        code.add(const("std::int32_t", count, printer.expr(dist.count)))
+        code.add(var("std::int32_t", equal, 0))
+        entry = printer.scope.unique("entry")
+        printer.bind(nodes.POSITION, entry)
+        with printer.block(for_below(entry, count)):
+            is_value = self._is(dist.value, value)
+            code.add(assign(equal, Choice(is_value, number(1), number(0)), "+="))
         code.join()
-        code.add(sink(f"static_cast<double>({equal}) / static_cast<double>({count})"))
+        code.add(sink(_ratio(equal, count)))
 
-    def _is(self, expr: ir.Expr, value: str) -> str:
-        text = self.printer.text(expr, ADD)
-        return f"{value} == ({text})" if text.startswith("!") else f"{value} == {text}"
+    def _is(self, expr: ir.Expr, value: Operand) -> Expr:
+        return op(value, "==", self.printer.expr(expr))
 
 
 def _told_by_record(dist: ir.DrawIn) -> ir.Expr | None:
@@ -465,11 +453,15 @@ def _told_by_record(dist: ir.DrawIn) -> ir.Expr | None:
     return None
 
 
-def _value(code: str, type_: Type) -> str:
-    return f"{code} != 0" if isinstance(type_, Bool) else shifted(code, low_of(type_))
+def _ratio(part: str, whole: str) -> Expr:
+    return cast("double", part) / cast("double", whole)
 
 
-def _position(word: str, bounds: Sequence[int]) -> str:
+def _position(word: str, bounds: Sequence[int]) -> Expr:
     """Return how many of the bounds a word has reached; none reaches 2^32."""
-    reached = [f"dist::reached({word}, 0x{b:08X}u)" for b in bounds if b < nodes.WORDS]
-    return " + ".join(reached) or "0"
+    result: Expr | None = None
+    for bound in bounds:
+        if bound < nodes.WORDS:
+            reached = call("dist::reached", word, Literal(f"0x{bound:08X}u"))
+            result = reached if result is None else result + reached
+    return number(0) if result is None else result

@@ -7,10 +7,9 @@ runtime's ``KeyWriter`` and ``KeyReader``, which know where a word is full.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
-from hypgen.codegen.cpp.text import Code, shifted
+from hypgen.codegen.tree.code import Code
+from hypgen.codegen.tree.expr import Expr, call, cast, method, of, shifted
+from hypgen.codegen.tree.statements import Declare, Do, For, Return, assign, for_below, for_down, var
 from hypgen.dsl import ir
 from hypgen.dsl.ir import key_digits
 from hypgen.dsl.types import length_of, low_of
@@ -35,18 +34,18 @@ class KeyLayout:
 
     def begin(self, code: Code) -> None:
         """Append the start of a key that digits are put into."""
-        code.add("KeyWriter<Key> key;" if self.wide else "Key key = 0;")
+        code.add(Declare("KeyWriter<Key>", "key") if self.wide else var("Key", "key", 0))
 
-    def put(self, code: Code, field: ir.KeyField, digit: str) -> None:
+    def put(self, code: Code, field: ir.KeyField, digit: Expr) -> None:
         """Append a digit of ``field``; ``digit`` counts from 0."""
         if self.wide:
-            code.add(f"key.put(static_cast<std::uint64_t>({digit}), {field.size});")
+            code.add(Do(method("key", "put", cast("std::uint64_t", digit), field.size)))
         else:
-            code.add(f"key = key * {field.size} + static_cast<Key>({digit});")
+            code.add(assign("key", of("key") * field.size + cast("Key", digit)))
 
     def end(self, code: Code) -> None:
         """Append the return of the whole key."""
-        code.add("return key.key();" if self.wide else "return key;")
+        code.add(Return(method("key", "key") if self.wide else of("key")))
 
     def reading(self) -> tuple[ir.KeyField, ...]:
         """Return the fields in the order in which digits are taken from a key."""
@@ -54,24 +53,31 @@ class KeyLayout:
 
     def begin_reading(self, code: Code) -> None:
         """Append what digits are then taken from."""
-        if self.fields:
-            code.add("KeyReader rest(words_of(key));" if self.wide else "Key rest = key;")
+        if not self.fields:
+            return
+        if self.wide:
+            code.add(Declare("KeyReader", "rest", arguments=(call("words_of", "key"),)))
+        else:
+            code.add(var("Key", "rest", "key"))
 
-    @contextmanager
-    def entries(self, code: Code, field: ir.KeyField) -> Iterator[None]:
-        """Append a loop over the field's entries ``i`` in the order in which they are taken."""
+    def entries(self, field: ir.KeyField) -> For:
+        """Return a loop over the field's entries ``i`` in the order in which they are taken."""
         length = length_of(field.indices)
-        forward = f"for (int i = 0; i < {length}; ++i)"
-        with code.block(forward if self.wide else f"for (int i = {length - 1}; i >= 0; --i)"):
-            yield
+        return for_below("i", length, "int") if self.wide else for_down("i", length)
 
-    def take(self, code: Code, field: ir.KeyField, target: str) -> None:
-        """Append ``target = value;``, the next value of the field."""
-        digit = f"rest.take({field.size})" if self.wide else f"rest % {field.size}"
-        code.add(f"{target} = {shifted(f'static_cast<std::int32_t>({digit})', low_of(field.type))};")
+    def take(self, field: ir.KeyField) -> Expr:
+        """Return the next value of the field."""
+        digit = method("rest", "take", field.size) if self.wide else of("rest") % field.size
+        return shifted(cast("std::int32_t", digit), low_of(field.type))
+
+    def go_on(self, code: Code, field: ir.KeyField) -> None:
+        """Append what leaves the value behind that was taken."""
         if not self.wide:
-            code.add(f"rest /= {field.size};")
+            code.add(assign("rest", field.size, "/="))
 
     def skip(self, code: Code, field: ir.KeyField) -> None:
         """Append what passes over the next value of the field."""
-        code.add(f"rest.take({field.size});" if self.wide else f"rest /= {field.size};")
+        if self.wide:
+            code.add(Do(method("rest", "take", field.size)))
+        else:
+            self.go_on(code, field)

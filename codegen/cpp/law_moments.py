@@ -5,38 +5,44 @@ from __future__ import annotations
 
 from hypgen.codegen.cpp import masses
 from hypgen.codegen.cpp.expressions import ExprPrinter
+from hypgen.codegen.tree.expr import method
+from hypgen.codegen.tree.statements import Declare, Do, const
 from hypgen.dsl import ir
 
 
 def add_law(dist: ir.Dist, mixture: str, printer: ExprPrinter) -> None:
     """Append what adds a law to ``mixture``, a C++ local."""
     code = printer.code
+
+    def add(law: str, *given: ir.Expr) -> None:
+        code.add(Do(method(mixture, law, *printer.exprs(given))))
+
     match dist:
         case ir.Certain(value=value):
-            code.add(f"{mixture}.certain({printer.text(value)});")
+            add("certain", value)
         case ir.Normal(mean=mean, deviation=deviation):
-            code.add(f"{mixture}.normal({printer.text(mean)}, {printer.text(deviation)});")
+            add("normal", mean, deviation)
         case ir.UniformFloat(low=low, high=high):
-            code.add(f"{mixture}.uniform({printer.text(low)}, {printer.text(high)});")
+            add("uniform", low, high)
         case ir.Exponential(mean=mean):
-            code.add(f"{mixture}.exponential({printer.text(mean)});")
+            add("exponential", mean)
         case ir.Table(entries=entries, rest=rest):
             if masses.is_plain_table(dist, printer.context.model):
-                taken = [printer.text(p) for _, p in (entries if rest is not None else entries[:-1])]
+                taken = printer.exprs([p for _, p in (entries if rest is not None else entries[:-1])])
             else:
-                taken = masses.table_texts(dist, printer)
+                taken = masses.of_table(dist, printer)
             shares = printer.scope.unique("shares")
-            code.add(f"moments::Shares {shares};")
+            code.add(Declare("moments::Shares", shares))
             for (value, _), mass in zip(entries, taken, strict=False):
                 share = printer.scope.unique("share")
-                code.add(f"const double {share} = {shares}.take({mass});")
-                code.add(f"{mixture}.certain({printer.text(value)}, {share});")
+                code.add(const("double", share, method(shares, "take", mass)))
+                code.add(Do(method(mixture, "certain", printer.expr(value), share)))
             last = entries[-1][0] if rest is None else rest
-            code.add(f"{mixture}.certain({printer.text(last)}, {shares}.rest());")
+            code.add(Do(method(mixture, "certain", printer.expr(last), method(shares, "rest"))))
         case ir.IfDist(condition=condition, then=then, otherwise=otherwise):
-            with printer.block(f"if ({printer.text(condition)})"):
+            with printer.when(printer.expr(condition)):
                 add_law(then, mixture, printer)
-            with printer.block("else"):
+            with printer.otherwise():
                 add_law(otherwise, mixture, printer)
         case ir.LetDist(name=name, value=value, body=body):
             printer.declare(name, value, body)

@@ -4,68 +4,72 @@
 from __future__ import annotations
 
 from hypgen.codegen.cpp.expressions import ExprPrinter
-from hypgen.codegen.cpp.text import float32, integer, shifted
+from hypgen.codegen.cpp.text import float32
+from hypgen.codegen.tree.expr import TRUE, Expr, Literal, Operand, braces, call, shifted
 from hypgen.dsl import ir
 from hypgen.dsl.types import Int, low_of, size_of
 
 
-def count_text(dist: ir.Counted | ir.UniformInt, drawn: str, suffix: str, printer: ExprPrinter) -> str:
+def count(dist: ir.Counted | ir.UniformInt, drawn: Operand, suffix: str, printer: ExprPrinter) -> Expr:
     """Return a call of the sampler (``drawn`` a word) or, with suffix ``_density``, of the density."""
     assert isinstance(dist.type, Int)
-    ends = f"{integer(dist.type.low)}, {integer(dist.type.high)}"
+    ends = dist.type.low, dist.type.high
     match dist:
         case ir.UniformInt(low=low, high=high):
-            texts = f"{printer.text(low)}, {printer.text(high)}"
-            return f"dist::uniform_int{suffix}({drawn}, {texts}, {ends})"
+            given = printer.exprs((low, high))
+            return call(f"dist::uniform_int{suffix}", drawn, *given, *ends)
         case ir.Poisson(mean=mean):
-            law, texts = "poisson", printer.text(mean)
+            law, given = "poisson", [printer.expr(mean)]
         case ir.Binomial(trials=trials, probability=probability):
-            law, texts = "binomial", f"{printer.text(trials)}, {printer.text(probability)}"
+            law, given = "binomial", printer.exprs((trials, probability))
         case _:
             raise TypeError(f"no law of counts {type(dist).__name__}")
-    limits = "{}" if dist.last is None else f"{{{dist.first}, {dist.last}, true}}"
-    return f"dist::{law}{suffix}({drawn}, {texts}, {limits}, {ends})"
+    limits = braces("") if dist.last is None else braces("", int(dist.first), int(dist.last), TRUE)
+    return call(f"dist::{law}{suffix}", drawn, *given, limits, *ends)
 
 
-def draw_text(law: ir.Continuous, word: str, printer: ExprPrinter) -> str:
+def draw(law: ir.Continuous, word: Expr, printer: ExprPrinter) -> Expr:
     """Return an expression for a draw from a continuous law."""
     if isinstance(law, ir.Clamped):
-        return f"math::clamp({draw_text(law.law, word, printer)}, {float32(law.low)}, {float32(law.high)})"
-    return f"{law_text(law, printer)}.draw({word})"
+        return call("math::clamp", draw(law.law, word, printer), *_ends(law))
+    return law_of(law, printer).call("draw", word)
 
 
-def density_text(law: ir.Continuous, value: str, printer: ExprPrinter) -> str:
+def density(law: ir.Continuous, value: Operand, printer: ExprPrinter) -> Expr:
     """Return an expression for the density of a value of a continuous law."""
     if isinstance(law, ir.Clamped):
-        ends = f"{float32(law.low)}, {float32(law.high)}"
-        return f"dist::clamped_density({law_text(law.law, printer)}, {ends}, {value})"
-    return f"dist::density({law_text(law, printer)}, {value})"
+        return call("dist::clamped_density", law_of(law.law, printer), *_ends(law), value)
+    return call("dist::density", law_of(law, printer), value)
 
 
-def law_text(law: ir.Continuous, printer: ExprPrinter) -> str:
+def _ends(law: ir.Clamped) -> tuple[Expr, Expr]:
+    return Literal(float32(law.low)), Literal(float32(law.high))
+
+
+def law_of(law: ir.Continuous, printer: ExprPrinter) -> Expr:
     """Return an expression for a continuous law."""
     match law:
         case ir.Normal(mean=mean, deviation=deviation):
-            return f"dist::Normal{{{printer.text(mean)}, {printer.text(deviation)}}}"
+            return braces("dist::Normal", *printer.exprs((mean, deviation)))
         case ir.UniformFloat(low=low, high=high):
-            return f"dist::Uniform{{{printer.text(low)}, {printer.text(high)}}}"
+            return braces("dist::Uniform", *printer.exprs((low, high)))
         case ir.Exponential(mean=mean):
-            return f"dist::Exponential({printer.text(mean)})"
+            return call("dist::Exponential", printer.expr(mean))
         case ir.Truncated(law=inner, low=low, high=high):
-            return f"dist::Truncated({law_text(inner, printer)}, {printer.text(low)}, {printer.text(high)})"
+            return call("dist::Truncated", law_of(inner, printer), *printer.exprs((low, high)))
     raise TypeError(f"no law {type(law).__name__}")
 
 
-def bin_text(dist: ir.Binned, word: str, printer: ExprPrinter) -> str:
+def bin_drawn(dist: ir.Binned, word: Expr, printer: ExprPrinter) -> Expr:
     """Return an expression for the bin that a word draws."""
-    return shifted(f"{_bins(dist, printer)}.draw({word})", low_of(dist.type))
+    return shifted(_bins(dist, printer).call("draw", word), low_of(dist.type))
 
 
-def bin_density_text(dist: ir.Binned, value: str, printer: ExprPrinter) -> str:
+def bin_density(dist: ir.Binned, value: Operand, printer: ExprPrinter) -> Expr:
     """Return an expression for the probability of a bin."""
-    return f"{_bins(dist, printer)}.density({shifted(value, -low_of(dist.type))})"
+    return _bins(dist, printer).call("density", shifted(value, -low_of(dist.type)))
 
 
-def _bins(dist: ir.Binned, printer: ExprPrinter) -> str:
-    ends = f"{printer.text(dist.low)}, {printer.text(dist.high)}"
-    return f"dist::Bins({law_text(dist.law, printer)}, {ends}, {size_of(dist.type)})"
+def _bins(dist: ir.Binned, printer: ExprPrinter) -> Expr:
+    ends = printer.exprs((dist.low, dist.high))
+    return call("dist::Bins", law_of(dist.law, printer), *ends, size_of(dist.type))

@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hypgen.codegen.cpp.expressions import ExprPrinter
+from hypgen.codegen.tree.expr import Expr, Literal, braces, call, member, of
+from hypgen.codegen.tree.statements import Declare, Do
 from hypgen.dsl import ir
 from hypgen.dsl.ir import masses
 from hypgen.dsl.ir.walk import walk
@@ -34,43 +36,43 @@ def with_complements(dist: ir.Table) -> list[tuple[ir.Expr, ir.Expr, ir.Expr | N
     return [(value, p, q) for (value, p), q in zip(dist.entries, complements, strict=True)]
 
 
-def text(probability: ir.Expr, complement: ir.Expr | None, printer: ExprPrinter) -> str:
+def argument(probability: ir.Expr, complement: ir.Expr | None, printer: ExprPrinter) -> Expr:
     """Return a probability as an argument of a sampler or density: its mass, unless it is plain."""
     if is_plain(probability, complement, printer.context.model):
-        return printer.text(probability)
-    return mass_text(probability, complement, printer)
+        return printer.expr(probability)
+    return mass(probability, complement, printer)
 
 
-def mass_text(probability: ir.Expr, complement: ir.Expr | None, printer: ExprPrinter) -> str:
+def mass(probability: ir.Expr, complement: ir.Expr | None, printer: ExprPrinter) -> Expr:
     """Return the mass of a probability. One that is made of params alone is computed when they are loaded."""
     if isinstance(probability, ir.Const):
         return literal(masses.of_constant(probability))
     parts = (probability,) if complement is None else (probability, complement)
-    mass = f"dist::mass({', '.join(map(printer.text, parts))})"
+    found = call("dist::mass", *map(printer.expr, parts))
     read = {node.param: None for part in parts for node in walk(part) if isinstance(node, ir.ParamRead)}
     if not read or not all(_reads_only_params(part, printer.context.model) for part in parts):
-        return mass
+        return found
     fields = printer.context.masses
-    if mass not in fields:
-        fields[mass] = printer.names.derived_table("_".join((*read, "mass")))
-    return f"params.{fields[mass]}"
+    if found not in fields:
+        fields[found] = printer.names.derived_table("_".join((*read, "mass")))
+    return member("params", fields[found])
 
 
-def table_texts(dist: ir.Table, printer: ExprPrinter) -> list[str]:
+def of_table(dist: ir.Table, printer: ExprPrinter) -> list[Expr]:
     """Return the masses of all entries but the last value, of a table that is not plain."""
     constant = masses.of_table(dist)
     if constant is not None:
         return [literal(mass) for mass in constant[:-1]]
-    found = [mass_text(p, q, printer) for _, p, q in with_complements(dist)]
+    found = [mass(p, q, printer) for _, p, q in with_complements(dist)]
     model = printer.context.model
     if dist.rest is not None:
         return found
     if _least(dist.entries[-1][1], model) * masses.WHOLE >= masses.RARE:
         return found[:-1]
     array = printer.scope.unique("masses")
-    printer.code.add(f"std::uint64_t {array}[] = {{{', '.join(found)}}};")
-    printer.code.add(f"dist::settle({array});")
-    return [f"{array}[{i}]" for i in range(len(found) - 1)]
+    printer.code.add(Declare("std::uint64_t", array, braces("", *found), ("",)))
+    printer.code.add(Do(call("dist::settle", array)))
+    return [of(array)[i] for i in range(len(found) - 1)]
 
 
 def leaves(probability: ir.Expr) -> int:
@@ -81,9 +83,9 @@ def leaves(probability: ir.Expr) -> int:
     return masses.WHOLE - masses.rounded(high)
 
 
-def literal(mass: int) -> str:
+def literal(mass: int) -> Expr:
     """Return a mass as C++."""
-    return f"std::uint64_t{{0x{mass:016X}}}"
+    return braces("std::uint64_t", Literal(f"0x{mass:016X}"))
 
 
 def _reads_only_params(e: ir.Expr, model: ir.Model) -> bool:

@@ -6,9 +6,11 @@ from __future__ import annotations
 from collections.abc import Set
 
 from hypgen.codegen.cpp import template_data
-from hypgen.codegen.cpp.text import code_of, integer, scalar, shifted, value_of
+from hypgen.codegen.cpp.text import code_of, row_major, scalar, value_of
 from hypgen.codegen.layout.naming import Names
 from hypgen.codegen.layout.state_layout import Block, Field
+from hypgen.codegen.tree.expr import Expr, number, of, shifted
+from hypgen.codegen.tree.lines import text_of
 from hypgen.dsl import ir
 from hypgen.dsl.types import Bool, Enum, Float, Record, Type, length_of, size_of
 
@@ -24,8 +26,8 @@ def enum_view(enum: Enum, names: Names) -> template_data.ValueType:
             lines.append(f"static constexpr std::int32_t {name} = {first};")
             continue
         kind, last = scalar(variant.argument), first + size_of(variant.argument) - 1
-        code = shifted(code_of("argument", variant.argument), first)
-        argument = value_of(shifted("value", -first), variant.argument)
+        code = text_of(shifted(code_of("argument", variant.argument), first))
+        argument = text_of(value_of(shifted("value", -first), variant.argument))
         test, taken = members[f"is {variant.name}"], members[f"of {variant.name}"]
         lines.append(f"{_CODE} {name}({kind} argument) {{ return {code}; }}")
         lines.append(
@@ -41,22 +43,23 @@ def enum_view(enum: Enum, names: Names) -> template_data.ValueType:
 def record_view(record: Record, names: Names) -> template_data.ValueType:
     """Return the constructor and the fields."""
     members = names.members[record.name]
-    formals, code = [], ""
+    formals: list[str] = []
+    parts: list[Expr] = []
     for field, type_ in record.fields:
         formal = f"{members[field]}_"
         formals.append(f"{scalar(type_)} {formal}")
-        part = code_of(formal, type_)
-        code = f"{_factor(code)} * {size_of(type_)} + {part}" if code else part
+        parts.append(code_of(formal, type_))
+    code = text_of(row_major(parts, [type_ for _, type_ in record.fields]))
     lines = [f"{_CODE} {members['make']}({', '.join(formals)}) {{ return {code}; }}"]
     total = size_of(record)
     for field, type_ in record.fields:
         stride = record.stride(field)
-        digit = "value" if stride == 1 else f"value / {stride}"
+        digit = of("value") if stride == 1 else of("value") / stride
         if stride * size_of(type_) < total:
-            digit = f"{digit} % {size_of(type_)}"
+            digit = digit % size_of(type_)
         lines.append(
             f"HYPGEN_FN static constexpr {scalar(type_)} {members[field]}(std::int32_t value) "
-            f"{{ return {value_of(digit, type_)}; }}"
+            f"{{ return {text_of(value_of(digit, type_))}; }}"
         )
     return template_data.ValueType(names.types[record.name], tuple(lines))
 
@@ -109,7 +112,10 @@ def _accessors(field: Field, get: str, set_: str) -> list[str]:
     if field.width == 0:
         nothing = ", ".join(scalar(t) for t in field.indices)
         unused = ", ".join([*(scalar(t) for t in field.indices), kind])
-        return [f"{getter}({nothing}) const {{ return {integer(field.low)}; }}", f"{setter}({unused}) {{}}"]
+        return [
+            f"{getter}({nothing}) const {{ return {text_of(number(field.low))}; }}",
+            f"{setter}({unused}) {{}}",
+        ]
     if isinstance(field.type, Float):
         return _float_accessors(field, getter, setter)
     bits = f"bits::get(words[{word}], {shift}, {field.width})"
@@ -134,7 +140,7 @@ def _accessors(field: Field, get: str, set_: str) -> list[str]:
 
 def _float_accessors(field: Field, getter: str, setter: str) -> list[str]:
     formals = ", ".join(f"{scalar(t)} i{n}" for n, t in enumerate(field.indices))
-    place = _position(field.indices) or "0"
+    place = _position(field.indices)
     word = f"words[{field.word} + {place}]" if field.indices else f"words[{field.word}]"
     given = f"{formals}, float value" if formals else "float value"
     return [
@@ -157,15 +163,7 @@ def _bits_accessors(field: Field, names: Names) -> list[str]:
 
 
 def _position(indices: tuple[Type, ...]) -> str:
-    text = ""
-    for n, type_ in enumerate(indices):
-        part = code_of(f"i{n}", type_)
-        text = f"{_factor(text)} * {size_of(type_)} + {part}" if text else part
-    return text
-
-
-def _factor(text: str) -> str:
-    return f"({text})" if " " in text else text
+    return text_of(row_major([code_of(f"i{n}", t) for n, t in enumerate(indices)], indices))
 
 
 def _place(field: Field) -> tuple[str, str]:

@@ -5,11 +5,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from functools import reduce
 from typing import TypeAlias
 
 from hypgen.codegen.cpp import template_data
-from hypgen.codegen.cpp.text import Code
 from hypgen.codegen.layout.naming import Scope, snake_case
+from hypgen.codegen.tree.code import Code
+from hypgen.codegen.tree.expr import Choice, Expr, all_of, member, not_, number, of, op, plus, shifted
+from hypgen.codegen.tree.lines import statements
+from hypgen.codegen.tree.statements import Block, Declare, Return, assign, for_below, for_down, var, when
 from hypgen.dsl import ir
 from hypgen.dsl.ir import key_digits
 from hypgen.dsl.types import Bool, Enum, Int, Record, Type, Variant, length_of, low_of, size_of
@@ -85,17 +89,17 @@ class CHeader:
         yield _function(
             f"The code of {enum.name}'s {variant.name}(argument).",
             f"int32_t {self._name(enum.name, variant.name)}(int32_t argument)",
-            [f"return {_inside('argument', argument)} ? {_plus('argument', first - low)} : -1;"],
+            [Return(Choice(_inside(of("argument"), argument), shifted("argument", first - low), number(-1)))],
         )
         yield _function(
             f"Whether a code of {enum.name} is one of {variant.name}.",
             f"int {self._name(enum.name, 'is', variant.name)}(int32_t code)",
-            [f"return code >= {first} && code < {first + size};"],
+            [Return(op(op("code", ">=", first), "&&", op("code", "<", first + size)))],
         )
         yield _function(
             f"The argument of {variant.name}, of a code that is one of it.",
             f"int32_t {self._name(enum.name, variant.name, 'argument')}(int32_t code)",
-            [f"return {_plus('code', low - first)};"],
+            [Return(shifted("code", low - first))],
         )
 
     def _record(self, record: Record) -> template_data.CGroup:
@@ -103,29 +107,29 @@ class CHeader:
         name = self._name(record.name)
         members = Scope({"restrict"})  # C's only word that C++ lacks and a model may use
         fields = [(members.unique(_word(field)), field, type_) for field, type_ in record.fields]
-        struct = [f"int32_t {member}; /* {_values(type_)} */" for member, _, type_ in fields]
-        packing, unpacking = Code(), Code()
-        tests = " && ".join(_inside(f"value.{member}", type_) for member, _, type_ in fields)
-        terms = [_digit(f"value.{member}", type_, record.stride(field)) for member, field, type_ in fields]
-        with packing.block(f"if (!({tests}))"):
-            packing.add("return -1;")
-        packing.add(f"return {' + '.join(terms)};")
-        unpacking.add(f"{name} value;")
-        for member, field, type_ in fields:
-            unpacking.add(f"value.{member} = {_value(record, field, type_)};")
-        unpacking.add("return value;")
+        struct = [f"int32_t {part}; /* {_values(type_)} */" for part, _, type_ in fields]
+        packing: Block = []
+        unpacking: Block = []
+        tests = all_of([_inside(member("value", part), type_) for part, _, type_ in fields])
+        terms = [_digit(member("value", part), type_, record.stride(field)) for part, field, type_ in fields]
+        packing.append(when(not_(tests), Return(number(-1)), short=False))
+        packing.append(Return(reduce(plus, terms)))
+        unpacking.append(Declare(name, "value"))
+        for part, field, type_ in fields:
+            unpacking.append(assign(member("value", part), _value(record, field, type_)))
+        unpacking.append(Return(of("value")))
         return template_data.CGroup(
             (f"typedef struct {name} {{", *(f"  {line}" for line in struct), f"}} {name};"),
             (
                 _function(
                     f"The code of a {record.name}.",
                     f"int32_t {self._name(record.name, 'code')}({name} value)",
-                    packing.lines,
+                    packing,
                 ),
                 _function(
                     f"The {record.name} of a code.",
                     f"{name} {self._name(record.name, 'of')}(int32_t code)",
-                    unpacking.lines,
+                    unpacking,
                 ),
             ),
         )
@@ -136,67 +140,64 @@ class CHeader:
         if action.indices:
             count = length_of(action.indices)
             code = Code()
-            code.add("int32_t action = 0;")
-            with code.block(f"for (int i = 0; i < {count}; ++i)"):
-                code.add(f"if (!({_inside('parts[i]', action.type)})) return -1;")
-                code.add(f"action = action * {size} + {_plus('parts[i]', -low)};")
-            code.add("return action;")
+            code.add(var("int32_t", "action", 0))
+            part = of("parts")["i"]
+            with code.block(for_below("i", count, "int")):
+                code.add(when(not_(_inside(part, action.type)), Return(number(-1))))
+                code.add(assign("action", plus(of("action") * size, shifted(part, -low))))
+            code.add(Return(of("action")))
             yield _function(
                 f"The action with these {count} parts: the number that hypgen_decision has.",
                 f"int32_t {name}(const int32_t* parts)",
-                code.lines,
+                code.body,
             )
             code = Code()
-            with code.block(f"for (int i = {count - 1}; i >= 0; --i)"):
-                code.add(f"parts[i] = {_plus(f'action % {size}', low)};")
-                code.add(f"action /= {size};")
+            with code.block(for_down("i", count)):
+                code.add(assign(part, shifted(of("action") % size, low)))
+                code.add(assign("action", size, "/="))
             head = f"void {self._name('action', 'parts')}(int32_t action, int32_t* parts)"
-            yield _function(f"The {count} parts of an action.", head, code.lines)
+            yield _function(f"The {count} parts of an action.", head, code.body)
         elif low:
-            test = _inside("value", action.type)
+            test = _inside(of("value"), action.type)
             yield _function(
                 "The action of a value: the number that hypgen_decision has.",
                 f"int32_t {name}(int32_t value)",
-                [f"return {test} ? {_plus('value', -low)} : -1;"],
+                [Return(Choice(test, shifted("value", -low), number(-1)))],
             )
             head = f"int32_t {self._name('action', 'value')}(int32_t action)"
-            yield _function("The value of an action.", head, [f"return {_plus('action', low)};"])
+            yield _function("The value of an action.", head, [Return(shifted("action", low))])
 
 
 def _word(part: str) -> str:
     return re.sub(r"\W", "_", snake_case(part))
 
 
-def _function(comment: str, head: str, body: list[str]) -> template_data.Function:
-    return template_data.Function((f"/* {comment} */",), (f"static inline {head} {{",), tuple(body))
+def _function(comment: str, head: str, body: Block) -> template_data.Function:
+    return template_data.Function(
+        (f"/* {comment} */",), (f"static inline {head} {{",), tuple(statements(body))
+    )
 
 
-def _inside(value: str, type_: Type) -> str:
+def _inside(value: Expr, type_: Type) -> Expr:
     """Return a test whether a value is one of a type."""
     low = low_of(type_)
-    return f"{value} >= {low} && {value} <= {low + size_of(type_) - 1}"
+    return op(op(value, ">=", low), "&&", op(value, "<=", low + size_of(type_) - 1))
 
 
-def _plus(value: str, number: int) -> str:
-    return f"{value} {'+' if number > 0 else '-'} {abs(number)}" if number else value
-
-
-def _digit(value: str, type_: Type, stride: int) -> str:
+def _digit(value: Expr, type_: Type, stride: int) -> Expr:
     """Return what a field adds to its record's code."""
     low = low_of(type_)
-    digit = _plus(value, -low)
-    if stride == 1:
-        return digit
-    return f"({digit}) * {stride}" if low else f"{digit} * {stride}"
+    digit = shifted(value, -low)
+    return digit if stride == 1 else digit * stride
 
 
-def _value(record: Record, field: str, type_: Type) -> str:
+def _value(record: Record, field: str, type_: Type) -> Expr:
     """Return a field of a code."""
     stride = record.stride(field)
-    digit = "code" if stride == 1 else f"code / {stride}"
+    digit = of("code") if stride == 1 else of("code") / stride
     if stride * size_of(type_) < size_of(record):
-        digit = f"{digit} % {size_of(type_)}"
-    return _plus(digit, low_of(type_))
+        digit = digit % size_of(type_)
+    return shifted(digit, low_of(type_))
 
 
 def _values(type_: Type) -> str:

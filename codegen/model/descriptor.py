@@ -8,14 +8,45 @@ import json
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import reduce
 
 from hypgen.codegen.cpp import template_data
-from hypgen.codegen.cpp.expressions import Context
+from hypgen.codegen.cpp.body_printer import Context
+from hypgen.codegen.cpp.function_builder import laid_out
 from hypgen.codegen.cpp.key_codes import KeyLayout
-from hypgen.codegen.cpp.text import Code, from_int32, value_of, wrapped
+from hypgen.codegen.cpp.text import from_int32, value_of
 from hypgen.codegen.layout.naming import Scope
 from hypgen.codegen.model.c_header import CHeader
 from hypgen.codegen.model.value_fields import hidden_fields, number, places, seen_fields, visible_fields
+from hypgen.codegen.tree.code import Code
+from hypgen.codegen.tree.expr import (
+    FALSE,
+    TRUE,
+    Choice,
+    Expr,
+    Literal,
+    Operand,
+    braces,
+    call,
+    following,
+    member,
+    method,
+    of,
+    op,
+)
+from hypgen.codegen.tree.lines import statements
+from hypgen.codegen.tree.statements import (
+    Declare,
+    Do,
+    Function,
+    Return,
+    Statement,
+    assign,
+    const,
+    for_below,
+    var,
+    when,
+)
 from hypgen.dsl import ir
 from hypgen.dsl.ir.rounding import Rounding
 from hypgen.dsl.ir.undefined import may_be_undefined
@@ -34,6 +65,8 @@ from hypgen.dsl.types import (
 )
 
 # Variable names are for people who read traces; nobody reads more of them than this.
+_NAMES = "std::vector<std::string>"
+_PARAMS = member("model", "params")
 _MAX_VARIABLE_NAMES = 4096
 
 
@@ -131,77 +164,81 @@ class _Descriptor:
             visit(type_)
         return list(found.values())
 
-    def _name(self, type_: Type, value: str) -> str:
+    def _name(self, type_: Type, value: Operand) -> Expr:
         """Return C++ for a value's name."""
         if isinstance(type_, Bool):
-            return f'std::string({value} ? "true" : "false")'
+            return call("std::string", Choice(of(value), _quoted("true"), _quoted("false")))
         if isinstance(type_, Enum | Record):
-            return f"{self.name_functions[type_.name]}({value})"
-        return f"std::to_string({value})"
+            return call(self.name_functions[type_.name], value)
+        return call("std::to_string", value)
 
     def _type_name(self, type_: Enum | Record) -> template_data.Function:
         code, names = Code(), self.context.names
         cpp, members = f"Model::{names.types[type_.name]}", names.members[type_.name]
         if isinstance(type_, Record):
-            parts = [self._name(t, f"{cpp}::{members[f]}(value)") for f, t in type_.fields]
-            fields = ' + ", " + '.join(parts)
-            code.add(f'return {_string(type_.name + "(")} + {fields} + ")";')
+            text: Expr = _quoted(type_.name + "(")
+            for n, (field, inner) in enumerate(type_.fields):
+                text = text + _quoted(", ") if n else text
+                text = text + self._name(inner, call(f"{cpp}::{members[field]}", "value"))
+            code.add(Return(text + _quoted(")")))
         else:
             for variant in type_.variants:
                 if variant.argument is None:
-                    code.add(f"if (value == {cpp}::{members[variant.name]}) return {_string(variant.name)};")
+                    constant = Literal(f"{cpp}::{members[variant.name]}")
+                    code.add(when(op("value", "==", constant), Return(_quoted(variant.name))))
                     continue
-                argument = self._name(variant.argument, f"{cpp}::{members[f'of {variant.name}']}(value)")
-                with code.block(f"if ({cpp}::{members[f'is {variant.name}']}(value))"):
-                    code.add(f'return {_string(variant.name + "(")} + {argument} + ")";')
-            code.add('return "?";')
-        head = f"std::string {self.name_functions[type_.name]}(std::int32_t value) {{"
-        return template_data.Function((), (head,), tuple(code.lines))
+                taken = call(f"{cpp}::{members[f'of {variant.name}']}", "value")
+                argument = self._name(variant.argument, taken)
+                test = call(f"{cpp}::{members[f'is {variant.name}']}", "value")
+                name = _quoted(variant.name + "(") + argument + _quoted(")")
+                code.add(when(test, Return(name), short=False))
+            code.add(Return(_quoted("?")))
+        name_function = self.name_functions[type_.name]
+        return _function("std::string", name_function, [("std::int32_t", "value")], code)
 
     def _action_names(self) -> template_data.Function:
         code, action = Code(), self.model.action
-        code.add("std::vector<std::string> names;")
-        with code.block("for (int action = 0; action < Model::kActionCount; ++action)"):
+        code.add(Declare(_NAMES, "names"))
+        with code.block(for_below("action", Literal("Model::kActionCount"), "int")):
             if action.indices:
-                code.add("int rest = action;")
-                code.add("std::string components;")
-                with code.block(f"for (int i = 0; i < {length_of(action.indices)}; ++i)"):
-                    value = self._name(action.type, value_of(f"rest % {size_of(action.type)}", action.type))
-                    code.add(f'components = {value} + (i == 0 ? "" : ", ") + components;')
-                    code.add(f"rest /= {size_of(action.type)};")
-                code.add('names.push_back("(" + components + ")");')
+                code.add(var("int", "rest", "action"))
+                code.add(Declare("std::string", "components"))
+                with code.block(for_below("i", length_of(action.indices), "int")):
+                    value = value_of(of("rest") % size_of(action.type), action.type)
+                    name = self._name(action.type, value)
+                    code.add(assign("components", name + _comma(0) + of("components")))
+                    code.add(assign("rest", size_of(action.type), "/="))
+                code.add(_push(_quoted("(") + of("components") + _quoted(")")))
             else:
-                code.add(f"names.push_back({self._name(action.type, value_of('action', action.type))});")
-        code.add("return names;")
-        return template_data.Function((), ("std::vector<std::string> action_names() {",), tuple(code.lines))
+                code.add(_push(self._name(action.type, value_of("action", action.type))))
+        code.add(Return(of("names")))
+        return _function(_NAMES, "action_names", [], code)
 
     def _observation_name(self) -> template_data.Function:
         code, scope = Code(), Scope({"key", "rest", "value"})
         layout = KeyLayout(self.model.key)
         if layout.fields:
-            code.add(f"{'hypgen::KeyReader rest(key)' if layout.wide else 'Model::Key rest = key[0]'};")
+            reader = Declare("hypgen::KeyReader", "rest", arguments=(of("key"),))
+            code.add(reader if layout.wide else var("Model::Key", "rest", of("key")[0]))
         texts: dict[str, str] = {}
         for field in layout.reading():
             texts[field.name] = text = scope.unique(field.name)
-            code.add(f"std::string {text};")
-            with layout.entries(code, field):
-                layout.take(code, field, "const std::int32_t value")
-                value = from_int32("value", field.type)
-                if isinstance(field.type, Float):
-                    value = f"hypgen::{value}"
-                value = self._name(field.type, value)
+            code.add(Declare("std::string", text))
+            with code.block(layout.entries(field)):
+                code.add(const("std::int32_t", "value", layout.take(field)))
+                layout.go_on(code, field)
+                value = self._name(field.type, from_int32("value", field.type, "hypgen::"))
                 if layout.wide:
-                    code.add(f'{text} += (i == 0 ? "" : ", ") + {value};')
+                    code.add(assign(text, _comma(0) + value, "+="))
                 else:
-                    code.add(f'{text} = {value} + (i == {field.length - 1} ? "" : ", ") + {text};')
+                    code.add(assign(text, value + _comma(field.length - 1) + of(text)))
         parts: list[tuple[str, str, str]] = []
         for field in layout.fields:
             label = f"{field.name}=" if len(layout.fields) > 1 else ""
             before, after = (f"{label}(", ")") if field.indices else (label, "")
             parts.append((before, texts[field.name], after))
-        code.add(f"return {_joined(parts)};" if parts else 'return "none";')
-        head = f"std::string observation_name(hypgen::KeyWords{' key' if parts else ''}) {{"
-        return template_data.Function((), (head,), tuple(code.lines))
+        code.add(Return(_joined(parts) if parts else _quoted("none")))
+        return _function("std::string", "observation_name", [("hypgen::KeyWords", "key")], code)
 
     def _first_observation_name(self) -> template_data.Function:
         """Return C++ for what is visible at the start and tells of hidden variables."""
@@ -210,36 +247,32 @@ class _Descriptor:
         for variable in (v for v in self.model.variables if v.visible):
             length = length_of(variable.indices)
             if not variable.informative:
-                code.add(f"visible += {length};")
+                code.add(assign("visible", length, "+="))
                 continue
             text = scope.unique(variable.name.replace(".", "_"))
-            value = from_int32("*visible++", variable.type)
-            if isinstance(variable.type, Float):
-                value = f"hypgen::{value}"
-            value = self._name(variable.type, value)
+            value = self._name(variable.type, from_int32(following("visible"), variable.type, "hypgen::"))
             if variable.indices:
-                code.add(f"std::string {text};")
-                with code.block(f"for (int i = 0; i < {length}; ++i)"):
-                    code.add(f'{text} += (i == 0 ? "" : ", ") + {value};')
+                code.add(Declare("std::string", text))
+                with code.block(for_below("i", length, "int")):
+                    code.add(assign(text, _comma(0) + value, "+="))
             else:
-                code.add(f"const std::string {text} = {value};")
+                code.add(const("std::string", text, value))
             label = f"{variable.name}=" if len(self.model.first_seen) > 1 else ""
             before, after = (f"{label}(", ")") if variable.indices else (label, "")
             parts.append((before, text, after))
-        code.add(f"return {_joined(parts)};")
-        head = "std::string first_observation_name(const std::int32_t* visible) {"
-        return template_data.Function((), (head,), tuple(code.lines))
+        code.add(Return(_joined(parts)))
+        given = [("const std::int32_t*", "visible")]
+        return _function("std::string", "first_observation_name", given, code)
 
     def _value_names(self) -> template_data.Function:
         """Return C++ for the names of all values of a state, in the order of ``export_state``."""
         code = Code()
-        code.add("std::vector<std::string> names;")
+        code.add(Declare(_NAMES, "names"))
         for variable in self.model.variables:
-            with code.block(f"for (int i = 0; i < {length_of(variable.indices)}; ++i, ++values)"):
-                code.add(f"names.push_back({self._name(variable.type, '*values')});")
-        code.add("return names;")
-        head = "std::vector<std::string> value_names(const std::int32_t* values) {"
-        return template_data.Function((), (head,), tuple(code.lines))
+            with code.block(for_below("i", length_of(variable.indices), "int")):
+                code.add(_push(self._name(variable.type, following("values"))))
+        code.add(Return(of("names")))
+        return _function(_NAMES, "value_names", [("const std::int32_t*", "values")], code)
 
     def _hidden(self) -> list[ir.Variable]:
         return [v for v in self.model.variables if not v.visible]
@@ -253,10 +286,10 @@ class _Descriptor:
         code = Code()
         for place, variable in enumerate(self._hidden()):
             if isinstance(variable.type, Bool | Enum | Record):
-                code.add(f"if (variable == {place}) return {self._name(variable.type, 'value')};")
-        code.add("return std::to_string(value);")
-        head = "std::string hidden_value_name(int variable, std::int32_t value) {"
-        return template_data.Function((), (head,), tuple(code.lines))
+                code.add(when(op("variable", "==", place), Return(self._name(variable.type, "value"))))
+        code.add(Return(call("std::to_string", "value")))
+        given = [("int", "variable"), ("std::int32_t", "value")]
+        return _function("std::string", "hidden_value_name", given, code)
 
     def _settings(self, project: template_data.Project, exact: bool) -> tuple[str, ...]:
         model, lines = self.model, []
@@ -271,44 +304,42 @@ class _Descriptor:
         lines.append("model.observation_name = observation_name;")
         if model.first_seen:
             lines.append("model.first_observation_name = first_observation_name;")
-        if hidden := ", ".join(self._hidden_variables()):
-            lines += wrapped(f"model.hidden_variables = {{{hidden}}};")
-        if not exact and (visible := ", ".join(self._visible_variables())):
-            lines += wrapped(f"model.visible_variables = {{{visible}}};")
+        if hidden := [*self._hidden_variables()]:
+            lines += _setting("hidden_variables", hidden)
+        if not exact and (visible := [*self._visible_variables()]):
+            lines += _setting("visible_variables", visible)
         if not exact and self._has_hidden_names():
             lines.append("model.hidden_value_name = hidden_value_name;")
         names = list(itertools.islice(self._variable_names(), _MAX_VARIABLE_NAMES + 1))
         if len(names) <= _MAX_VARIABLE_NAMES:
-            lines += wrapped(f"model.variable_names = {{{', '.join(map(_string, names))}}};")
-        if doubtful := ", ".join(map(_string, project.doubtful)):
-            lines += wrapped(f"model.doubtful = {{{doubtful}}};")
+            lines += _setting("variable_names", [*map(_quoted, names)])
+        if project.doubtful:
+            lines += _setting("doubtful", [*map(_quoted, project.doubtful)])
         for param in model.params:
-            lines += wrapped(f"model.params.push_back({self._param(param)});")
+            lines += statements([Do(_PARAMS.call("push_back", self._param(param)))])
             if isinstance(param.type, Enum | Record):
-                call = self._name(param.type, "code")
-                lines.append(
-                    f"for (std::int32_t code = 0; code < {size_of(param.type)}; ++code) "
-                    f"model.params.back().value_names.push_back({call});"
-                )
+                names_of = member(_PARAMS.call("back"), "value_names")
+                loop = for_below("code", size_of(param.type))
+                loop.body.append(Do(names_of.call("push_back", self._name(param.type, "code"))))
+                loop.short = True
+                lines += statements([loop])
             if isinstance(param.type, Enum) and param.type.glyphs:
-                lines += wrapped(f"model.params.back().glyphs = {{{_glyphs(param.type)}}};")
+                lines += statements([assign(member(_PARAMS.call("back"), "glyphs"), _glyphs(param.type))])
         return tuple(lines)
 
-    def _hidden_variables(self) -> Iterator[str]:
+    def _hidden_variables(self) -> Iterator[Expr]:
         """Yield C++ for the name, place and kind of each hidden variable."""
         firsts = places(self.model)
         for variable in (v for v in self.model.variables if not v.visible):
             count = length_of(variable.indices)
-            is_float = "true" if isinstance(variable.type, Float) else "false"
-            yield f"{{{_string(variable.name)}, {firsts[variable.name]}, {count}, {is_float}}}"
+            is_float = TRUE if isinstance(variable.type, Float) else FALSE
+            yield braces("", _quoted(variable.name), firsts[variable.name], count, is_float)
 
-    def _visible_variables(self) -> Iterator[str]:
+    def _visible_variables(self) -> Iterator[Expr]:
         """Yield C++ for the name, length and kind of each visible variable."""
         for variable in (v for v in self.model.variables if v.visible):
-            is_array, is_float = (
-                str(x).lower() for x in (bool(variable.indices), isinstance(variable.type, Float))
-            )
-            yield f"{{{_string(variable.name)}, {length_of(variable.indices)}, {is_array}, {is_float}}}"
+            kinds = (TRUE if x else FALSE for x in (bool(variable.indices), isinstance(variable.type, Float)))
+            yield braces("", _quoted(variable.name), length_of(variable.indices), *kinds)
 
     def _variable_names(self) -> itertools.chain[str]:
         def entries(variable: ir.Variable) -> list[str]:
@@ -319,7 +350,7 @@ class _Descriptor:
         return itertools.chain.from_iterable(entries(v) for v in self.model.variables)
 
     @staticmethod
-    def _param(param: ir.Param) -> str:
+    def _param(param: ir.Param) -> Expr:
         type_ = param.type
         low, high = "0", "1"
         match type_:
@@ -333,24 +364,44 @@ class _Descriptor:
                 kind, low, high = "kInt", number(least), number(most)
             case _:
                 kind, high = "kEnum", str(size_of(type_) - 1)
-        dims = ", ".join(str(size_of(i)) for i in flat_indices(param.indices))
-        defaults = ", ".join(number(v) for v in param.default or ())
-        return (
-            f"{{{_string(param.name)}, hypgen::ParamKind::{kind}, {low}, {high}, "
-            f"{{{dims}}}, {{{defaults}}}, {{}}}}"
-        )
+        dims = braces("", *(size_of(i) for i in flat_indices(param.indices)))
+        defaults = braces("", *(Literal(number(v)) for v in param.default or ()))
+        kinds = (Literal(f"hypgen::ParamKind::{kind}"), Literal(low), Literal(high))
+        return braces("", _quoted(param.name), *kinds, dims, defaults, braces(""))
 
 
-def _joined(parts: Sequence[tuple[str, str, str]]) -> str:
+def _joined(parts: Sequence[tuple[str, str, str]]) -> Expr:
     """Return C++ for a list of texts, each with what stands before and after it."""
-    joined, pending = "", ""
+    terms, pending = list[Expr](), ""
     for n, (before, text, after) in enumerate(parts):
         before = f"{pending}{', ' if n else ''}{before}"
-        joined += (f"{_string(before)} + " if before else "") + f"{text} + "
+        terms += [_quoted(before), of(text)] if before else [of(text)]
         pending = after
-    return joined + _string(pending) if pending else joined.removesuffix(" + ")
+    return reduce(lambda a, b: a + b, [*terms, _quoted(pending)] if pending else terms)
 
 
-def _glyphs(enum: Enum) -> str:
+def _glyphs(enum: Enum) -> Expr:
     """Return C++ for the glyph and the code of each variant that has one."""
-    return ", ".join(f"{{{json.dumps(g, ensure_ascii=False)}, {code}}}" for g, code in enum.glyphs.items())
+    glyphs = ((json.dumps(glyph, ensure_ascii=False), code) for glyph, code in enum.glyphs.items())
+    return braces("", *(braces("", Literal(glyph), code) for glyph, code in glyphs))
+
+
+def _function(result: str, name: str, arguments: list[tuple[str, str]], code: Code) -> template_data.Function:
+    return laid_out(Function(result, name, arguments, code.body, mark=""))
+
+
+def _quoted(text: str) -> Expr:
+    return Literal(_string(text))
+
+
+def _comma(first: int) -> Expr:
+    """Return what stands between entries, where ``i`` is ``first`` at the first one."""
+    return Choice(op("i", "==", first), _quoted(""), _quoted(", "))
+
+
+def _push(name: Expr) -> Statement:
+    return Do(method("names", "push_back", name))
+
+
+def _setting(name: str, values: Sequence[Expr]) -> list[str]:
+    return [*statements([assign(member("model", name), braces("", *values))])]

@@ -3,17 +3,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Set
+from collections.abc import Callable, Sequence, Set
 
-from hypgen.codegen.cpp import template_data
-from hypgen.codegen.cpp.expressions import Context, ExprPrinter
+from hypgen.codegen.cpp.body_printer import Context
+from hypgen.codegen.cpp.expressions import ExprPrinter
 from hypgen.codegen.cpp.function_builder import Builder, origin
-from hypgen.codegen.cpp.sink import Sink
+from hypgen.codegen.cpp.sink import RETURN, Sink
 from hypgen.codegen.cpp.text import scalar, stored
 from hypgen.codegen.passes.arguments import PARTS, Needs
 from hypgen.codegen.passes.guards import own_value
 from hypgen.codegen.passes.partition import ElementUpdate
 from hypgen.codegen.passes.tabulate import DerivedTable
+from hypgen.codegen.tree.expr import Expr, Operand, call, cast, member, method, number, plus
+from hypgen.codegen.tree.statements import Do, Function, assign, zeroed
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import children, shape
 from hypgen.dsl.types import Type
@@ -50,12 +52,12 @@ def key_of(update: ElementUpdate) -> tuple[str, int, bool]:
     return update.element.name, update.stage, update.observed
 
 
-def position(binders: Sequence[ir.Binder], printer: ExprPrinter) -> str:
+def position(binders: Sequence[ir.Binder], printer: ExprPrinter) -> Expr:
     """Return the row-major position of the binders' current values: the index of a draw."""
     return printer.flat([ir.Local(b.type, b.name) for b in binders], [b.type for b in binders])
 
 
-def model_functions(context: Context) -> list[template_data.Function]:
+def model_functions(context: Context) -> list[Function]:
     """Return the model's functions."""
     result = []
     for function in context.model.functions:
@@ -68,7 +70,7 @@ def model_functions(context: Context) -> list[template_data.Function]:
     return result
 
 
-def lets(context: Context, uncalled: Set[str]) -> list[template_data.Function]:
+def lets(context: Context, uncalled: Set[str]) -> list[Function]:
     """Return the lets but those ``uncalled``; one that draws gives the same value wherever it is read."""
     result = []
     for let in context.model.all_lets:
@@ -90,20 +92,20 @@ def update_needs(update: ElementUpdate, context: Context) -> Needs:
     return context.needs.of(*(a.dist for a in update.assigns)) | {"next"}
 
 
-def element_update(update: ElementUpdate, name: str, context: Context) -> template_data.Function:
+def element_update(update: ElementUpdate, name: str, context: Context) -> Function:
     """Return the function that writes what the element, or one member of a family, writes in a stage."""
     builder = Builder(context).given(update_needs(update, context), next="State&")
-    member = update.element.binder
-    if member is not None:
-        builder.local(member.name, member.type)
+    binder = update.element.binder
+    if binder is not None:
+        builder.local(binder.name, binder.type)
     comments = []
-    for assign in update.assigns:
-        comments.append(f"// {origin(assign.span)}: {assign.variable.rsplit('.', 1)[-1]}'")
-        own = list(assign.binders)
-        if member is not None:
-            builder.printer.locals[own.pop(0).name] = builder.printer.locals[member.name]
+    for written in update.assigns:
+        comments.append(f"// {origin(written.span)}: {written.variable.rsplit('.', 1)[-1]}'")
+        own = list(written.binders)
+        if binder is not None:
+            builder.printer.locals[own.pop(0).name] = builder.printer.locals[binder.name]
         with builder.printer.loops(own):
-            assigned(assign, "next", builder)
+            assigned(written, "next", builder)
         builder.code.join()
     return builder.done("void", name, comments)
 
@@ -111,7 +113,7 @@ def element_update(update: ElementUpdate, name: str, context: Context) -> templa
 def assigned(assign: ir.Assign, owner: str, builder: Builder) -> None:
     """Append the draw of one entry of a variable into ``owner``."""
     kept = shape(own_value(assign)) if owner == "next" else None
-    _assigned(assign, owner, builder, "", kept)
+    _assigned(assign, owner, builder, lambda value: value, kept)
 
 
 def first_assigned(assign: ir.Assign, first: int, builder: Builder) -> None:
@@ -120,22 +122,36 @@ def first_assigned(assign: ir.Assign, first: int, builder: Builder) -> None:
     The draws may give another value than the model does.
     """
     variable = builder.context.model.variable(assign.variable)
-    entry = f"{first} + {position(assign.binders, builder.printer)}" if assign.binders else str(first)
-    given = f"first_value<{scalar(variable.type)}>(draws, {entry}, "
-    _assigned(assign, "fixed" if variable.fixed else "state", builder, given)
+    entry = number(first)
+    if assign.binders:
+        entry = plus(entry, position(assign.binders, builder.printer))
+    function = f"first_value<{scalar(variable.type)}>"
+    _assigned(
+        assign,
+        "fixed" if variable.fixed else "state",
+        builder,
+        lambda value: call(function, "draws", entry, value),
+    )
 
 
-def _assigned(assign: ir.Assign, owner: str, builder: Builder, around: str, kept: object = None) -> None:
+def _assigned(
+    assign: ir.Assign,
+    owner: str,
+    builder: Builder,
+    given: Callable[[Expr], Expr],
+    kept: object = None,
+) -> None:
+    """Append the draw of one entry into ``owner``, which is given what ``given`` makes of the value."""
     names, printer = builder.context.names, builder.printer
-    indices = "".join(f"{printer.locals[b.name]}, " for b in assign.binders)
-    end = "));" if around else ");"
-    sink = Sink(f"{owner}.{names.setters[assign.variable]}({indices}{around}", end, kept)
+    indices = [printer.locals[b.name] for b in assign.binders]
+    setter = names.setters[assign.variable]
+    sink = Sink(lambda value: Do(method(owner, setter, *indices, given(value))), kept=kept)
     builder.sampled(
         assign.dist, names.sites.get(assign.site.path, ""), position(assign.binders, printer), sink
     )
 
 
-def reward(term: ir.Reward, name: str, context: Context) -> template_data.Function:
+def reward(term: ir.Reward, name: str, context: Context) -> Function:
     """Return the function of a reward term, earned once for each member of a family."""
     builder = Builder(context).given(context.needs.of(term.value))
     if term.binder is not None:
@@ -144,7 +160,7 @@ def reward(term: ir.Reward, name: str, context: Context) -> template_data.Functi
     return builder.value(term.value).done(scalar(term.value.type), name, comment)
 
 
-def sampler(observation: ir.Observation, name: str, context: Context) -> template_data.Function:
+def sampler(observation: ir.Observation, name: str, context: Context) -> Function:
     """Return the function that draws one entry of an observation."""
     builder = Builder(context).given(context.needs.of(observation.dist))
     for binder in observation.binders:
@@ -169,34 +185,31 @@ def _expressions(dist: ir.Dist) -> list[ir.Expr]:
     return found
 
 
-def density(
-    part: ir.Observation | ir.Assign, type_: Type, name: str, context: Context
-) -> template_data.Function:
+def density(part: ir.Observation | ir.Assign, type_: Type, name: str, context: Context) -> Function:
     """Return the function that gives the probability of one entry's value."""
     builder = Builder(context).given(density_needs(part.dist, context))
     for binder in part.binders:
         builder.local(binder.name, binder.type)
     builder.take(scalar(type_), "value")
-    builder.dist.density(part.dist, "value", Sink("return "))
+    builder.dist.density(part.dist, "value", RETURN)
     return builder.done("double", name, [f"// {origin(part.span)}"])
 
 
-def arguments(needs: Needs, context: Context, *more: str) -> str:
-    """Return the text of an argument list: the parts, then what comes after them."""
-    parts = [context.names.action if p == "action" else p for p in PARTS if p in needs]
-    return ", ".join([*parts, *more])
+def arguments(needs: Needs, context: Context, *more: Operand) -> list[Operand]:
+    """Return an argument list: the parts, then what comes after them."""
+    return [*(context.names.action if p == "action" else p for p in PARTS if p in needs), *more]
 
 
-def table_entry(table: DerivedTable, name: str, context: Context) -> template_data.Function:
+def table_entry(table: DerivedTable, name: str, context: Context) -> Function:
     """Return the function that computes one entry of a derived table."""
     builder = Builder(context).given(_table_needs(table, context))
     for binder in table.inputs:
         builder.local(binder.name, binder.type)
     if table.variables:
-        builder.code.add("State state{};")
+        builder.code.add(zeroed("State", "state"))
         setters = context.names.setters | context.names.bits_setters
         for variable, binder in zip(table.variables, table.inputs, strict=True):
-            builder.code.add(f"state.{setters[variable]}({builder.printer.locals[binder.name]});")
+            builder.code.add(Do(method("state", setters[variable], builder.printer.locals[binder.name])))
     return builder.value(table.body).done(scalar(table.type), name, [f"// {origin(table.span)}"])
 
 
@@ -210,8 +223,8 @@ def table_fill(table: DerivedTable, name: str, context: Context, builder: Builde
     printer = builder.printer
     with printer.loops(table.inputs):
         inputs = [ir.Local(b.type, b.name) for b in table.inputs]
-        values = [printer.text(i) for i in inputs]
-        call = f"{name}({arguments(_table_needs(table, context), context, *values)})"
+        given = arguments(_table_needs(table, context), context, *printer.exprs(inputs))
+        value = call(name, *given)
         if stored(table.type) != scalar(table.type):
-            call = f"static_cast<{stored(table.type)}>({call})"
-        builder.code.add(f"params.{table.name}{printer.subscript(table.name, inputs)} = {call};")
+            value = cast(stored(table.type), value)
+        builder.code.add(assign(printer.entry(member("params", table.name), table.name, inputs), value))

@@ -6,15 +6,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from hypgen.codegen.cpp import template_data
 from hypgen.codegen.cpp.function_builder import Builder
-from hypgen.codegen.cpp.text import shifted
 from hypgen.codegen.layout.state_layout import Block
-from hypgen.codegen.model.interface import PLACE, Interface
+from hypgen.codegen.model.interface import ERROR, PLACE, Interface
 from hypgen.codegen.passes.partition import Share, most_warps, shares
+from hypgen.codegen.tree.expr import call, member, method, of, op, shifted
+from hypgen.codegen.tree.statements import For, Function, assign, const, for_range, zeroed
 from hypgen.dsl import ir
 from hypgen.dsl.types import low_of, size_of
 
+_COUNT = member("part", "count")
 ACTING = [*PLACE, ("int", "action"), ("D&", "draws")]
 
 
@@ -32,18 +33,18 @@ class PartitionedStep:
             f"static constexpr int kMaxWarps = {most_warps(self.stages)};",
         )
 
-    def all(self) -> list[template_data.Function]:
+    def all(self) -> list[Function]:
         """Return the functions in the order in which a block calls them."""
         return [self.stage(), self.rewards(), self.end()]
 
-    def stage(self) -> template_data.Function:
+    def stage(self) -> Function:
         """Return ``step_stage``: what a warp does of a stage's updates."""
         builder = self.interface.acting([("int", "stage"), *ACTING, ("State&", "next"), ("Part", "part")])
         for number, stage in enumerate(self.stages):
             if len(self.stages) == 1:
                 self._updates(builder, stage)
             else:
-                with builder.printer.block(f"if (stage == {number})"):
+                with builder.printer.when(op("stage", "==", number)):
                     self._updates(builder, stage)
         return builder.done("void", "step_stage", ["// The part of a stage's updates that one warp does."])
 
@@ -53,7 +54,7 @@ class PartitionedStep:
             with _dealt(builder, share.first, share.grain, update.element.binder, update.guard):
                 builder.code.add(self.interface.update_call(builder, update))
 
-    def rewards(self) -> template_data.Function:
+    def rewards(self) -> Function:
         """Return ``step_rewards``: a warp's share of the reward terms, each member's a run of its own."""
         builder = self.interface.acting(
             [
@@ -72,14 +73,14 @@ class PartitionedStep:
         comment = ["// Adds the part of the reward terms that one warp computes; the sum is not saturated."]
         return builder.done("void", "step_rewards", comment)
 
-    def end(self) -> template_data.Function:
+    def end(self) -> Function:
         """Return ``step_end``: what the whole sum of rewards and the next state come to."""
         builder = self.interface.acting(
             [*ACTING, ("const State&", "next"), ("std::int64_t", "sum"), ("bool", "error")]
         )
-        builder.code.add("StepResult result{};")
-        builder.code.add("result.error = error;")
-        self.interface.conclude(builder, "sum")
+        builder.code.add(zeroed("StepResult", "result"))
+        builder.code.add(assign(ERROR, "error"))
+        self.interface.conclude(builder, of("sum"))
         return builder.done("StepResult", "step_end")
 
 
@@ -91,7 +92,7 @@ def _dealt(
     printer = builder.printer
     if binder is None or grain >= size_of(binder.type):
         with (
-            printer.block(f"if (part.takes({first}))"),
+            printer.when(method("part", "takes", first)),
             builder.guarded(guard),
             printer.loops([binder] if binder else []),
         ):
@@ -101,18 +102,23 @@ def _dealt(
     low, high = low_of(binder.type), low_of(binder.type) + size_of(binder.type) - 1
     with builder.guarded(guard):
         if grain == 1:
-            start = shifted(f"part.first({first})", low)
-            head = f"for (std::int32_t {{0}} = {start}; {{0}} <= {high}; {{0}} += part.count)"
-            with printer.loop(binder, head):
+            start = shifted(method("part", "first", first), low)
+
+            def mine(variable: str) -> For:
+                test, step = op(variable, "<=", high), assign(variable, _COUNT, "+=")
+                return For("std::int32_t", variable, start, test, step)
+
+            with printer.loop(binder, mine):
                 yield
             printer.code.join()
             return
         runs = -(-size_of(binder.type) // grain)
-        with printer.block(f"for (int run = part.first({first}); run < {runs}; run += part.count)"):
-            start, last = (shifted(f"run * {grain}", offset) for offset in (low, low + grain - 1))
+        begin, step = method("part", "first", first), assign("run", _COUNT, "+=")
+        with printer.block(For("int", "run", begin, op("run", "<", runs), step)):
+            start, last = (shifted(of("run") * grain, offset) for offset in (low, low + grain - 1))
             if size_of(binder.type) % grain:
-                last = f"math::min({last}, {high})"
-            builder.code.add(f"const std::int32_t last = {last};")
-            with printer.loop(binder, f"for (std::int32_t {{0}} = {start}; {{0}} <= last; ++{{0}})"):
+                last = call("math::min", last, high)
+            builder.code.add(const("std::int32_t", "last", last))
+            with printer.loop(binder, lambda variable: for_range(variable, start, "last")):
                 yield
             printer.code.join()

@@ -6,18 +6,28 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from hypgen.codegen.cpp import template_data
-from hypgen.codegen.cpp.expressions import Context
+from hypgen.codegen.cpp.body_printer import Context
 from hypgen.codegen.cpp.function_builder import Builder, origin
 from hypgen.codegen.cpp.text import code_of, scalar
+from hypgen.codegen.cpp.word import Word
 from hypgen.codegen.model.interface import HISTORY, PLACE, Interface
 from hypgen.codegen.model.model_functions import arguments, position
+from hypgen.codegen.tree.expr import Choice, Expr, Literal, Operand, Postfix, call, number, of, op, plus
+from hypgen.codegen.tree.statements import For, Function, Return, assign, const, for_below, var, when
 from hypgen.dsl import ir
 from hypgen.dsl.ir.reads import reached
 from hypgen.dsl.ir.walk import Node, free_locals, map_children
 from hypgen.dsl.types import size_of
 
-_EVERY_ACTION = "for (int action = 0; action < kActionCount; ++action)"
+_NONE = Return(number(-1))
+
+
+def _every_action() -> For:
+    return for_below("action", Literal("kActionCount"), "int")
+
+
+def _legal(action: Operand) -> Expr:
+    return call("is_legal", "params", "fixed", "state", action)
 
 
 class PolicyFunctions:
@@ -34,7 +44,7 @@ class PolicyFunctions:
         self.type = self.model.action.type
         self.always_legal = isinstance(self.model.legal, ir.Const) and self.model.legal.value is True
 
-    def all(self) -> list[template_data.Function]:
+    def all(self) -> list[Function]:
         """Return the functions in the order in which they call each other."""
         policy = self.model.policy
         if policy is None:
@@ -55,7 +65,7 @@ class PolicyFunctions:
             found.append(self._first_legal())
         return [*found, builder.done("int", "default_policy")]
 
-    def _chooser(self, policy: ir.Policy, dist: ir.Dist, taken: Sequence[ir.Let]) -> template_data.Function:
+    def _chooser(self, policy: ir.Policy, dist: ir.Dist, taken: Sequence[ir.Let]) -> Function:
         chosen = Builder(self.context).given(self.context.needs.of(dist))
         for let in taken:
             chosen.local(_name(let.name), let.dist.type)
@@ -65,45 +75,47 @@ class PolicyFunctions:
         chosen.sampled(dist, site, position(policy.binders, chosen.printer))
         return chosen.done(scalar(self.type), "choose", [f"// {origin(policy.span)}: policy default"])
 
-    def _choose(self, builder: Builder, policy: ir.Policy, given: str) -> None:
+    def _choose(self, builder: Builder, policy: ir.Policy, given: list[Operand]) -> None:
         """Append what puts the action together and makes it legal."""
         code = builder.code
         if policy.binders:
-            code.add("int chosen = 0;")
+            code.add(var("int", "chosen", 0))
             with builder.printer.loops(policy.binders):
                 members = [builder.printer.locals[b.name] for b in policy.binders]
-                call = f"choose({', '.join([*([given] if given else []), *members])})"
-                code.add(f"chosen = chosen * {size_of(self.type)} + {code_of(call, self.type)};")
+                choice = code_of(call("choose", *given, *members), self.type)
+                code.add(assign("chosen", plus(of("chosen") * size_of(self.type), choice)))
         elif self.always_legal:
-            code.add(f"return {code_of(f'choose({given})', self.type)};")
+            code.add(Return(code_of(call("choose", *given), self.type)))
             return
         else:
-            code.add(f"const int chosen = {code_of(f'choose({given})', self.type)};")
+            code.add(const("int", "chosen", code_of(call("choose", *given), self.type)))
         if self.always_legal:
-            code.add("return chosen;")
+            code.add(Return(of("chosen")))
         else:
-            code.add("if (is_legal(params, fixed, state, chosen)) return chosen;")
-            code.add("return first_legal(params, fixed, state);")
+            code.add(when(_legal("chosen"), Return(of("chosen"))))
+            code.add(Return(call("first_legal", "params", "fixed", "state")))
 
-    def _first_legal(self) -> template_data.Function:
+    def _first_legal(self) -> Function:
         builder = self.interface.given(PLACE)
-        with builder.printer.block(_EVERY_ACTION):
-            builder.code.add("if (is_legal(params, fixed, state, action)) return action;")
-        builder.code.add("return -1;")
+        with builder.printer.block(_every_action()):
+            builder.code.add(when(_legal("action"), Return(of("action"))))
+        builder.code.add(_NONE)
         return builder.done("int", "first_legal")
 
-    def _uniform(self) -> template_data.Function:
+    def _uniform(self) -> Function:
         builder = self.interface.given([*PLACE, HISTORY, ("D&", "draws")])
         code = builder.code
-        code.add("std::int32_t count = 0;")
-        with builder.printer.block(_EVERY_ACTION):
-            code.add("count += is_legal(params, fixed, state, action) ? 1 : 0;")
+        code.add(var("std::int32_t", "count", 0))
+        with builder.printer.block(_every_action()):
+            code.add(assign("count", Choice(_legal("action"), number(1), number(0)), "+="))
         code.join()
-        code.add("if (count == 0) return -1;")
-        code.add("std::int32_t left = dist::uniform(draws.word(Site::policy_default, 0), count);")
-        with builder.printer.block(_EVERY_ACTION):
-            code.add("if (is_legal(params, fixed, state, action) && left-- == 0) return action;")
-        code.add("return -1;")
+        code.add(when(op("count", "==", 0), _NONE))
+        word = Word.of("policy_default", number(0)).plain
+        code.add(var("std::int32_t", "left", call("dist::uniform", word, "count")))
+        with builder.printer.block(_every_action()):
+            last = op(Postfix(of("left"), "--"), "==", 0)
+            code.add(when(op(_legal("action"), "&&", last), Return(of("action"))))
+        code.add(_NONE)
         comment = ["// No `policy default` in the model: any legal action."]
         return builder.done("int", "default_policy", comment)
 
@@ -143,14 +155,14 @@ def _with_locals(node: Any, lets: Iterable[ir.Let]) -> Any:
 
 def _read(dist: ir.Dist, lets: Sequence[ir.Let]) -> list[ir.Let]:
     """Return the lets whose locals ``dist`` comes to read, each after those that it reads."""
-    of = {_name(let.name): let for let in lets}
+    named = {_name(let.name): let for let in lets}
     found: dict[str, ir.Let] = {}
 
     def visit(node: Node) -> None:
-        for name in sorted(free_locals(node) & of.keys()):
+        for name in sorted(free_locals(node) & named.keys()):
             if name not in found:
-                visit(_with_locals(of[name].dist, lets))
-                found[name] = of[name]
+                visit(_with_locals(named[name].dist, lets))
+                found[name] = named[name]
 
     visit(dist)
     return list(found.values())

@@ -6,9 +6,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 
-from hypgen.codegen.cpp.text import float32, wrapped
+from hypgen.codegen.cpp.text import float32
 from hypgen.codegen.ros2.messages import described
 from hypgen.codegen.ros2.package_data import Parameter
+from hypgen.codegen.tree.expr import Expr, Literal, braces, call, of
+from hypgen.codegen.tree.lines import statements
+from hypgen.codegen.tree.statements import Do
 from hypgen.dsl import ir
 from hypgen.dsl.types import Bool, Enum, Float, Int, Record, Type, low_of, size_of
 
@@ -54,15 +57,16 @@ def params(model: ir.Model) -> Iterator[Parameter]:
 def declarations(model: ir.Model) -> Iterator[str]:
     """Yield lines of C++ that declare the params with the model's own values, or as not set."""
     for number, param in enumerate(model.params):
-        yield from wrapped(f"declare(node, kParams[{number}], {_value(param)});")
+        yield from statements([Do(call("declare", "node", of("kParams")[number], _value(param)))])
 
 
-def _value(param: ir.Param) -> str:
+def _value(param: ir.Param) -> Expr:
     if param.default is None:
-        return "rclcpp::ParameterValue{}"
+        return braces("rclcpp::ParameterValue")
     cpp, entries = _entries(param)
-    values = f"std::vector<{cpp}>{{{', '.join(entries)}}}" if param.indices else f"{cpp}({entries[0]})"
-    return f"rclcpp::ParameterValue({values})"
+    literals = [*map(Literal, entries)]
+    values = braces(f"std::vector<{cpp}>", *literals) if param.indices else call(cpp, literals[0])
+    return call("rclcpp::ParameterValue", values)
 
 
 def _entries(param: ir.Param) -> tuple[str, list[str]]:

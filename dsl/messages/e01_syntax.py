@@ -8,6 +8,7 @@ mistakes that a parsed file can have, files in other formats, and files that are
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from hypgen.dsl.messages.diagnostic import Diagnostic, did_you_mean
 from hypgen.dsl.messages.source import Span
@@ -33,7 +34,14 @@ def pomdpx_file(span: Span) -> Diagnostic:
 
 def xml_file(span: Span) -> Diagnostic:
     """An XML file whose beginning does not say which it is."""
-    return Diagnostic(POMDPX, "this is an XML file, perhaps POMDPX", span, _IMPORT)
+    remedy = "POMDPX has the element <pomdpx>; `hypgen import FILE -o NEW.pomdp` makes a model of it"
+    return Diagnostic(POMDPX, "this is an XML file, and no model", span, remedy)
+
+
+def named_foreign_file(found: Diagnostic, path: str, cited: Span) -> Diagnostic:
+    """A file in another format that an instance or an import names; ``found`` says which format."""
+    remedy = f"write it as a model, `hypgen import {path} -o NEW.pomdp`, and name that"
+    return replace(found, remedy=remedy, notes=((cited, "it is named here"),))
 
 
 def too_deep(most: int, span: Span) -> Diagnostic:
@@ -95,8 +103,9 @@ def record_in_braces(record: str, fields: Sequence[str], span: Span) -> Diagnost
     return Diagnostic("E0146", message, span, f"write `{record}({', '.join(fields)})`, its fields in order")
 
 
-def several_indexes(family: str, span: Span) -> Diagnostic:
-    """A family with more than one index."""
+def several_indexes(family: str, indexes: Sequence[tuple[str, str]], span: Span) -> Diagnostic:
+    """A family with more than one index; ``indexes`` are their names and types."""
     message = f"the family '{family}' has one index: this is a second one"
-    remedy = f"index it by a record: record Place {{ r: Row  c: Col }}   element {family}[p in Place]"
+    fields = "  ".join(f"{name}: {t}" for name, t in indexes)
+    remedy = f"index it by a record: record Place {{ {fields} }}   element {family}[p in Place]"
     return Diagnostic("E0153", message, span, remedy)

@@ -10,6 +10,7 @@ from hypgen.dsl.messages.diagnostic import Diagnostic, did_you_mean
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.messages.words import described
 from hypgen.dsl.types import Enum, Record, Type
+from hypgen.dsl.types.builtin_names import FOREIGN_TYPES
 
 
 def unknown_name(name: str, remedy: str, span: Span) -> Diagnostic:
@@ -28,6 +29,14 @@ def behind_slashes(found: Diagnostic, span: Span) -> Diagnostic:
     if found.code not in ("E0201", "E0204") or found.span != span:
         return found
     return replace(found, remedy="a comment starts with #; // divides, and then this has to be declared")
+
+
+def unknown_in_variant(found: Diagnostic, variant: str, span: Span) -> Diagnostic:
+    """A mistake in what a variant carries, which may be a name that its author meant to introduce."""
+    if found.code != "E0201" or found.span != span or found.message.startswith("'_'"):
+        return found
+    way = f"match value {{ {variant}(name) => ..  else => .. }} names what is carried"
+    return replace(found, remedy=f"{found.remedy}; {way}")
 
 
 def duplicate(name: str, span: Span, first: Span) -> Diagnostic:
@@ -80,7 +89,8 @@ def shadows_record(name: str, span: Span) -> Diagnostic:
 
 def unknown_type(name: str, known: Iterable[str], span: Span) -> Diagnostic:
     """A type's name that nothing declares."""
-    remedy = did_you_mean(name, known) or f"declare it: type {name} = 0 .. 9"
+    own = FOREIGN_TYPES.get(name.lower())
+    remedy = f"write {own}" if own else did_you_mean(name, known) or f"declare it: type {name} = 0 .. 9"
     return Diagnostic("E0203", f"there is no type '{name}'", span, remedy)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.messages.words import counted, described, given
-from hypgen.dsl.types import Bool, Enum, Int, Type
+from hypgen.dsl.types import Bool, Enum, Int, Record, Type
 
 AT_FORM = "its form is at(array, index, .., default)"
 
@@ -120,8 +120,12 @@ def wrong_indexes(label: str, takes: int, has: int, remedy: str, span: Span) -> 
 def wrong_indexes_of_at(label: str, takes: Sequence[Type], has: int, span: Span) -> Diagnostic:
     """``at`` with another number of indexes than the array has."""
     wanted = ", ".join(map(str, takes))
-    message = f"'{label}' is indexed by [{wanted}], here by {has} of {len(takes)}"
-    return Diagnostic("E0303", message, span, AT_FORM)
+    message = f"'{label}' is indexed by [{wanted}], here given {has}"
+    remedy = AT_FORM
+    if len(takes) == 1 and isinstance(takes[0], Record):
+        names = ", ".join(name for name, _ in takes[0].fields)
+        remedy = f"write at({label}, index, default), or its fields: at({label}, {names}, default)"
+    return Diagnostic("E0303", message, span, remedy)
 
 
 def at_of_other(span: Span) -> Diagnostic:

@@ -10,13 +10,14 @@ from __future__ import annotations
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.messages.words import described
-from hypgen.dsl.types import Bool, Enum, Float, Int, Type
+from hypgen.dsl.types import Bool, Enum, Float, Int, Record, Type
 
 
 def mismatch(what: str, target: Type, found: Type, span: Span) -> Diagnostic:
     """A value of another type than the one asked for."""
     if isinstance(target, Bool) and isinstance(found, Int | Float):
         remedy = "compare it, as in x > 0"
+        remedy += "; a draw with this probability is bernoulli(..)" if isinstance(found, Float) else ""
     elif isinstance(found, Bool) and isinstance(target, Int | Float):
         remedy = "write: if .. then 1 else 0"
     else:
@@ -105,7 +106,7 @@ def array_of_arrays(span: Span) -> Diagnostic:
 
 def array_not_allowed(span: Span) -> Diagnostic:
     """An array's type where a value's is needed."""
-    remedy = "use one value; index it by a formal or a binder"
+    remedy = "give one value; what has an index is a const, a param, a variable or a function of it"
     return Diagnostic("E0304", "an array cannot stand here", span, remedy)
 
 
@@ -118,6 +119,8 @@ def not_finite(what: str, found: Type, instead: str, span: Span) -> Diagnostic:
 def not_a_number(what: str, found: Type, span: Span) -> Diagnostic:
     """An operand that must be a number."""
     remedy = "write: if .. then 1 else 0" if isinstance(found, Bool) else "use ints or floats"
+    if isinstance(found, Record):
+        remedy = f"work on its fields: {', '.join(f'.{name}' for name, _ in found.fields)}"
     return Diagnostic("E0308", f"{what} must be a number, but this is {described(found)}", span, remedy)
 
 
@@ -185,13 +188,15 @@ def integer_division_of_float(op: str, span: Span) -> Diagnostic:
 def no_ends(function: str, span: Span) -> Diagnostic:
     """``clamp`` and the like without ends where no range is asked for."""
     message = f"{function}(..) takes its ends from the range that is asked for, and here none is"
-    return Diagnostic("E0310", message, span, f"give the ends: {function}(x, low, high)")
+    remedy = f"give the ends, {function}(x, low, high), or a type: let v: T = {function}(x)"
+    return Diagnostic("E0310", message, span, remedy)
 
 
 def no_ends_of_draw(span: Span) -> Diagnostic:
     """``clamp`` of a draw without ends where no range is asked for."""
     message = "clamp(..) takes its ends from the range that is asked for, and here none is"
-    return Diagnostic("E0310", message, span, "give the ends: clamp(.., low, high)")
+    remedy = "give the ends, clamp(.., low, high), or a type: let v: T ~ clamp(..)"
+    return Diagnostic("E0310", message, span, remedy)
 
 
 def observation_compares_floats(name: str, span: Span) -> Diagnostic:

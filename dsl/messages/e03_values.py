@@ -84,10 +84,12 @@ def string_beside_others(span: Span) -> Diagnostic:
     return Diagnostic("E0311", message, span, "write all entries in strings, or none")
 
 
-def string_in_expression(span: Span) -> Diagnostic:
+def string_in_expression(text: str, span: Span) -> Diagnostic:
     """A string within an expression."""
     message = "a string is a row of a grid, and one value is asked for here"
-    remedy = "write grids of glyphs as the value of a const or param that is an array"
+    remedy = f"a variant of an enum has no quotes: {text}"
+    if not text.isidentifier():
+        remedy = "write grids of glyphs as the value of a const or param that is an array"
     return Diagnostic("E0311", message, span, remedy)
 
 

@@ -73,9 +73,16 @@ def weighed_float(what: str, route: str, span: Span, shown: Span) -> Diagnostic:
     return _follows("E0504", f"{what} follows from a hidden float or a draw: {route}", span, shown)
 
 
-def history_outside_policy(function: str, span: Span) -> Diagnostic:
-    """``belief``, ``deviation`` or ``last`` outside the policy."""
-    return Diagnostic("E0505", f"'{function}' is known to the policy only", span, _POLICY_ONLY)
+def history_outside_policy(function: str, owner: str, span: Span) -> Diagnostic:
+    """``belief``, ``deviation`` or ``last`` outside the policy; ``owner`` is the kind of the declaration."""
+    remedy = _LEGAL_BY_BELIEF if owner == "legal" else _POLICY_ONLY
+    return Diagnostic("E0505", f"'{function}' is known to the policy only", span, remedy)
+
+
+def last_action_outside_policy(action: str, span: Span) -> Diagnostic:
+    """``last(act, ..)`` outside the policy, in what an element may keep as a variable."""
+    remedy = f"let a variable keep it: before' = {action}; in the next step before is what was done"
+    return Diagnostic("E0505", "'last' is known to the policy only", span, remedy)
 
 
 def policy_outside_policy(name: str, kind: str, span: Span) -> Diagnostic:

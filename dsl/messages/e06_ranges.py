@@ -172,7 +172,10 @@ def many_values_to_unfold(span: Span) -> Diagnostic:
 def no_probability(what: str, least: float, most: float, span: Span) -> Diagnostic:
     """A number outside 0 .. 1 where a probability is asked for."""
     message = f"{what} {lies(least, most)}, which is no probability"
-    return Diagnostic("E0606", message, span, "a probability lies in 0 .. 1")
+    remedy = "a probability lies in 0 .. 1"
+    if 10 <= least == most <= 100:  # noqa: PLR2004
+        remedy += f": {most:g} % is {most / 100:g}"
+    return Diagnostic("E0606", message, span, remedy)
 
 
 _KEPT_DEFINED = {

@@ -27,9 +27,24 @@ def misplaced_draw(what: str, owner: str, span: Span) -> Diagnostic:
     remedy = _LET
     if owner == "function":
         remedy = "make it a distribution, fn name(..): type ~ .., and draw from it"
+    elif owner == "constant":
+        remedy = "give a number; a variable may be drawn at the start: hidden fixed name: T  init name ~ .."
     elif owner in _WITHOUT_DRAWS:
         remedy = "let a variable hold what is drawn, name' ~ .., and read that"
     return Diagnostic("E0702", f"{what} is a draw, and a value is needed here", span, remedy)
+
+
+def draw_for_each(span: Span) -> Diagnostic:
+    """A draw in what a quantifier or a set evaluates for each value of a type."""
+    remedy = "let an array hold what is drawn, name' ~ [i in T: ..], and read name[i]; "
+    remedy += "how many of n happen is binomial(n, p)"
+    return Diagnostic("E0702", "this draws anew for each value, and a value is needed here", span, remedy)
+
+
+def draw_of_drawn(name: str, span: Span) -> Diagnostic:
+    """A draw as the value of ``uniform(name in T: value)``."""
+    message = "the value of uniform(..) is a draw, and one draw has one number"
+    return Diagnostic("E0702", message, span, f"draw one after the other: let {name} ~ uniform(T) in ..")
 
 
 def continuous_part(owner: str, op: str, span: Span) -> Diagnostic:
@@ -43,10 +58,16 @@ def continuous_part(owner: str, op: str, span: Span) -> Diagnostic:
     return Diagnostic("E0710", message, span, _NORMAL.get(op, "") + remedy)
 
 
-def large_part(values: int, most: int, span: Span) -> Diagnostic:
-    """A draw within a draw of too many values to sum over."""
+def large_part(owner: str, values: int, most: int, span: Span) -> Diagnostic:
+    """A draw within a draw of too many values to sum over; ``owner`` is the declaration's kind."""
     message = f"this draws one of {values} values, and a draw within a draw has at most {most}"
-    return Diagnostic("E0710", message, span, "limit it, clamp(.., low, high); or name it with a 'let'")
+    remedy = "limit it: clamp(.., low, high)"
+    if owner == "init":
+        remedy += "; or let another variable draw it, init other ~ .., and read that"
+    elif owner != "observe":
+        place = "the policy" if owner.startswith("policy") else "an element"
+        remedy += f"; or name it with a 'let' in {place}"
+    return Diagnostic("E0710", message, span, remedy)
 
 
 def many_draws(most: int, span: Span) -> Diagnostic:
@@ -58,6 +79,12 @@ def many_draws(most: int, span: Span) -> Diagnostic:
 def no_weights(span: Span) -> Diagnostic:
     """A table without entries."""
     return Diagnostic("E0703", "the table has no weights", span, "write {value: probability, else other}")
+
+
+def swapped_entries(span: Span) -> Diagnostic:
+    """A table with probabilities where the values stand."""
+    message = "a value stands before its probability, and here a probability comes first"
+    return Diagnostic("E0703", message, span, "write { value: probability, .. }")
 
 
 def wrong_sum(total: float, span: Span) -> Diagnostic:
@@ -98,7 +125,7 @@ def binned_without_type(span: Span) -> Diagnostic:
 
 def uniform_of_other(span: Span) -> Diagnostic:
     """``uniform`` of what is no type."""
-    remedy = "name a finite type, uniform(T), or write uniform(low, high)"
+    remedy = "name a finite type, uniform(T), or write uniform(low, high); a few values are a table"
     return Diagnostic("E0705", "uniform(..) takes a type, or two ends", span, remedy)
 
 
@@ -115,9 +142,23 @@ def weighted_without_form(span: Span) -> Diagnostic:
 
 
 def array_for_draw(span: Span) -> Diagnostic:
-    """A list where one value is drawn."""
-    message = "an array stands where one value is drawn"
-    return Diagnostic("E0706", message, span, "give a value or draw of one entry")
+    """A list where one value is asked for."""
+    message = "an array stands where one value is asked for"
+    remedy = "give one entry; what has an index is a variable, or a function of it: fn name(i: T): bool = .."
+    return Diagnostic("E0706", message, span, remedy)
+
+
+def list_of_probabilities(values: Sequence[str], span: Span) -> Diagnostic:
+    """A list of numbers where a table of probabilities is meant; ``values`` are those of the type."""
+    entries = ", ".join(f"{value}: .." for value in values)
+    message = "a draw by probabilities is a table, not a list"
+    return Diagnostic("E0706", message, span, f"write {{ {entries} }}")
+
+
+def row_of_matrix(label: str, target: Type, span: Span) -> Diagnostic:
+    """A matrix with an index less than it has, where a value of its last index is drawn."""
+    remedy = f"draw by the row's entries: weighted(v in {target}: {label}[.., v])"
+    return Diagnostic("E0706", f"this is a row of '{label}', and one value is asked for", span, remedy)
 
 
 def draw_for_array(name: str, indices: Sequence[Type], span: Span) -> Diagnostic:
@@ -219,6 +260,12 @@ def not_cumulative(span: Span) -> Diagnostic:
         span,
         "write it as a function: fn below(x: int): prob = sum(k in 0 .. 9 where k < x: ..)",
     )
+
+
+def value_not_binned(span: Span) -> Diagnostic:
+    """``binned`` of what is no draw."""
+    message = "'binned' takes a draw, and this is a value"
+    return Diagnostic("E0709", message, span, "give it noise, normal(value, deviation); or use floor(..)")
 
 
 def not_binned(span: Span) -> Diagnostic:

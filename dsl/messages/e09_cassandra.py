@@ -31,7 +31,8 @@ def unexpected(what: str, found: str, remedy: str, span: Span) -> Diagnostic:
 
 def unknown_specification(found: str, known: Iterable[str], span: Span) -> Diagnostic:
     """A word that starts no specification."""
-    remedy = did_you_mean(found.lower(), known) or "a specification starts with T, O or R"
+    remedy = did_you_mean(found.lower(), known)
+    remedy = remedy or "a specification starts with T, O, R or a word as `discount:`, a comment with #"
     return Diagnostic("E0901", f"a specification is expected, but found '{found[:30]}'", span, remedy)
 
 

@@ -178,7 +178,8 @@ class _Builder:
         self, span: Span, name: Token, binders: tuple[ast.Binder, ...] | None, *members: Any
     ) -> ast.Element:
         if binders is not None and len(binders) > 1:
-            self.diagnostics.append(e01_syntax.several_indexes(name, binders[1].span))
+            indexes = [(b.name, b.type.name if isinstance(b.type, ast.TypeName) else "..") for b in binders]
+            self.diagnostics.append(e01_syntax.several_indexes(name, indexes, binders[1].span))
         binder = None if binders is None else binders[0]
         placed = [m.placed() if isinstance(m, _FirstLook) else m for m in members]
         return ast.Element(span, str(name), binder, _flat(placed))

@@ -20,8 +20,16 @@ CUMULATIVE = frozenset({"cdf"})
 RESERVED_CALLS = CUMULATIVE | TABLES | DRAWS | HISTORY | FUNCTIONS | QUANTIFIERS
 RESERVED_VALUES = frozenset({"gamma", "pi"})
 # What other languages call it, and how it is written here.
+FOREIGN_TYPES = {
+    **dict.fromkeys(("real", "double", "number"), "float"),
+    **dict.fromkeys(("integer", "long", "uint"), "low .. high, or int where nothing is stored"),
+    "boolean": "bool",
+    "probability": "prob",
+    **dict.fromkeys(("string", "str"), "enum Name { first, second } and the type Name"),
+}
 FOREIGN_FUNCTIONS = {
     "gaussian": "normal(mean, sd)",
+    **dict.fromkeys(("dirac", "deterministic"), "the value alone, which is drawn for certain"),
     "gauss": "normal(mean, sd)",
     "categorical": "a table, { a: 0.6, b: 0.3, else c }",
     "discrete": "a table, { a: 0.6, b: 0.3, else c }",

@@ -71,8 +71,6 @@ def test_several_threads_share_a_tree_within_a_time_limit(solver: Path) -> None:
     ("options", "says"),
     [
         (["--mode", "pomcp"], "--observations: mode pomcp follows single observations"),
-        (["--mode", "hyp"], "--observations: trees are weighted on the CPU alone"),
-        (["--mode", "despot", "--require-gpu"], "--observations: trees are weighted on the CPU alone"),
         (["--observations", "some"], "exact or weighted"),
     ],
 )

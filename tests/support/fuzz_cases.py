@@ -22,6 +22,7 @@ from hypgen.dsl.messages.diagnostic import ModelError
 from hypgen.dsl.messages.render import render_all
 from hypgen.dsl.syntax.parse import _load_lark
 from support.paths import ROOT
+from support.random_models.generator import model
 
 FOLDERS = ("examples", "tests/unit/dsl/interpret/findings", "tests/differential/models")
 SECONDS, MEGABYTES = 1.0, 256
@@ -142,7 +143,8 @@ def corpus() -> tuple[str, ...]:
 
 
 def _mutated(rng: random.Random) -> str:
-    text = rng.choice(corpus())
+    # A random model has every form of the language; it takes as long as ten files of the corpus.
+    text = rng.choice(corpus()) if rng.randrange(20) else str(model(rng.getrandbits(32)))
     for _ in range(rng.choice((1, 1, 2, 4))):
         text = rng.choice(_MUTATIONS)(rng, text)
     return text

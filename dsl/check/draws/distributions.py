@@ -18,13 +18,13 @@ from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.let_bindings import let_dist
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.type_expressions import require_finite
-from hypgen.dsl.check.terms import matching
+from hypgen.dsl.check.terms import matching, references
 from hypgen.dsl.ir import masses, operators
 from hypgen.dsl.ir.nodes import placed
 from hypgen.dsl.messages import e03_calls, e03_types, e07_draws
 from hypgen.dsl.messages.report import Mistake, gather, unreachable
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.types import BOOL, PROB, Int, Type, builtin_names
+from hypgen.dsl.types import BOOL, PROB, Enum, Int, Type, builtin_names
 
 _SUM_TOLERANCE = 1e-6
 # Reads whose range is declared, not found by analysis.
@@ -60,6 +60,13 @@ def check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.Di
 
 
 def _check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.Dist:
+    if (
+        isinstance(node, ast.ArrayLiteral)
+        and isinstance(target, Enum)
+        and len(node.items) == len(target.variants)
+        and all(isinstance(i, ast.Literal) for i in node.items)
+    ):
+        raise Mistake(e07_draws.list_of_probabilities([v.name for v in target.variants], node.span))
     if isinstance(node, ast.Comprehension | ast.ArrayLiteral):
         raise Mistake(e07_draws.array_for_draw(node.span))
     if target is None and not is_draw(node, scope):
@@ -110,7 +117,17 @@ def _check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.D
             return set_draws.weighted(node, scope, target, what)
     if target is None:
         raise AssertionError(node)  # is_draw told it for a draw
+    _refuse_row(node, scope, target)
     return ir.Certain(target, check_as(node, scope, target, what))
+
+
+def _refuse_row(node: ast.Expr, scope: Scope, target: Type) -> None:
+    """Raise if a row of a matrix stands for a draw by its entries."""
+    reference = references.find(node.operand, scope) if isinstance(node, ast.Index) else None
+    if isinstance(node, ast.Index) and reference is not None:
+        types = reference.indices
+        if len(types) == len(node.indices) + 1 and types[-1] == target:
+            raise Mistake(e07_draws.row_of_matrix(reference.label, target, node.span))
 
 
 def _takes_values(name: str, arguments: tuple[ast.Expr, ...], scope: Scope) -> bool:
@@ -199,6 +216,9 @@ def _table(node: ast.TableLiteral, scope: Scope, target: Type | None, what: str)
     values = [n for n, _ in node.entries] + ([] if node.rest is None else [node.rest])
     if not node.entries:
         raise Mistake(e07_draws.no_weights(node.span))
+    first = node.entries[0][0]
+    if isinstance(first, ast.Literal) and isinstance(first.value, float) and isinstance(target, Int | Enum):
+        raise Mistake(e07_draws.swapped_entries(first.span))
     if any(is_draw(n, scope) for n in values):
         weights = _weights(node, scope)
         return nested_draws.mixture(node, weights, _complements(weights), scope, target, what)

@@ -200,4 +200,6 @@ def binned(node: ast.Call, scope: Scope, target: Type | None, what: str) -> ir.D
 def _binned(target: Int, low: ir.Expr, high: ir.Expr, span: Span, dist: ir.Dist) -> ir.Dist:
     if isinstance(dist, ir.Continuous) and not isinstance(dist, ir.Clamped):
         return ir.Binned(target, dist, low, high)
+    if isinstance(dist, ir.Certain):
+        raise Mistake(e07_draws.value_not_binned(span))
     raise Mistake(e07_draws.not_binned(span))

@@ -96,10 +96,9 @@ def _law(node: ast.Expr, scope: Scope, wanted: Type | None, what: str, op: str =
     if isinstance(law, ir.Certain):
         return law
     if isinstance(law.type, Float):
-        owner = "" if scope.owner is None else scope.owner.kind
-        raise Mistake(e07_draws.continuous_part(owner, op if is_normal(node) else "", node.span))
+        raise Mistake(e07_draws.continuous_part(scope.kind, op if is_normal(node) else "", node.span))
     if not is_finite(law.type) or size_of(law.type) > _MOST_VALUES:
-        raise Mistake(e07_draws.large_part(size_of(law.type), _MOST_VALUES, node.span))
+        raise Mistake(e07_draws.large_part(scope.kind, size_of(law.type), _MOST_VALUES, node.span))
     return law
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.draws.fit_distribution import fitted, require_range, uniform_over
+from hypgen.dsl.check.scope.draw_syntax import is_draw, refuse_draw_for_each
 from hypgen.dsl.check.scope.fit_type import check_as, fit
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.type_expressions import require_finite
@@ -36,6 +37,7 @@ def uniform_type(node: ast.Call, scope: Scope, target: Type | None, what: str) -
 def _condition(node: ast.Quantified, scope: Scope) -> ir.Expr | None:
     if node.where is None:
         return None
+    refuse_draw_for_each(node.where, scope)
     condition = check_as(node.where, scope, BOOL, "the condition after 'where'")
     if operators.is_false(condition) and node.otherwise is None:
         raise Mistake(e06_ranges.empty_set(node.span))
@@ -53,6 +55,8 @@ def uniform_set(node: ast.Quantified, scope: Scope, target: Type | None, what: s
         if len(binders) != 1:
             raise Mistake(e07_draws.uniform_without_value(node.span))
         body = ast.Name(node.binders[0].span, binders[0].name)
+    if is_draw(body, inner):
+        raise Mistake(e07_draws.draw_of_drawn(node.binders[0].name, body.span))
     value = inner.check(body, target)
     if target is not None:
         value = fit(value, target, body.span, what)
@@ -71,6 +75,7 @@ def weighted(node: ast.Quantified, scope: Scope, target: Type | None, what: str)
     inner = bind_all(node.binders, binders, scope)
     condition = _condition(node, inner)
     inner = inner if condition is None else inner.given(condition)
+    refuse_draw_for_each(node.body, inner)
     weight = placed(check_as(node.body, inner, FLOAT, "a weight"), node.body.span)
     low, high = operators.ends(weight.type)
     if high < 0:

@@ -31,7 +31,7 @@ def belief(node: ast.Call, scope: Scope) -> ir.Expr:
         given = len(node.arguments)
         raise Mistake(e03_calls.wrong_arguments_of_belief(node.name, given, _form(node.name), node.span))
     if not scope.history:
-        raise Mistake(e05_reads.history_outside_policy(node.name, node.span))
+        raise Mistake(e05_reads.history_outside_policy(node.name, scope.kind, node.span))
     if scope.primed:
         raise Mistake(e04_variables.next_belief(node.name, node.span))
     number = len(scope.program.beliefs)

@@ -157,7 +157,12 @@ def variant_with_argument(node: ast.Call, scope: Scope, expected: Type | None) -
 
 def _variant(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     enum, type_ = variant_with_argument(node, scope, expected)
-    argument = check_as(node.arguments[0], scope, type_, f"the argument of '{node.name}'")
+    try:
+        argument = check_as(node.arguments[0], scope, type_, f"the argument of '{node.name}'")
+    except Mistake as error:
+        span = node.arguments[0].span
+        found = [e02_names.unknown_in_variant(d, node.name, span) for d in error.diagnostics]
+        raise Mistake(*found) from None
     return operators.make_variant(enum, node.name, argument)
 
 

@@ -43,7 +43,7 @@ def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:
     match node:
         case ast.Literal(span, value, exact):
             if isinstance(value, str):
-                raise Mistake(e03_values.string_in_expression(span))
+                raise Mistake(e03_values.string_in_expression(value, span))
             if math.isinf(intervals.float32(value)):
                 raise Mistake(e06_ranges.beyond_float32(value, span))
             return operators.literal(value, exact)

@@ -38,7 +38,10 @@ def last(node: ast.Call, scope: Scope) -> ir.Expr:
     if len(node.arguments) != 2:
         raise Mistake(e03_calls.wrong_arguments_of_last(len(node.arguments), _FORM, node.span))
     if not scope.history:
-        raise Mistake(e05_reads.history_outside_policy("last", node.span))
+        done = node.arguments[0]
+        if isinstance(done, ast.Name) and done.name in scope.program.symbols.actions:
+            raise Mistake(e05_reads.last_action_outside_policy(done.name, node.span))
+        raise Mistake(e05_reads.history_outside_policy("last", scope.kind, node.span))
     if scope.primed:
         raise Mistake(e04_variables.next_last(node.span))
     what, first = node.arguments

@@ -190,7 +190,7 @@ class _Flattener:
                 return replace(e, name=_joined(name, path))
             case ast.Member(_, operand, name):
                 if self.shapes.element_of(operand, name) is not None:
-                    return replace(e, operand=self.scalar(operand, names), name=_joined(name, path))
+                    return replace(e, operand=self._element(operand, names), name=_joined(name, path))
                 outer = self.shapes.of(operand, names)
                 assert outer is not None, "a member that is a record belongs to one"
                 return self.leaf(operand, outer, (name, *path), names)
@@ -321,6 +321,8 @@ class _Flattener:
             leaves = [".".join(path) for path, _ in self.shapes.leaves(shape.record)]
             raise Mistake(e03_values.record_for_value(_described(shape), leaves, e.span))
         match e:
+            case ast.Member(_, operand, name) if self.shapes.element_of(operand, name) is not None:
+                return replace(e, operand=self._element(operand, names))
             case ast.Member(_, operand, name) if (outer := self.shapes.of(operand, names)) is not None:
                 part = None if outer.array else self.shapes.field(outer.record, name)
                 if part is None:
@@ -338,6 +340,12 @@ class _Flattener:
                 inner = [replace(a, body=self.scalar(a.body, self._arm(a, names))) for a in arms]
                 return replace(e, scrutinee=self.scalar(scrutinee, names), arms=tuple(inner))
         return map_expressions(e, lambda part: self.scalar(part, names))
+
+    def _element(self, e: ast.Expr, names: Names) -> ast.Expr:
+        """Return an element or a member of it with its index rewritten; a record may have its name."""
+        if not isinstance(e, ast.Index):
+            return e
+        return replace(e, indices=tuple(self.scalar(i, names) for i in e.indices))
 
     def _takes_records(self, name: str) -> bool:
         item = self.shapes.function(name)

@@ -68,8 +68,14 @@ def named_draw(name: str, scope: Scope) -> ast.Function | None:
 
 def misplaced(what: str, node: ast.Expr, scope: Scope) -> Mistake:
     """Return the mistake of a draw where a value is needed."""
-    owner = "" if scope.owner is None else scope.owner.kind
+    owner = "constant" if scope.constant else scope.kind
     return Mistake(e07_draws.misplaced_draw(what, owner, node.span))
+
+
+def refuse_draw_for_each(node: ast.Expr | None, scope: Scope) -> None:
+    """Raise if what is evaluated for each value of a type is a draw."""
+    if node is not None and is_draw(node, scope):
+        raise Mistake(e07_draws.draw_for_each(node.span))
 
 
 def fields_of_record(node: ast.Expr, name: str, fields: Sequence[str]) -> Mistake | None:

@@ -176,6 +176,11 @@ class Scope:
     open_ints: bool = False
     unrolling: tuple[Falling, ...] = ()
 
+    @property
+    def kind(self) -> str:
+        """Return what kind of declaration this is in, for messages; nothing if reads do not count."""
+        return "" if self.owner is None else self.owner.kind
+
     def check(self, node: ast.Expr, expected: Type | None = None) -> ir.Expr:
         """Return ``node`` as a typed expression; ``expected`` helps to resolve names but is not enforced."""
         return self.program.check(node, self, expected)

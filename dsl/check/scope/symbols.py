@@ -40,6 +40,9 @@ def kind_of(item: ast.Item) -> str:
     return _KINDS.get(type(item), "a declaration")
 
 
+_CLOCKS = ("t", "time", "step", "now")  # what authors call the number of steps so far
+
+
 @dataclass
 class Symbols:
     """All declared names, in spaces that the grammar tells apart, so that one name may stand in several.
@@ -136,6 +139,9 @@ class Symbols:
             return close
         if isinstance(expected, Enum):
             return f"'{expected.name}' has {', '.join(v.name for v in expected.variants)}"
+        if name in _CLOCKS:
+            count = f"visible {name}: 0 .. 99  init {name} = 0  {name}' = clamp({name} + 1)"
+            return f"count steps in an element: {count}"
         return "declare it as a const, a param, a let or a variable"
 
 

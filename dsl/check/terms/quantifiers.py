@@ -10,7 +10,7 @@ from itertools import product
 from math import prod
 
 from hypgen.dsl import ir
-from hypgen.dsl.check.scope.draw_syntax import misplaced
+from hypgen.dsl.check.scope.draw_syntax import misplaced, refuse_draw_for_each
 from hypgen.dsl.check.scope.fit_type import check_as, fit
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.type_expressions import require_finite
@@ -33,6 +33,8 @@ def check(node: ast.Quantified, scope: Scope, expected: Type | None) -> ir.Expr:
     if scope.constant:
         return _unfold(node, binders, scope, expected)
     inner = bind_all(node.binders, binders, scope)
+    refuse_draw_for_each(node.where, inner)
+    refuse_draw_for_each(node.body, inner)
     condition = (
         None if node.where is None else check_as(node.where, inner, BOOL, "the condition after 'where'")
     )

@@ -50,13 +50,28 @@ def check(node: ast.Name | ast.Member | ast.Index, scope: Scope, expected: Type 
     return _member(node, scope)
 
 
+def _other_indexes(reference: Reference, nodes: tuple[ast.Expr, ...], scope: Scope) -> str:
+    """Return what to write where the number of indexes is wrong: a record or its fields may be meant."""
+    types = reference.indices
+    if not types:
+        return _alone(reference.label, scope)
+    if len(types) == 1 and isinstance(types[0], Record) and len(types[0].fields) == len(nodes):
+        fields = ", ".join(name for name, _ in types[0].fields)
+        return f"write {reference.label}[{types[0]}({fields})]"
+    remedy = f"it is indexed by [{', '.join(map(str, types))}]"
+    if not nodes:
+        return f"{remedy}: say which entry, {reference.label}[..]" + "'" * scope.primed
+    given = scope.check(nodes[0]).type if len(nodes) == 1 else None
+    if isinstance(given, Record) and len(given.fields) == len(types):
+        fields = ", ".join(f"p.{name}" for name, _ in given.fields)
+        remedy += f": write {reference.label}[{fields}] of a {given} p, or declare it over [{given}]"
+    return remedy
+
+
 def entry(reference: Reference, nodes: tuple[ast.Expr, ...], span: Span, scope: Scope) -> ir.Expr:
     """Return the read of ``reference`` at the indexes that ``nodes`` write."""
     if len(nodes) != len(reference.indices):
-        wanted = ", ".join(map(str, reference.indices))
-        remedy = f"it is indexed by [{wanted}]" if wanted else _alone(reference.label, scope)
-        if not nodes and scope.primed:
-            remedy += f"; the prime stands behind the index: {reference.label}[..]'"
+        remedy = _other_indexes(reference, nodes, scope)
         raise Mistake(
             e03_calls.wrong_indexes(reference.label, len(reference.indices), len(nodes), remedy, span)
         )

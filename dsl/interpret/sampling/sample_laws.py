@@ -26,6 +26,7 @@ _FALSE_ALARM = 1e-6  # of a whole run on a correct model
 _STEPS, _REPEATS, _ENTRIES = 16, 2000, 16
 _BINS, _LEAST_EXPECTED = 32, 25.0
 _PARTS = 16  # of what a continuous law draws
+_FLOATS = 64  # so many in an interval at least, else its width is not that of the law
 
 _STATES, _FIRST_ACTIONS, _EPISODES, _CONFIRMING = 16, 3, 128, 4096
 _SIGMAS = 6.0
@@ -146,20 +147,26 @@ class _Cells:
         values = found[np.argsort(-counts, kind="stable")][:_BINS]
         if not floats:
             return _Cells(values, np.ones((visits, len(values)), np.bool_), np.zeros((visits, 0)))
-        values = found[counts > _LEAST_EXPECTED]
         rows = pilot.reshape(visits, -1)
-        held = np.stack([(rows == v).sum(axis=1) > 1 for v in values], axis=1) if len(values) else values
-        ends = np.zeros((visits, _PARTS + 1))
-        for row, drawn in zip(ends, pilot.reshape(visits, -1).astype(np.float64), strict=True):
-            spread = drawn[~np.isin(drawn, values) & np.isfinite(drawn)]
+        values, held = _points(rows, found[counts > _LEAST_EXPECTED])
+        cells = _Cells(values, held, np.zeros((visits, _PARTS + 1)))
+        for ends, row, own in zip(cells.ends, rows.astype(np.float64), cells._spread(rows), strict=True):
+            spread = row[own & np.isfinite(row)]
             if len(spread) > _PARTS * _LEAST_EXPECTED:
-                row[:] = np.quantile(spread, np.linspace(0, 1, _PARTS + 1))
-        return _Cells(values, held.reshape(visits, len(values)).astype(np.bool_), ends)
+                ends[:] = np.quantile(spread, np.linspace(0, 1, _PARTS + 1))
+        return cells
+
+    def _spread(self, drawn: Array) -> Array:
+        """Return which draws of each visit are at no value that has a probability there."""
+        own = np.ones(drawn.shape, np.bool_)
+        for v, held in zip(self.values, self.held.T, strict=True):
+            own &= (drawn != v) | ~held[:, None]
+        return own
 
     def counted(self, drawn: Array) -> Array:
         """Return how many of each visit's draws are in each cell."""
         inside = [(drawn == v).sum(axis=1) * held for v, held in zip(self.values, self.held.T, strict=True)]
-        own = ~np.isin(drawn, self.values)
+        own = self._spread(drawn)
         for low, high in itertools.pairwise(self.ends.T):
             inside.append((own & (drawn > low[:, None]) & (drawn < high[:, None])).sum(axis=1))
         return np.stack(inside, axis=1)
@@ -176,7 +183,9 @@ class _Cells:
         ]
         variances = [np.zeros(len(c)) for c in counts]
         for low, high in itertools.pairwise(self.ends.T):
-            width = np.where(high - low > 64 * np.spacing(np.abs(high).astype(np.float32)), high - low, 0.0)
+            width = np.where(
+                high - low > _FLOATS * np.spacing(np.abs(high).astype(np.float32)), high - low, 0.0
+            )
             places = low[:, None] + width[:, None] * ((np.arange(lanes) + 0.5) / lanes)
             found = density(places.astype(np.float32).reshape(-1))
             counts.append(width * found.sum(axis=1))
@@ -189,6 +198,26 @@ class _Cells:
             return text(self.values[cell].item())
         low, high = self.ends[visit, cell - len(self.values) :][:2]
         return f"a value from {low:.6g} to {high:.6g}"
+
+
+def _points(rows: Array, repeated: Array) -> tuple[Array, Array]:
+    """Return which of the values that ``repeated`` lists have a probability in some visit, and in which.
+
+    Far from 0 few floats lie where a law draws, so that draws of a continuum repeat as well. A value has a
+    probability where it is far more frequent than the floats around it.
+    """
+    finite = np.where(np.isfinite(rows), rows, 0)
+    width = finite.max(axis=1) - finite.min(axis=1)
+    # A visit with one value shows no scale: its law may be narrower than the floats are apart.
+    coarse = width < _FLOATS * _PARTS * np.spacing(np.abs(finite).max(axis=1))
+    columns = []
+    for v in repeated:
+        count = (rows == v).sum(axis=1)
+        near = (np.abs(finite - v) <= _FLOATS / 2 * np.spacing(np.abs(v))).sum(axis=1) - count
+        columns.append((count > 1) & (count > 4 + 4 * near / _FLOATS) & ~coarse)
+    held = np.stack(columns, axis=1) if columns else np.zeros((len(rows), 0), np.bool_)
+    some = held.any(axis=0)
+    return repeated[some], held[:, some]
 
 
 def _rejected(

@@ -17,7 +17,10 @@ _OPERAND_STARTS = ("NAME", "INT", "FLOAT", "LPAR", "IF", "MATCH", "TRUE", "FALSE
 
 
 def _foreign_binder(s: Situation) -> Diagnostic | None:
-    """Know `sum(T i: e)`, `sum(i: T: e)`, `sum(T: e)`, `sum(int i = 0 ..)` and `sum(i = 0 ..)`."""
+    """Know `sum(T i: e)`, `sum(T where c)`, `sum(i: T: e)`, `sum(T: e)`, `sum(int i = 0 ..)`.
+
+    Know `sum(i = 0 ..)`, too.
+    """
     opened = s.open_bracket
     if opened is None:
         return None
@@ -32,6 +35,8 @@ def _foreign_binder(s: Situation) -> Diagnostic | None:
         written = None if named is None or s.token.type not in _TYPE_WORDS else f"{named[1]} in Type"
     elif s.token.type == "NAME" and re.match(r"\w+\s*(:|where\b)", s.rest):
         written = f"{s.token} in {inside[0]}"
+    elif s.token.type == "WHERE":
+        written = f"i in {inside[0]} where condition of i"
     elif s.token.type == "EQUAL" and ".." in s.rest.split("\n")[0]:
         written = f"{inside[0]} in low .. high"
     elif s.token.type == "COLON" and "IN" in s.accepts:

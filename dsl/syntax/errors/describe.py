@@ -29,6 +29,7 @@ _FORMS = {
     "VISIBLE": "visible name: type",
     "HIDDEN": "hidden name: type",
     "INIT": "init name = value` or `init name ~ distribution",
+    "LET": "let name: type = value` or `let name: type ~ distribution",
     "OBSERVE": "observe name: type ~ distribution",
     "REWARD": "reward name = expression",
     "INVARIANT": "invariant condition",
@@ -42,6 +43,7 @@ _FORMS = {
     "LEGAL": "legal when condition",
     "SUCCESS": "success when condition",
     "MATCH": "match value { first => expression  else => expression }",
+    "WITH": "value with { field = new }",
     "IF": "if condition then expression else expression",
 }
 _WORDS = {

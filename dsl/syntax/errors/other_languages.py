@@ -18,15 +18,21 @@ _FOREIGN_ITEMS = {
     **dict.fromkeys(("def", "func", "function", "fun"), _FN),
     **dict.fromkeys(("struct", "class"), "write `record Name { x: type }`, or an element for state"),
     **dict.fromkeys(("actions", "action_space"), "write `enum Act { .. }` and `action act: Act`"),
+    **dict.fromkeys(
+        ("states", "variables"), "write `element name { hidden x: type }`, its `init` and update"
+    ),
+    **dict.fromkeys(("transition", "transitions", "dynamics"), "write `x' = ..` in the element that owns x"),
+    **dict.fromkeys(("start", "initial"), "write `init x = ..` in the element that owns x"),
+    **dict.fromkeys(("observations", "sensor"), "write `observe name: type ~ distribution`"),
     "gamma": "write `discount 0.95`; gamma is its value in expressions",
-    **dict.fromkeys(("var", "state"), "write `element name { visible x: type }`, with its `init` and update"),
+    **dict.fromkeys(("var", "state"), "write `element name { visible x: type }`, its `init` and update"),
     "using": 'write `type Name = 0 .. 9`, or `import "file.pomdp"`',
     "from": 'write `import "file.pomdp"`',
 }
 
 
 def _type_before_name(s: Situation) -> Diagnostic | None:
-    """Know `visible int x`, `const float x = 1`, `fn f(Pos p)`, and the variant `move: Dir`."""
+    """Know `visible int x`, `const float x = 1`, `let Cell x`, `fn f(Pos p)`, and the variant `move: Dir`."""
     previous = s.previous()
     if previous is None:
         return None
@@ -43,7 +49,9 @@ def _type_before_name(s: Situation) -> Diagnostic | None:
         type_, name, at_span = named[1], named[2], s.span()
     elif s.token.type == "NAME" and previous.type == "NAME" and not s.on_new_line and "COLON" in s.accepts:
         before = s.previous(2)
-        if before is None or before.type not in _DECLARES or not s.accepts <= {"COLON", "COMMA"}:
+        let = s.follows("LET", "NAME")
+        declares = before is not None and before.type in _DECLARES and s.accepts <= {"COLON", "COMMA"}
+        if not (let or declares):
             return None
         type_, name, at_span = str(previous), str(s.token), s.span(previous).to(s.span())
     else:

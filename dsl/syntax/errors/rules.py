@@ -18,6 +18,7 @@ from hypgen.dsl.syntax.errors.brackets import BRACKET_MISTAKES
 from hypgen.dsl.syntax.errors.comments import foreign_comment
 from hypgen.dsl.syntax.errors.other_languages import FOREIGN_MISTAKES
 from hypgen.dsl.syntax.errors.situation import CLOSERS, END, SIGNS, UNKNOWN, Situation, shown
+from hypgen.dsl.syntax.errors.small_forms import SMALL_FORM_MISTAKES
 from hypgen.dsl.syntax.errors.targets import TARGET_MISTAKES
 
 _COMPARISONS = ("EQ", "NE", "LE", "GE", "LT", "GT")
@@ -43,6 +44,12 @@ _ANY_ITEM = (*_MODEL_ONLY, *_ELEMENT_ONLY, "REWARD", "OBSERVE", "INVARIANT")
 _ELEMENT_ITEM = (*_ELEMENT_ONLY, "REWARD", "OBSERVE", "INVARIANT")
 _IF_NEEDS = {"IF": "THEN", "THEN": "ELSE"}
 _SIGNS = {"&": "and", "|": "or", "!": "not", "^": "**"}
+_OPERATOR_WORDS = {
+    "xor": "write `(a) != (b)`",
+    "implies": "write `not a or b`",
+    "mod": "write `%`",
+    "div": "write `//`",
+}
 _ASSIGNMENTS = (":=", "<-", "+=", "-=", "*=", "/=")
 _LOOKALIKES = {
     "≤": "<=", "≥": ">=", "≠": "!=", "∧": "and", "∨": "or", "¬": "not", "×": "*", "−": "-", "–": "-",
@@ -57,6 +64,12 @@ def _foreign_operator(s: Situation) -> Diagnostic | None:
     written = sign * 2 if s.rest.startswith(sign * 2) and sign in "&|" else sign
     remedy = f"write `{_SIGNS[sign]}` in its place"
     return Diagnostic("E0106", f"'{written}' is not an operator here", s.span(length=len(written)), remedy)
+
+
+def _word_operator(s: Situation) -> Diagnostic | None:
+    if s.token.type != "NAME" or s.token not in _OPERATOR_WORDS or "NAME" in s.accepts:
+        return None
+    return Diagnostic("E0106", f"'{s.token}' is not an operator", s.span(), _OPERATOR_WORDS[s.token])
 
 
 def _semicolon(s: Situation) -> Diagnostic | None:
@@ -94,9 +107,10 @@ def _elif(s: Situation) -> Diagnostic | None:
 
 
 def _loop(s: Situation) -> Diagnostic | None:
-    word = s.previous() if s.previous() in ("for", "while") else s.token
-    if word not in ("for", "while") or s.token.type != "NAME":
+    words = [t for t in (s.previous(2), s.previous(), s.token) if t in ("for", "while")]
+    if not words or (s.token.type != "NAME" and words[-1] is not s.previous(2)):
         return None
+    word = words[-1]
     remedy = "write `sum(i in Type: e)` for one number, or `[i in Type: e]` for an array"
     return Diagnostic("E0142", f"there is no '{word}': nothing is done in a loop", s.span(word), remedy)
 
@@ -309,7 +323,8 @@ def _missing_keyword(s: Situation) -> Diagnostic | None:
     name = s.previous()
     if s.accepts == {"QUOTE"} and name is not None:
         owner = next((t.type for t in reversed(s.before) if t.type in ("POLICY", "ELEMENT")), "")
-        if owner == "POLICY" and name in ("return", "action"):
+        is_action = re.search(rf"\baction\s+{name}\b", s.source.text) is not None
+        if owner == "POLICY" and (name in ("return", "action") or is_action):
             remedy = "write `choose = action`"
             return Diagnostic("E0123", "what a policy does is said by 'choose'", s.span(name), remedy)
         if owner == "POLICY" and s.token.type in ("EQUAL", "TILDE"):
@@ -412,6 +427,7 @@ MISTAKES: tuple[Mistake, ...] = (
     foreign_comment,
     _file_start,
     _foreign_operator,
+    _word_operator,
     _semicolon,
     _assignment_sign,
     _elif,
@@ -421,6 +437,7 @@ MISTAKES: tuple[Mistake, ...] = (
     _unknown_character,
     _number_form,
     _unit_of_number,
+    *SMALL_FORM_MISTAKES,
     *FOREIGN_MISTAKES,
     *BRACKET_MISTAKES,
     _misspelt_keyword,

@@ -25,9 +25,11 @@ def _foreign_target(s: Situation) -> Diagnostic | None:
     fields = None if record is None else names_of(s, record[1])
     left = f"init {name}" if init else f"{name}'"
     if record is not None and fields is not None:
-        kept = [".." if init or field == parts[1] else f"{name}.{field}" for field in fields.split(", ")]
         message = f"the record '{name}' is defined as a whole, not field by field"
-        remedy = f"write `{left} = {record[1]}({', '.join(kept)})`, its fields in order"
+        remedy = f"write `{left} = {name} with {{ {parts[1]} = .. }}`, which keeps its other fields"
+        if init:
+            values = ", ".join(".." for _ in fields.split(", "))
+            remedy = f"write `{left} = {record[1]}({values})`, its fields in order"
         return Diagnostic("E0143", message, s.span(name), remedy)
     written = f"init {parts[1]}" if init else f"{parts[1]}'"
     message = f"only the element that declares '{parts[1]}' defines it, and names it alone"

@@ -102,11 +102,8 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
     return false;
   }
   const bool weighs = planner.observations == Observations::kWeighted;
-  if (weighs && (planner.mode == Mode::kPomcp || wants_device(options))) {
-    error = planner.mode == Mode::kPomcp
-                ? "--observations: mode pomcp follows single observations"
-                : "--observations: trees are weighted on the CPU alone; give --device cpu, "
-                  "or --mode despot or parallel";
+  if (weighs && planner.mode == Mode::kPomcp) {
+    error = "--observations: mode pomcp follows single observations";
     return false;
   }
   if (planner.mode == Mode::kPomcp && planner.pruning > 0.0) {
@@ -197,8 +194,7 @@ std::vector<Option> option_table(SolverOptions& options) {
       integer("--depth", "D", "depth limit of a search (90)", 1, 10000, planner.depth),
       {"--observations", "WAY",
        "how a tree branches on what is seen: exact (scenarios that see the same stay together) or weighted "
-       "(a few "
-       "observations share all scenarios, by how likely they are; for many observations, on the CPU) (exact)",
+       "(a few observations share all scenarios, by how likely they are; for many observations) (exact)",
        "exact or weighted",
        [&](const std::string& text) { return read_observations(text, planner.observations); }},
       number("--xi", "RATIO", "gap that a trial aims at, relative to the root's (0.95)", 0.0, 1.0,

@@ -188,11 +188,14 @@ class Checks {
     }
     bool equal = true;
     for (const DeviceInfo& device : devices) {
-      for (const std::size_t in_flight : {1, 16}) equal = check_search(device.index, in_flight) && equal;
+      for (const std::size_t in_flight : {1, 16})
+        equal = check_search(device.index, in_flight, Observations::kExact) && equal;
+      equal = check_search(device.index, 16, Observations::kWeighted) && equal;
       for (const int warps : device_warps()) {
         equal = check_device(device.index, warps) && equal;
-        equal = check_leaves(device.index, warps) && equal;
+        equal = check_leaves(device.index, warps, false) && equal;
       }
+      equal = check_leaves(device.index, 0, true) && equal;
     }
     return equal;
   }
@@ -214,11 +217,13 @@ class Checks {
 
   // Leaves expanded on a GPU against those expanded on the host: small and large ones, with and without the
   // horizon in sight.
-  bool check_leaves(int device, int warps) {
-    Outcome outcome = outcome_of("leaves " + std::to_string(device), counted_warps(warps));
+  bool check_leaves(int device, int warps, bool weighted) {
+    const std::string variant = weighted ? "weighted" : counted_warps(warps);
+    Outcome outcome = outcome_of("leaves " + std::to_string(device), variant);
     for (const std::size_t scenarios : {7, 32, 150}) {
       const bool ends = scenarios == 32;
-      const LeafComparison found = compare_leaves_on(device, warps, scenarios, ends, outcome.remark);
+      const LeafComparison found =
+          compare_leaves_on(device, warps, weighted, scenarios, ends, outcome.remark);
       if (!outcome.remark.empty()) break;
       outcome.steps += found.rows;
       if (found.difference.empty()) continue;
@@ -229,7 +234,7 @@ class Checks {
     return outcome.equal();
   }
 
-  LeafComparison compare_leaves_on(int device, int warps, std::size_t scenarios, bool ends,
+  LeafComparison compare_leaves_on(int device, int warps, bool weighted, std::size_t scenarios, bool ends,
                                    std::string& error) const {
     constexpr int kDepth = 20, kHorizon = 6;
     constexpr std::size_t kThreads = 5;  // no divisor of a batch: their shares differ
@@ -240,6 +245,7 @@ class Checks {
     options.max_depth = kDepth;
     options.in_flight = kMostInFlight;
     options.warps = warps;
+    options.may_weigh = weighted;
     options.device_memory_bytes = kDeviceBytes;
     const auto reference = instance_.make_evaluator(options);
     options.threads = kThreads;
@@ -260,15 +266,19 @@ class Checks {
     setup.key = key;
     setup.depth_limit = ends ? kHorizon : kDepth;
     setup.at_horizon = ends;
+    setup.weighted = weighted;
     return compare_leaves(*reference, *other, root, setup, std::clamp<std::size_t>(steps / a_leaf, 3, 500),
                           options_.seed);
   }
 
   // Searches of the first steps of an episode with leaves from a GPU against the same with leaves from the
   // host: the trees have to be equal, bit for bit.
-  bool check_search(int device, std::size_t in_flight) {
-    Outcome outcome = outcome_of("search " + std::to_string(device), std::to_string(in_flight) + " at once");
-    const PlannerOptions planning = search_options(in_flight);
+  bool check_search(int device, std::size_t in_flight, Observations observations) {
+    const bool weighted = observations == Observations::kWeighted;
+    const std::string variant = weighted ? "weighted" : std::to_string(in_flight) + " at once";
+    Outcome outcome = outcome_of("search " + std::to_string(device), variant);
+    PlannerOptions planning = search_options(in_flight);
+    planning.observations = observations;
     const EvaluatorOptions options = evaluator_options(planning, model_);
     auto evaluator = model_.device->make_evaluator(instance_.params(), options, device, outcome.remark);
     if (evaluator) {

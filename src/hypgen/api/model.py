@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hypgen.api import programs
+from hypgen.api import html, programs
 from hypgen.api.programs import Progress
 from hypgen.api.solver import Solver
 from hypgen.dsl import load as driver
@@ -38,6 +38,18 @@ class Model:
     def warnings(self) -> tuple[Diagnostic, ...]:
         """What is allowed in the model and yet doubtful."""
         return self.loaded.warnings
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the model's parts and its warnings."""
+        model = self.loaded.model
+        rows: list[tuple[str, object]] = [
+            ("action", f"{model.action.name}: {model.action.type}, {model.action.count} in all"),
+            *(("visible" if v.visible else "hidden", f"{v.name}: {v.type}") for v in model.variables),
+            *(("observed", f"{o.name}: {o.type}") for o in model.observations),
+            ("discount", f"{model.discount:g}"),
+            *((f"warning {warning.code}", warning.message) for warning in self.warnings),
+        ]
+        return html.table(f"model {self.name}", rows)
 
     def compile(self, *, target: str = "auto", progress: Progress | None = None) -> Solver:
         """Return the model's solver, compiled unless the cache has it.

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from hypgen.api import html
 from hypgen.api.arguments import encoded, encoded_object, in_range, real, words
 from hypgen.api.c_interface import CDecision, CLibrary, COptions, PlannerError
 from hypgen.api.fields import read_fields
@@ -39,6 +40,20 @@ class Decision:
     expansions: int
     scenarios: int
     max_depth: int
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the action, the bounds and the work of the search."""
+        rows = (
+            ("action", f"{self.name} (number {self.action})"),
+            ("status", self.status),
+            ("bounds", f"{self.lower:.6g} .. {self.upper:.6g}"),
+            ("time", f"{self.seconds:.3g} s"),
+            ("trials", self.trials),
+            ("expansions", self.expansions),
+            ("scenarios", self.scenarios),
+            ("depth", self.max_depth),
+        )
+        return html.table("decision", rows)
 
 
 @dataclass(frozen=True)

@@ -160,7 +160,8 @@ class Maker:
         inner = self.rng.choice([BOOL, FLOAT, self.types.small, self.types.mode, self.types.pos])
         value = self.of(inner, depth - 1)
         with self.bound(inner) as name:
-            return self.node(sort, f"(let {name} = ", value, " in ", self.of(sort, depth - 1), ")")
+            typed = f": {inner.text}" if self.chance(0.3) else ""
+            return self.node(sort, f"(let {name}{typed} = ", value, " in ", self.of(sort, depth - 1), ")")
 
     def matched(self, sort: Sort, depth: int) -> Node:
         """Return ``match`` of a value of an enum, with the arguments of its variants."""
@@ -308,8 +309,15 @@ class Maker:
                 return self.int_node(self.of(self.types.pos, depth - 1), f".{name}")
             case "index":
                 return self.int_node("index(", self.of(self.types.mode, depth - 1), ")")
-            case "at":
+            case "at" if self.chance(0.5):
                 return self.int_node("at(offset, ", self.integer(depth - 1), ", ", self.integer(0), ")")
+            case "at":  # of an array whose index is a record, field by field
+                fields: list[str | Node] = []
+                for _, part in self.types.pos.parts:
+                    assert part is not None
+                    value = self.integer(depth - 1) if part.kind == "int" else self.of(part, 0)
+                    fields += [", ", value]
+                return self.int_node("at(place", *fields, ", ", self.integer(0), ")")
         return self.called(self.types.small, depth) or self.integer(depth - 1)
 
     def int_node(self, *parts: str | Node) -> Node:
@@ -338,7 +346,9 @@ class Maker:
         with self.loop(sort) as name:
             where: list[str | Node] = [" where ", self.truth(depth - 1)] if self.chance(0.7) else []
             body: list[str | Node] = []
-            if kind in ("any", "all"):
+            if kind == "any" and where and self.chance(0.5):
+                body = []  # a condition alone
+            elif kind in ("any", "all"):
                 body = [": ", self.truth(depth - 1)]
             elif kind != "count":
                 body = [": ", self.number(depth - 1) if of_floats else self.of(self.types.small, depth - 1)]

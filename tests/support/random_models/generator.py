@@ -38,6 +38,19 @@ class State:
     determined: bool
 
 
+@dataclass(frozen=True)
+class _Names:
+    """Names of elements and functions: their own, or those of variables, or one for both."""
+
+    rng: random.Random
+
+    def element(self, i: int) -> str:
+        return self.rng.choice((f"e{i}", f"e{i}", f"x{i}", f"k{i}", f"f{i}"))
+
+    def function(self, i: int) -> str:
+        return self.rng.choice((f"f{i}", f"f{i}", f"x{i}", f"z{i}", f"e{i}"))
+
+
 @dataclass
 class _Builder:
     make: Maker
@@ -179,14 +192,16 @@ def model(seed: int, attempt: int = 0) -> Node:
     build = _Builder(make, random.Random(f"first looks of {seed} {attempt}"))
     _declare_constants(build, joint)
 
+    names = _Names(random.Random(f"names of {seed} {attempt}"))
     owners = [
-        Owner(f"e{i}", rng.choice([None, None, types.index, BOOL]), f"m{i}") for i in range(rng.randint(1, 3))
+        Owner(names.element(i), rng.choice([None, None, types.index, BOOL]), f"m{i}")
+        for i in range(rng.randint(1, 3))
     ]
     for i in range(rng.randint(2, 6)):
         build.declare_state(rng.choice(owners), f"x{i}")
     functions: list[Function] = []
     for i in range(rng.randint(0, 3)):
-        build.define_function(f"f{i}", functions)
+        build.define_function(names.function(i), functions)
     lets: list[Variable] = []
     for i in range(rng.randint(0, 3)):
         build.define_let(rng.choice(owners), f"k{i}", lets, functions)
@@ -247,6 +262,7 @@ def _declare_constants(build: _Builder, joint: bool) -> None:
         f"param scale: float = {rng.choice(['1.5', '-0.75', '3'])}",
         f"param chance: prob = {rng.choice(['0.3', '0.5', '0.0', '1.0'])}",
         f"const worth: int[Index, bool] = [{worth}]",
+        "const place: int[Pos] = [p in Pos: p.row * p.col]",
     ):
         build.add(MODEL, text)
 

@@ -10,6 +10,7 @@ import pytest
 from support import ir_samples
 
 from hypgen.codegen.cpp.constant_arrays import constant_array
+from hypgen.codegen.cpp.function_builder import laid_out
 from hypgen.codegen.cpp.template_data import Function
 from hypgen.codegen.layout.naming import Names
 from hypgen.codegen.project import context_of
@@ -25,7 +26,7 @@ def printed(type_: Type, values: list[float] | list[int] | list[bool], *sizes: i
     model = ir_samples.rocks()
     context = context_of(model, (), Names(model))
     context.names.tables["worth"] = "worth"
-    return constant_array(table, context)
+    return laid_out(constant_array(table, context))
 
 
 def words(function: Function) -> list[int]:

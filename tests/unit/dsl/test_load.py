@@ -164,3 +164,12 @@ def test_published_problems_with_continuous_readings_load(name: str) -> None:
     loaded = load(ROOT / "benchmarks" / "models" / f"{name}.pomdp")
     assert not loaded.warnings
     assert any(isinstance(o.type, Float) for o in loaded.model.observations)
+
+
+@pytest.mark.parametrize("text", ['instance i of "other.pomdp" { n = 3 }', 'model M\nimport "other.pomdp"\n'])
+def test_a_file_that_names_one_of_another_format_is_shown(text: str, tmp_path: Path) -> None:
+    other = tmp_path / "other.pomdp"
+    other.write_text("discount: 0.9\nvalues: reward\nstates: 2\n")
+    diagnostic, _ = failure(write_instance(tmp_path, text))
+    assert diagnostic.code == "E0130" and diagnostic.notes[0][0].file == str(tmp_path / "i.pomdp")
+    assert f"`hypgen import {other} -o NEW.pomdp`, and name that" in str(diagnostic.remedy)

@@ -7,6 +7,7 @@
 
 #include "hypgen/leaves/leaf_evaluator.hpp"
 #include "hypgen/leaves/rolled_actions.hpp"
+#include "hypgen/leaves/scenario_shares.hpp"
 #include "hypgen/model/key.hpp"
 #include "hypgen/random/philox.hpp"
 
@@ -27,6 +28,7 @@ struct LeafTask {
   std::uint32_t parent;  // kNoParent: its members are there already
   std::uint32_t base;    // of its members in the arena
   std::uint32_t count;   // of members
+  std::uint32_t mass;    // in a weighted search: what they count for, in units of kScenarioMass
   std::uint32_t parent_base;
   std::uint32_t parent_count;
   std::uint32_t first;  // position in the parent
@@ -78,7 +80,8 @@ enum LeafFlag : std::uint32_t {
 
 // The passes of a batch over its leaves' actions and members. A rollout costs far more than a step, so the
 // first pass steps all actions, and the second rolls out those that `choose_rolled` has taken.
-enum class Pass { kFirstSteps, kRollouts };
+// In a weighted search `kWeighted` stands for the second pass: what a member is worth depends on its group.
+enum class Pass { kFirstSteps, kRollouts, kWeighted };
 
 // Whether the second pass is needed: where a state's lower bound takes a rollout.
 template <class M>
@@ -90,7 +93,40 @@ struct SearchConstants {
   std::uint32_t first_scenario;
   int depth_limit;
   bool at_horizon;
+  bool weighted;
   double discount;
+};
+
+// What a weighted search knows of members after an action. By member, and where that is said by member and group.
+template <class M>
+struct WeighedItems {
+  static constexpr std::size_t kNumbers = 6;  // of a member
+  static constexpr std::size_t kShared = ScenarioShares<M>::kMostShared;
+
+  // Of device memory, for a member.
+  static constexpr std::size_t kBytes = sizeof(typename M::State) * (kKeyHoldsState<M> ? 1 + kShared : 1) +
+                                        sizeof(double) + kShared * (sizeof(double) + sizeof(std::uint32_t)) +
+                                        kNumbers * sizeof(std::uint32_t);
+
+  typename M::State* nexts;
+  typename M::State* group_nexts;  // by member and group; unused unless the key holds state
+  double* posteriors;              // by member and group
+  std::uint32_t* shares;           // by member and group
+  double* weights;
+  std::uint32_t* numbers;  // kNumbers for each
+};
+
+// A member's bounds in a group that sees another state than its own.
+struct GroupBounds {
+  std::int64_t upper;
+  std::int64_t lower;
+  bool is_other;  // false: the bounds are those of its own state
+};
+
+// A member in a group that sees another state than its own, which is rolled out.
+struct Extra {
+  std::uint32_t item;
+  std::uint32_t group;
 };
 
 // All that the kernels of a batch read and write. Device memory but for what is marked.
@@ -125,6 +161,18 @@ struct Batch {
   std::uint8_t* terminals;
   ChildRow* child_rows;    // of an action at its first item
   ActionRow* action_rows;  // [leaf][max_actions]
+
+  // Of a weighted search.
+  WeighedItems<M> parents;  // members of the leaves' parents after the action that led to each leaf
+  typename M::Key* parent_keys;
+  std::uint8_t* parent_terminals;
+  WeighedItems<M> items;
+  std::uint32_t* seen_by;     // by item: the member that sees what the item's likeliest group sees
+  std::uint64_t* group_sums;  // by item: shares of an action's groups
+  GroupBounds* group_bounds;  // by item and group; unused unless the key holds state
+  Extra* extras;              // the same
+  std::uint32_t* extra_count;
+  ScenarioShares<M>* action_shares;  // [leaf][max_actions]
 
   std::uint32_t* arena_used;  // lines that this search has taken
   std::uint32_t arena_size;

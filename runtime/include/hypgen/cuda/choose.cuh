@@ -2,6 +2,8 @@
 // The kernel between a batch's two passes: the actions of each leaf that are rolled out.
 #pragma once
 
+#include <limits>
+
 #include "hypgen/cuda/batch.cuh"
 #include "hypgen/leaves/rolled_actions.hpp"
 #include "hypgen/model/model.hpp"
@@ -40,14 +42,19 @@ __device__ void add_promises(const Batch<M>& batch, int leaf, std::uint32_t firs
       reward += __shfl_xor_sync(kAll, reward, offset);
       upper += __shfl_xor_sync(kAll, upper, offset);
     }
-    if (threadIdx.x % kWarp == 0) promises[a] = promise(reward, upper, batch.search.discount);
+    if (threadIdx.x % kWarp != 0) continue;
+    if (batch.search.weighted) {
+      reward = spread(reward, batch.tasks[leaf].mass, count);
+      upper = spread(upper, batch.tasks[leaf].mass, count);
+    }
+    promises[a] = promise(reward, upper, batch.search.discount);
   }
 }
 
 // For all threads of a block: the place of the largest number, which is then taken out.
 __device__ inline Promise take_largest(double* promises, std::uint32_t count) {
   __shared__ Promise of_warps[kMostBlockWarps];
-  constexpr double kNone = -1.0 / 0.0;
+  constexpr double kNone = -std::numeric_limits<double>::infinity();
   Promise mine{kNone, UINT32_MAX};
   for (std::uint32_t a = threadIdx.x; a < count; a += blockDim.x) {
     const Promise other{promises[a], a};
@@ -75,8 +82,8 @@ template <class M>
 __device__ std::uint32_t default_place(const Batch<M>& batch, int leaf, const std::int32_t* legal) {
   const LeafTask& task = batch.tasks[leaf];
   const std::uint32_t* const block = block_of<M>(batch.members, task.base);
-  const std::uint32_t scenario = block[0];
-  PhiloxDraws draws(batch.search.key, batch.search.first_scenario + scenario,
+  const std::uint32_t scenario = block[0], number = batch.search.weighted ? 0 : scenario;
+  PhiloxDraws draws(batch.search.key, batch.search.first_scenario + number,
                     static_cast<std::uint32_t>(task.depth));
   typename M::History history{};
   if constexpr (M::kHasHistory) history = batch.histories[task.node];
@@ -97,7 +104,7 @@ __global__ void __launch_bounds__(kBlock) choose_rolled(const __grid_constant__ 
   const LeafTask& task = batch.tasks[leaf];
   const std::size_t list = std::size_t(leaf) * batch.max_actions;
   std::uint32_t* const rolled = batch.rolled + list;
-  if (task.rolled == kRollsAll) {
+  if (task.rolled == kRollsAll || !kHasRollouts<M>) {
     const std::uint32_t all = items_of(batch, leaf) / task.count;
     for (std::uint32_t a = threadIdx.x; a < all; a += blockDim.x) rolled[a] = a;
     if (threadIdx.x == 0) batch.rolled_count[leaf] = all;

@@ -85,7 +85,10 @@ class BatchDriver {
     root.baseline = -1;
     root.rolled = kRollsAll;
     slot.add(root, {&no_step, 1});
-    if (!launch(slot) || !wait(slot, deadline)) return is_lost() ? Status::kDeviceLost : Status::kDeadline;
+    Batch<M> batch = common_;
+    batch.search.weighted = false;  // there is no observation yet
+    if (!launch(slot, batch) || !wait(slot, deadline))
+      return is_lost() ? Status::kDeviceLost : Status::kDeadline;
     result = result_of(slot, 0, 0);
     return result.status;
   }
@@ -179,7 +182,7 @@ class BatchDriver {
       flight.places.push_back(place);
       return true;
     });
-    if (!slot.empty()) launch(slot);
+    if (!slot.empty()) launch(slot, common_);
   }
 
   // The device is lost: so is every leaf.
@@ -207,24 +210,36 @@ class BatchDriver {
   bool can_exist(const LeafRequest& request) const {
     const bool is_root = request.parent == kNoHandle;
     const std::uint64_t parent = is_root ? 0 : request.parent;
-    if (parent >= nodes_.size() || request.count == 0) return false;
+    if (parent >= nodes_.size()) return false;
     const std::uint32_t most = nodes_[parent].count;
+    if (common_.search.weighted) return is_root || request.first < most;  // a group may have next to no mass
+    if (request.count == 0) return false;
     return is_root ? request.count == most : std::uint64_t{request.first} + request.count <= most;
   }
 
   bool fits(const Slot<M>& slot, const LeafRequest& request) const {
     const std::size_t actions = request.actions.empty() ? M::kActionCount : request.actions.size();
     const std::size_t baseline = has_gains(request) ? 1 : 0;
-    return slot.fits(request.count, actions + baseline, !request.actions.empty(), item_limit_);
+    const std::size_t parents = request.parent == kNoHandle ? 0 : nodes_[request.parent].count;
+    return slot.fits(members_of(request), parents, actions + baseline, !request.actions.empty(), item_limit_);
   }
 
-  static bool has_gains(const LeafRequest& request) {
-    return request.parent == kNoHandle && request.rolled == kRollsAll;
+  bool has_gains(const LeafRequest& request) const {
+    return request.parent == kNoHandle && request.rolled == kRollsAll && !common_.search.weighted;
+  }
+
+  // How many members a leaf has.
+  std::uint32_t members_of(const LeafRequest& request) const {
+    if (!common_.search.weighted) return request.count;
+    if (request.parent == kNoHandle) return nodes_[0].count;
+    return members_for(request.count, nodes_[request.parent].count,
+                       static_cast<std::uint32_t>(sizes_.launch.table_capacity));
   }
 
   // Makes the leaf's node, the root's being there already; false if there is no room.
   bool make_task(const LeafRequest& request, LeafTask& task) {
-    task.count = request.count;
+    task.count = members_of(request);
+    task.mass = request.count;
     task.action = request.action;
     task.depth = request.depth;
     task.parent = kNoParent;
@@ -233,7 +248,7 @@ class BatchDriver {
     task.rolled = has_floor ? request.rolled : kRollsAll;
     task.lower_sum = request.lower_sum;
     if (request.parent == kNoHandle) return true;
-    if (nodes_.size() >= sizes_.nodes || members_used_ + request.count > sizes_.members) return false;
+    if (nodes_.size() >= sizes_.nodes || members_used_ + task.count > sizes_.members) return false;
     const NodeRecord parent = nodes_[request.parent];
     task.parent = static_cast<std::uint32_t>(request.parent);
     task.parent_base = parent.base;
@@ -270,10 +285,10 @@ class BatchDriver {
         std::clamp(item_limit_, std::min(resident, sizes_.launch.item_capacity), sizes_.launch.item_capacity);
   }
 
-  bool launch(Slot<M>& slot) {
+  bool launch(Slot<M>& slot, const Batch<M>& batch) {
     ++stats_.batches;
     stats_.leaves += static_cast<std::uint64_t>(slot.leaves());
-    return slot.launch(common_, error_);
+    return slot.launch(batch, error_);
   }
 
   // Of a leaf whose batch has run. Its rows stay where they are.

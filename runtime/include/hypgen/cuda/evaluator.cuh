@@ -55,7 +55,8 @@ class CudaEvaluator final : public LeafEvaluator {
   RootResult begin_search(const ScenarioBuffer& root, const SearchSetup& setup) override {
     release();
     const std::size_t count = root.size();
-    if (count == 0 || count > options_.max_scenarios || setup.depth_limit > options_.max_depth ||
+    if (count == 0 || count > options_.max_scenarios || (setup.weighted && !options_.may_weigh) ||
+        setup.depth_limit > options_.max_depth ||
         !root.holds(sizeof(typename M::Fixed), sizeof(typename M::State), sizeof(typename M::History))) {
       return {Status::kEvaluatorFailed, {}, -1};
     }
@@ -72,11 +73,13 @@ class CudaEvaluator final : public LeafEvaluator {
     constants.first_scenario = root.first();
     constants.depth_limit = setup.depth_limit;
     constants.at_horizon = setup.at_horizon;
+    constants.weighted = setup.weighted;
     constants.discount = options_.discount;
     driver_.begin_search(batch(constants), static_cast<std::uint32_t>(count), result.default_action);
     LeafResult bounds{};
     result.status = driver_.bound_root(setup.deadline, bounds);
     if (bounds.children.size() == 1) result.row = bounds.children[0];
+    if (setup.weighted) result.row.count = static_cast<std::uint32_t>(count * kScenarioMass) & INT32_MAX;
     return result;
   }
 

@@ -14,6 +14,8 @@ namespace hypgen::cuda {
 constexpr int kSimulateBlock = kBlock;
 constexpr int kRefill = 8;  // idle lanes of a warp that are worth starting new items for
 
+constexpr std::uint32_t kOwnState = UINT32_MAX;
+
 enum class Phase { kIdle, kFirstStep, kRollout };
 
 // What a lane is at work on: an action of a leaf over one member, then the rollout from there.
@@ -22,6 +24,7 @@ struct Item {
   std::uint32_t number;
   std::uint32_t member;    // index into the scenarios
   std::uint32_t scenario;  // as draws are numbered
+  std::uint32_t group;     // of a weighted search, where it sees another state than its own; else kOwnState
   int leaf;
   int depth;  // of the state
   int action;
@@ -47,13 +50,19 @@ struct Lane {
   }
   __device__ bool idle() const { return item.phase == Phase::kIdle; }
 
+  __device__ std::int64_t* lower_of_item() const {
+    if (pass != Pass::kWeighted || item.group == kOwnState) return &batch.lowers[item.number];
+    return &batch.group_bounds[std::size_t{item.number} * WeighedItems<M>::kShared + item.group].lower;
+  }
+
   __device__ void finish(float lower) {
-    batch.lowers[item.number] = math::to_fixed<kRewardBits<M>>(lower);
+    *lower_of_item() = math::to_fixed<kRewardBits<M>>(lower);
     if (item.nan || math::is_nan(lower)) atomicOr(&batch.flags[item.leaf], kNanFlag);
     item.phase = Phase::kIdle;
   }
 
   __device__ void start(std::uint32_t number) {
+    if constexpr (pass == Pass::kWeighted) return start_weighted(number);
     item.leaf = offsets.leaf_of(number, batch.leaves);
     const LeafTask& task = batch.tasks[item.leaf];
     const std::uint32_t within = number - offsets.starts[item.leaf];
@@ -64,13 +73,74 @@ struct Lane {
     const std::uint32_t* const block = block_of<M>(batch.members, task.base);
     item.number = results.starts[item.leaf] + place * task.count + i;
     item.member = block[i];
-    item.scenario = batch.search.first_scenario + item.member;
+    item.scenario = batch.search.first_scenario + (batch.search.weighted ? i : item.member);
     item.depth = task.depth;
     item.action = batch.legal[list + place];
     item.phase = Phase::kFirstStep;
     item.nan = false;
     item.state = load_state<M>(block, task.count, i);
     if constexpr (M::kHasHistory) item.history = batch.histories[task.node];
+  }
+
+  // An item of a weighted search after its first step, which `weigh` has taken.
+  __device__ void start_weighted(std::uint32_t number) {
+    const std::uint32_t own = offsets.starts[batch.leaves];
+    item.group = kOwnState;
+    std::uint32_t place, i;
+    if (number < own) {
+      item.leaf = offsets.leaf_of(number, batch.leaves);
+      const std::uint32_t within = number - offsets.starts[item.leaf], count = batch.tasks[item.leaf].count;
+      place = batch.rolled[std::size_t(item.leaf) * batch.max_actions + within / count];
+      i = within % count;
+      item.number = results.starts[item.leaf] + place * count + i;
+    } else {
+      const Extra extra = batch.extras[number - own];
+      item.leaf = results.leaf_of(extra.item, batch.leaves);
+      const std::uint32_t within = extra.item - results.starts[item.leaf];
+      place = within / batch.tasks[item.leaf].count;
+      i = within % batch.tasks[item.leaf].count;
+      item.number = extra.item;
+      item.group = extra.group;
+    }
+    const LeafTask& task = batch.tasks[item.leaf];
+    const std::uint32_t* const block = block_of<M>(batch.members, task.base);
+    item.action = batch.legal[std::size_t(item.leaf) * batch.max_actions + place];
+    item.member = block[i];
+    item.scenario = batch.search.first_scenario + i;
+    item.depth = task.depth + 1;
+    item.nan = false;
+    const bool is_at_end = item.depth >= batch.search.depth_limit;
+    if (place >= batch.legal_count[item.leaf] || batch.terminals[item.number] != 0 ||
+        (item.group == kOwnState && is_at_end)) {
+      return;  // the first pass knows all
+    }
+    const ScenarioShares<M>& shares = batch.action_shares[std::size_t(item.leaf) * batch.max_actions + place];
+    std::uint32_t seen_by = i;
+    if (item.group == kOwnState) {
+      item.state = batch.items.nexts[item.number];
+      if constexpr (M::kHasHistory) seen_by = batch.seen_by[item.number];
+    } else {
+      item.state = *shares.next(item.group, i);
+      seen_by = shares.first(item.group);
+      const float upper =
+          batch.search.at_horizon && is_at_end ? 0.0F : M::upper(*batch.params, fixed(), item.state);
+      item.nan = math::is_nan(upper);
+      batch.group_bounds[std::size_t{item.number} * WeighedItems<M>::kShared + item.group].upper =
+          math::to_fixed<kRewardBits<M>>(upper);
+    }
+    if constexpr (M::kHasHistory) {
+      const std::uint32_t other = item.number - i + seen_by;
+      M::advance_history(*batch.params, batch.fixed[block[seen_by]],
+                         load_state<M>(block, task.count, seen_by), item.action, batch.keys[other],
+                         batch.items.nexts[other], batch.histories[task.node], item.history);
+    }
+    if (is_at_end) {
+      return finish(batch.search.at_horizon ? 0.0F : M::tail(*batch.params, fixed(), item.state));
+    }
+    if constexpr (M::kHasLower) return finish(M::lower(*batch.params, fixed(), item.state, item.history));
+    item.discount = batch.discounts;
+    item.total = 0.0F;
+    item.phase = Phase::kRollout;
   }
 
   // Whether the rollout is at its last state: then the item is finished.
@@ -208,7 +278,8 @@ struct WarpItems {
     if (exhausted) return;
     const unsigned rank = threadIdx.x % kWarp;
     std::uint32_t first = 0;
-    if (rank == 0) first = atomicAdd(lane.batch.next_item + static_cast<int>(pass), __popc(idle));
+    constexpr int kCounter = pass == Pass::kFirstSteps ? 0 : 1;
+    if (rank == 0) first = atomicAdd(lane.batch.next_item + kCounter, __popc(idle));
     first = __shfl_sync(kAll, first, 0);
     exhausted = first + __popc(idle) >= count;
     const std::uint32_t number = first + __popc(idle & ((1U << rank) - 1));
@@ -287,12 +358,19 @@ struct PassOffsets<Pass::kFirstSteps> {
   __device__ const LeafOffsets& items() const { return results; }
 };
 
+// How many items a pass has, once its offsets are there.
+template <Pass pass, class M>
+__device__ std::uint32_t item_count(const Batch<M>& batch, const PassOffsets<pass>& offsets) {
+  const std::uint32_t own = offsets.items().starts[batch.leaves];
+  return pass == Pass::kWeighted ? own + *batch.extra_count : own;
+}
+
 template <class M, Pass pass>
 __global__ void __launch_bounds__(kSimulateBlock) simulate(const __grid_constant__ Batch<M> batch) {
   __shared__ PassOffsets<pass> offsets;
   offsets.fill(batch);
   Lane<M, pass> lane{batch, offsets.items(), offsets.results};
-  WarpItems<M, pass>{lane, offsets.items().starts[batch.leaves]}.run();
+  WarpItems<M, pass>{lane, item_count(batch, offsets)}.run();
 }
 
 // The same with blocks of several warps for 32 lanes: they share the elements of each step.
@@ -307,7 +385,7 @@ __global__ void __launch_bounds__(kMostWarps* kWarp)
   if (threadIdx.x >= kWarp) return serve(shared, *batch.params, batch.search.key);
   Lane<M, pass> lane{batch, offsets.items(), offsets.results};
   const TogetherSteps<M> steps{shared, batch.search.key, lane.item.scenario, lane.item.depth};
-  WarpItems<M, pass>{lane, offsets.items().starts[batch.leaves]}.run(steps);
+  WarpItems<M, pass>{lane, item_count(batch, offsets)}.run(steps);
   steps.end();
 }
 

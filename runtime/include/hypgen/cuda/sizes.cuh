@@ -27,6 +27,8 @@ struct DeviceSizes {
     cudaDeviceProp properties;
     if (!worked(cudaGetDeviceProperties(&properties, device), "GPU", error)) return false;
     launch.table_capacity = static_cast<std::uint32_t>(options.max_scenarios);
+    launch.weighs = options.may_weigh;
+    launch.parent_capacity = std::max(kLeastParents, 4 * options.max_scenarios);
     const std::size_t table = launch.table_stride();
     const std::size_t most = std::min<std::size_t>(kSharedTable, properties.sharedMemPerBlockOptin / 2);
     launch.table_bytes = table <= most ? table : 0;
@@ -70,7 +72,7 @@ struct DeviceSizes {
   bool share_out(std::size_t budget, const EvaluatorOptions& options, std::string& error) {
     const std::size_t scenarios = options.max_scenarios;
     const std::size_t member = kMemberWords<M> * sizeof(std::uint32_t);
-    const std::size_t item = kSlots * Slot<M>::kBytesAnItem;
+    const std::size_t item = kSlots * Slot<M>::bytes_an_item(launch);
     if (launch.table_bytes == 0) {
       const std::size_t tables = budget / 4 / kSlots / launch.table_stride();
       launch.reduce_blocks = static_cast<int>(
@@ -95,8 +97,9 @@ struct DeviceSizes {
   }
 
  private:
-  static constexpr std::size_t kItems = std::size_t{4} << 20;  // of a batch, where memory allows
-  static constexpr std::size_t kSharedTable = 100 << 10;       // bytes: two blocks fit a multiprocessor
+  static constexpr std::size_t kItems = std::size_t{4} << 20;         // of a batch, where memory allows
+  static constexpr std::size_t kLeastParents = std::size_t{1} << 14;  // members of parents in a batch
+  static constexpr std::size_t kSharedTable = 100 << 10;  // bytes: two blocks fit a multiprocessor
   static constexpr std::size_t kLeastNodeBytes = std::size_t{64} << 20;
 };
 

@@ -15,6 +15,8 @@
 #include "hypgen/cuda/reduce.cuh"
 #include "hypgen/cuda/ship.cuh"
 #include "hypgen/cuda/simulate.cuh"
+#include "hypgen/cuda/weigh.cuh"
+#include "hypgen/cuda/weighing_memory.cuh"
 #include "hypgen/leaves/leaf_evaluator.hpp"
 
 namespace hypgen::cuda {
@@ -30,6 +32,8 @@ struct LaunchShape {
   int most_warps = 1;
   std::size_t together_bytes = 0;  // of shared memory
   int multiprocessors = 1;
+  bool weighs = false;              // some search may be weighted
+  std::size_t parent_capacity = 0;  // of parents' members, in a weighted search
 
   // Bytes of a table of groups, such that another can follow it.
   std::size_t table_stride() const { return (GroupTable::bytes_for(table_capacity) + 15) / 16 * 16; }
@@ -51,13 +55,17 @@ class Slot {
  public:
   static constexpr int kMaxActions = M::kActionCount + 1;  // and a baseline
   static constexpr std::size_t kWantedCapacity = std::size_t{4} * kMaxActions;
-  static constexpr std::size_t kBytesAnItem =
-      sizeof(typename M::Key) + 3 * sizeof(std::int64_t) + 1 + sizeof(ChildRow);
+
+  static std::size_t bytes_an_item(const LaunchShape& shape) {
+    const std::size_t always = sizeof(typename M::Key) + 3 * sizeof(std::int64_t) + 1 + sizeof(ChildRow);
+    return always + (shape.weighs ? WeighingMemory<M>::bytes_an_item() : 0);
+  }
 
   // Of device memory, that a slot takes besides its items.
   static std::size_t bytes_but_items(const LaunchShape& shape) {
     return kRows * (sizeof(ActionRow) + sizeof(std::int32_t)) +
-           kRolledRows * (sizeof(std::uint32_t) + sizeof(double)) + kMaxLeaves * sizeof(LeafTask) +
+           rolled_rows(shape) * (sizeof(std::uint32_t) + sizeof(double)) + kMaxLeaves * sizeof(LeafTask) +
+           (shape.weighs ? WeighingMemory<M>::bytes_but_items(kRows, shape.parent_capacity) : 0) +
            kLeafWords * sizeof(std::uint32_t) + kWantedCapacity * sizeof(std::int32_t) + tables_bytes(shape);
   }
 
@@ -79,25 +87,32 @@ class Slot {
            rewards_.allocate(items, error) && uppers_.allocate(items, error) &&
            lowers_.allocate(items, error) && terminals_.allocate(items, error) &&
            child_rows_.allocate(items, error) && action_rows_.allocate(kRows, error) &&
-           legal_.allocate(kRows, error) && rolled_.allocate(kRolledRows, error) &&
-           promises_.allocate(kRolledRows, error) && leaf_words_.allocate(kLeafWords, error) &&
-           (tables == 0 || tables_.allocate(tables, error)) && device_tasks_.allocate(kMaxLeaves, error) &&
-           device_wanted_.allocate(kWantedCapacity, error) && tasks_.allocate(kMaxLeaves, error) &&
-           wanted_.allocate(kWantedCapacity, error) && outcomes_.allocate(kMaxLeaves, error) &&
-           done_.allocate(1, error) && clear(error);
+           legal_.allocate(kRows, error) && rolled_.allocate(rolled_rows(shape), error) &&
+           promises_.allocate(rolled_rows(shape), error) &&
+           (!shape.weighs || weighing_.allocate(items, kRows, shape.parent_capacity, error)) &&
+           leaf_words_.allocate(kLeafWords, error) && (tables == 0 || tables_.allocate(tables, error)) &&
+           device_tasks_.allocate(kMaxLeaves, error) && device_wanted_.allocate(kWantedCapacity, error) &&
+           tasks_.allocate(kMaxLeaves, error) && wanted_.allocate(kWantedCapacity, error) &&
+           outcomes_.allocate(kMaxLeaves, error) && done_.allocate(1, error) && clear(error);
   }
 
   // Filling -------------------------------------------------------------------------------------------
 
   bool empty() const { return leaves_ == 0; }
   int leaves() const { return leaves_; }
-  void reset() { leaves_ = 0, items_ = 0, rolled_items_ = 0, units_ = 0, wanted_count_ = 0; }
+  void reset() {
+    leaves_ = 0;
+    items_ = rolled_items_ = units_ = parents_ = 0;
+    wanted_count_ = 0;
+  }
 
-  // Whether another leaf of so many members and candidate actions has room. The first one always has; more
-  // than `most_items` are not taken with others.
-  bool fits(std::size_t count, std::size_t actions, bool lists_them, std::size_t most_items) const {
+  // Whether another leaf of so many members, parents' members and candidate actions has room. The first one always
+  // has; more than `most_items` are not taken with others.
+  bool fits(std::size_t count, std::size_t parents, std::size_t actions, bool lists_them,
+            std::size_t most_items) const {
     return leaves_ == 0 ||
-           (leaves_ < kMaxLeaves && items_ + count * actions <= std::min(most_items, shape_.item_capacity) &&
+           (leaves_ < kMaxLeaves && (!shape_.weighs || parents_ + parents <= shape_.parent_capacity) &&
+            items_ + count * actions <= std::min(most_items, shape_.item_capacity) &&
             (!lists_them || wanted_count_ + actions <= kWantedCapacity));
   }
   std::size_t items() const { return items_; }
@@ -115,6 +130,7 @@ class Slot {
     items_ += (candidates + (task.baseline >= 0 ? 1 : 0)) * task.count;
     rolled_items_ += std::min<std::size_t>(std::size_t{task.rolled} + 1, candidates + 1) * task.count;
     units_ += candidates;
+    parents_ += task.parent == kNoParent ? 0 : task.parent_count;
     tasks_[static_cast<std::size_t>(leaves_++)] = task;
   }
 
@@ -132,6 +148,8 @@ class Slot {
     batch.rolled_count = leaf_words_.get() + 2 * kMaxLeaves;
     batch.next_item = leaf_words_.get() + 3 * kMaxLeaves;
     batch.leaves_done = batch.next_item + 2;
+    batch.extra_count = batch.next_item + 3;
+    if (shape_.weighs) weighing_.lend(batch);
     batch.rolled = rolled_.get();
     batch.promises = promises_.get();
     batch.keys = keys_.get();
@@ -153,14 +171,11 @@ class Slot {
                       cudaMemcpyHostToDevice, stream_);
     }
     cudaEventRecord(started_.get(), stream_);
-    gather<M><<<leaves_, kBlock, 0, stream_>>>(batch);
-    launch_simulate<Pass::kFirstSteps>(batch, items_);
-    if constexpr (kHasRollouts<M>) {
-      choose_rolled<M><<<leaves_, kBlock, 0, stream_>>>(batch);
-      launch_simulate<Pass::kRollouts>(batch, rolled_items_);
+    if (batch.search.weighted) {
+      launch_weighted(batch);
+    } else {
+      launch_exact(batch);
     }
-    reduce<M><<<blocks(units_, shape_.reduce_blocks), kReduceBlock, shape_.table_bytes, stream_>>>(
-        batch, tables_.get(), shape_.table_capacity, shape_.table_stride());
     ship<M><<<leaves_, kBlock, 0, stream_>>>(batch);
     cudaEventRecord(ended_.get(), stream_);
     // The last error may be of a copy or an event of this batch too.
@@ -203,8 +218,11 @@ class Slot {
  private:
   static constexpr std::uint64_t kPollsBetweenQueries = 1 << 14;
   static constexpr std::size_t kRows = std::size_t{kMaxLeaves} * kMaxActions;
-  static constexpr std::size_t kRolledRows = kHasRollouts<M> ? kRows : 1;
-  static constexpr std::size_t kLeafWords = 3 * kMaxLeaves + 3;
+  static constexpr std::size_t kLeafWords = 3 * kMaxLeaves + 4;
+
+  static std::size_t rolled_rows(const LaunchShape& shape) {
+    return kHasRollouts<M> || shape.weighs ? kRows : 1;
+  }
 
   // Of tables in device memory, where they do not fit shared memory.
   static std::size_t tables_bytes(const LaunchShape& shape) {
@@ -213,6 +231,29 @@ class Slot {
 
   static unsigned blocks(std::size_t work, int most) {
     return static_cast<unsigned>(std::clamp<std::size_t>(work, 1, static_cast<std::size_t>(most)));
+  }
+
+  // The kernels of a batch but for the last one.
+  void launch_exact(const Batch<M>& batch) {
+    gather<M><<<leaves_, kBlock, 0, stream_>>>(batch);
+    launch_simulate<Pass::kFirstSteps>(batch, items_);
+    if constexpr (kHasRollouts<M>) {
+      choose_rolled<M><<<leaves_, kBlock, 0, stream_>>>(batch);
+      launch_simulate<Pass::kRollouts>(batch, rolled_items_);
+    }
+    reduce<M><<<blocks(units_, shape_.reduce_blocks), kReduceBlock, shape_.table_bytes, stream_>>>(
+        batch, tables_.get(), shape_.table_capacity, shape_.table_stride());
+  }
+
+  void launch_weighted(const Batch<M>& batch) {
+    constexpr std::size_t kWarps = kBlock / kWarp;
+    gather_weighted<M><<<leaves_, kBlock, 0, stream_>>>(batch);
+    launch_simulate<Pass::kFirstSteps>(batch, items_);
+    choose_rolled<M><<<leaves_, kBlock, 0, stream_>>>(batch);
+    const unsigned grid = blocks((units_ + kWarps - 1) / kWarps, shape_.reduce_blocks);
+    weigh<M><<<grid, kBlock, 0, stream_>>>(batch);
+    launch_simulate<Pass::kWeighted>(batch, rolled_items_);
+    reduce_weighted<M><<<grid, kBlock, 0, stream_>>>(batch);
   }
 
   // `items`: how many the pass has, at most.
@@ -247,6 +288,7 @@ class Slot {
   std::size_t items_ = 0;         // at most
   std::size_t rolled_items_ = 0;  // at most
   std::size_t units_ = 0;         // of `reduce`, at most
+  std::size_t parents_ = 0;       // members of parents
   std::uint32_t wanted_count_ = 0;
   std::uint32_t number_ = 0;
   std::uint64_t polls_ = 0;
@@ -263,6 +305,7 @@ class Slot {
   DeviceArray<double> promises_;
   DeviceArray<std::uint32_t> leaf_words_;
   DeviceArray<unsigned char> tables_;
+  WeighingMemory<M> weighing_;
   DeviceArray<LeafTask> device_tasks_;
   PinnedArray<LeafTask> tasks_;
   PinnedArray<std::int32_t> wanted_;

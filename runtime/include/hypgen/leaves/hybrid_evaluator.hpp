@@ -80,14 +80,14 @@ class HybridEvaluator final : public LeafEvaluator {
     Seat& seat = *seats_[thread];
     LeafRequest here = request;
     if (request.parent & kOnDevice) {
-      if (!is_sooner_here(seat, request.count, at_once)) return false;
+      if (!is_sooner_here(seat, members_in(request), at_once)) return false;
       here.parent = on_host(seat.worker, on_device(request.parent)).units;
       if (here.parent == 0) return false;
     }
     const Clock::time_point start = Clock::now();
     result = seat.worker.expand(here);
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    seat.member_seconds.add(seconds / static_cast<double>(request.count));
+    seat.member_seconds.add(seconds / members_in(request));
     return true;
   }
 
@@ -191,6 +191,11 @@ class HybridEvaluator final : public LeafEvaluator {
     const Ref<CpuNode<M>> made = request.parent == 0 ? Ref<CpuNode<M>>{} : worker.keep_child(request);
     node.host.store(made.units, std::memory_order_release);
     return made;
+  }
+
+  // About how many members a leaf has.
+  std::uint32_t members_in(const LeafRequest& request) const {
+    return scene_.setup.weighted ? members_for(request.count, 1, UINT32_MAX) : request.count;
   }
 
   bool is_sooner_here(Seat& seat, std::uint32_t count, std::size_t at_once) const {

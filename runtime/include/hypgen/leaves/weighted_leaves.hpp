@@ -31,7 +31,7 @@ class WeightedLeaves {
   void begin_search() { depends_on_draws_ = false; }
 
   // Draws the members of a group of an action of `request.parent`; gives their number, or 0 if there is no such group
-  // or the deadline has passed. A group has as many members as its mass has scenarios, but not fewer than a few.
+  // or the deadline has passed.
   std::size_t draw_members(const LeafRequest& request) {
     CpuNode<M>& parent = work_.node(request.parent);
     const CpuMember<M>* const from = parent.members();
@@ -39,12 +39,11 @@ class WeightedLeaves {
     if (!make_groups(request.action, from, parent.count, depth)) return 0;
     const std::uint32_t group = groups_.named(request.first);
     if (group == groups_.count()) return 0;
-    const std::size_t own = (request.count + kScenarioMass / 2) / kScenarioMass;
-    const std::size_t least = std::min(kLeastMembers, work_.members.size());
-    const std::size_t drawn = std::clamp(own, least, std::max<std::size_t>(least, parent.count));
+    const std::uint32_t drawn =
+        members_for(request.count, parent.count, static_cast<std::uint32_t>(work_.members.size()));
     const std::uint32_t word =
         PhiloxDraws(work_.cache.key(), request.first, static_cast<std::uint32_t>(depth))
-            .word(kDrawSite, static_cast<std::uint32_t>(request.action));
+            .word(kMembersSite, static_cast<std::uint32_t>(request.action));
     groups_.draw(group, drawn, word, [&](std::size_t i, std::size_t pick) {
       const State* const next = groups_.next(group, pick);
       work_.members[i] = {from[pick].scenario, next != nullptr ? *next : nexts_[pick]};
@@ -72,9 +71,6 @@ class WeightedLeaves {
   using Fixed = typename M::Fixed;
   using State = typename M::State;
   using History = typename M::History;
-
-  static constexpr std::size_t kLeastMembers = 16;
-  static constexpr std::uint32_t kDrawSite = site_id("leaves:draw_members");
 
   SearchDraws draws(std::size_t member, int depth) {
     return work_.draws(static_cast<std::uint32_t>(member), depth);

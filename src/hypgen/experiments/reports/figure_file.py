@@ -21,7 +21,8 @@ _FONT = "system-ui, 'Segoe UI', 'Liberation Sans', Roboto, Arial, sans-serif"
 @cache
 def figure_style() -> str:
     """Return the style of figures, which a page needs too."""
-    return files("hypgen.experiments.reports").joinpath("figures.css").read_text()
+    colours = files("hypgen").joinpath("colours.css").read_text()
+    return colours + files("hypgen.experiments.reports").joinpath("figures.css").read_text()
 
 
 def legend_of(figure: Figure) -> list[tuple[str, str]]:

@@ -414,7 +414,7 @@ struct FirstLook {
     Key rest = key;
     const std::int32_t bell_rings_seen = static_cast<std::int32_t>(rest % 2);
     rest /= 2;
-    if (next.bell_rings() != bell_rings_seen != 0) return 0.0;
+    if (next.bell_rings() != (bell_rings_seen != 0)) return 0.0;
     double weight = 1.0;
     return weight;
   }
@@ -498,14 +498,14 @@ struct FirstLook {
     state.set_chest_done_bits(index % 4);
     index /= 4;
     for (std::int32_t i = 1; i >= 0; --i) {
-      fixed.set_chest_full(i, (index % 2) != 0);
+      fixed.set_chest_full(i, index % 2 != 0);
       index /= 2;
     }
   }
 
   template <class D>
-  static StepResult step_group_0(const Params&, const Fixed& fixed, const State& state, int act,
-      D&, State& next) {
+  static StepResult step_group_0(const Params&, const Fixed& fixed, const State& state, int act, D&,
+      State& next) {
     next = state;
     for (std::int32_t c = 0; c <= 1; ++c) update_chest(state, act, next, c);
     StepResult result{};

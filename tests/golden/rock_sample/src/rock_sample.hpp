@@ -589,8 +589,8 @@ struct RockSample {
   }
 
   template <class D>
-  static StepResult step_group_0(const Params& params, const Fixed&, const State& state, int act,
-      D&, State& next) {
+  static StepResult step_group_0(const Params& params, const Fixed&, const State& state, int act, D&,
+      State& next) {
     next = state;
     update_rover(state, act, next);
     if (act == Act::sample) {

@@ -111,11 +111,6 @@ struct Tag : NoHistory {
 
   // Functions of the model ------------------------------------------------------------------------------
 
-  // tag.pomdp:22
-  HYPGEN_FN static bool free(const Params& params, std::int32_t c) {
-    return params.free_table[c];
-  }
-
   // tag.pomdp:23
   HYPGEN_FN static std::int32_t step_(const Params& params, std::int32_t c, std::int32_t d) {
     return params.step_table[d][c];
@@ -124,11 +119,6 @@ struct Tag : NoHistory {
   // tag.pomdp:30
   HYPGEN_FN static bool blocked(const Params& params, std::int32_t c, std::int32_t d) {
     return step_(params, c, d) == c;
-  }
-
-  // tag.pomdp:31
-  HYPGEN_FN static std::int32_t back(const Params& params, std::int32_t d) {
-    return params.back_table[d];
   }
 
   // tag.pomdp:32
@@ -450,7 +440,7 @@ struct Tag : NoHistory {
     Key rest = key;
     const std::int32_t robot_seen_seen = static_cast<std::int32_t>(rest % 2);
     rest /= 2;
-    if (next.robot_seen() != robot_seen_seen != 0) return 0.0;
+    if (next.robot_seen() != (robot_seen_seen != 0)) return 0.0;
     double weight = 1.0;
     return weight;
   }
@@ -506,8 +496,8 @@ struct Tag : NoHistory {
   }
 
   template <class D>
-  static StepResult step_group_0(const Params& params, const Fixed&, const State& state, int act,
-      D& draws, State& next) {
+  static StepResult step_group_0(const Params& params, const Fixed&, const State& state, int act, D& draws,
+      State& next) {
     next = state;
     update_robot_stage_0(params, state, act, next);
     update_opponent(params, state, draws, next);
@@ -569,7 +559,6 @@ struct Tag : NoHistory {
   // tag.pomdp:39
   HYPGEN_FN static std::int32_t compute_robot_cell_table(const Params& params, std::int32_t entry) {
     bool found = false;
-    std::int32_t best{};
     std::int32_t picked{};
     for (std::int32_t c_match = 0; c_match <= 49; ++c_match) {
       bool holds = params.free_table[c_match];
@@ -581,12 +570,9 @@ struct Tag : NoHistory {
         holds = count == entry;
       }
       if (holds) {
-        const std::int32_t candidate = 0;
-        if (!found || candidate < best) {
-          found = true;
-          best = candidate;
-          picked = c_match;
-        }
+        found = true;
+        picked = c_match;
+        break;
       }
     }
     if (!found) picked = Cell::make(0, 0);
@@ -606,7 +592,6 @@ struct Tag : NoHistory {
   // tag.pomdp:49
   HYPGEN_FN static std::int32_t compute_opponent_cell_table(const Params& params, std::int32_t entry) {
     bool found = false;
-    std::int32_t best{};
     std::int32_t picked{};
     for (std::int32_t c_match = 0; c_match <= 49; ++c_match) {
       bool holds = params.free_table[c_match];
@@ -618,12 +603,9 @@ struct Tag : NoHistory {
         holds = count == entry;
       }
       if (holds) {
-        const std::int32_t candidate = 0;
-        if (!found || candidate < best) {
-          found = true;
-          best = candidate;
-          picked = c_match;
-        }
+        found = true;
+        picked = c_match;
+        break;
       }
     }
     if (!found) picked = Cell::make(0, 0);
@@ -635,20 +617,20 @@ struct Tag : NoHistory {
   HYPGEN_FN static std::int32_t compute_opponent_cell_table_2(const Params& params,
       std::int32_t opponent_cell, std::int32_t robot_cell, std::int32_t entry) {
     if (entry == 0) {
-      return params.step_table[(Cell::x(opponent_cell) >= Cell::x(robot_cell) ? Dir::east
-          : Dir::west)][opponent_cell];
+      return params.step_table[Cell::x(opponent_cell) >= Cell::x(robot_cell) ? Dir::east
+          : Dir::west][opponent_cell];
     }
     if (entry == 1) {
-      return params.step_table[(Cell::x(opponent_cell) <= Cell::x(robot_cell) ? Dir::west
-          : Dir::east)][opponent_cell];
+      return params.step_table[Cell::x(opponent_cell) <= Cell::x(robot_cell) ? Dir::west
+          : Dir::east][opponent_cell];
     }
     if (entry == 2) {
-      return params.step_table[(Cell::y(opponent_cell) >= Cell::y(robot_cell) ? Dir::north
-          : Dir::south)][opponent_cell];
+      return params.step_table[Cell::y(opponent_cell) >= Cell::y(robot_cell) ? Dir::north
+          : Dir::south][opponent_cell];
     }
     if (entry == 3) {
-      return params.step_table[(Cell::y(opponent_cell) <= Cell::y(robot_cell) ? Dir::south
-          : Dir::north)][opponent_cell];
+      return params.step_table[Cell::y(opponent_cell) <= Cell::y(robot_cell) ? Dir::south
+          : Dir::north][opponent_cell];
     }
     return opponent_cell;
   }
@@ -675,7 +657,6 @@ struct Tag : NoHistory {
     }
     if (count == 0) return Act::move(params.back_table[robot_heading]);
     bool found = false;
-    std::int32_t best{};
     std::int32_t picked{};
     for (std::int32_t d_match = 0; d_match <= 3; ++d_match) {
       bool holds = params.step_table[d_match][robot_cell] != robot_cell &&
@@ -691,12 +672,9 @@ struct Tag : NoHistory {
         holds = count_2 == entry;
       }
       if (holds) {
-        const std::int32_t candidate = 0;
-        if (!found || candidate < best) {
-          found = true;
-          best = candidate;
-          picked = d_match;
-        }
+        found = true;
+        picked = d_match;
+        break;
       }
     }
     if (!found) picked = Dir::north;

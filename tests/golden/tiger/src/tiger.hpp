@@ -83,9 +83,7 @@ struct Tiger : NoHistory {
   // tiger.pomdp:16: tiger'
   template <class D>
   HYPGEN_FN static void update_room(const State&, std::int32_t act, D& draws, State& next) {
-    if (act != Act::listen) {
-      next.set_room_tiger(dist::uniform(draws.word(Site::room_tiger, 0), 2));
-    }
+    if (act != Act::listen) next.set_room_tiger(dist::uniform(draws.word(Site::room_tiger, 0), 2));
   }
 
   // Rewards ---------------------------------------------------------------------------------------------
@@ -362,8 +360,8 @@ struct Tiger : NoHistory {
   }
 
   template <class D>
-  static StepResult step_group_0(const Params&, const Fixed&, const State& state, int act,
-      D& draws, State& next) {
+  static StepResult step_group_0(const Params&, const Fixed&, const State& state, int act, D& draws,
+      State& next) {
     next = state;
     update_room(state, act, draws, next);
     StepResult result{};

@@ -112,9 +112,7 @@ struct TigerMemory {
   // tiger_memory.pomdp:15: tiger'
   template <class D>
   HYPGEN_FN static void update_room(const State&, std::int32_t act, D& draws, State& next) {
-    if (act != Act::listen) {
-      next.set_room_tiger(dist::uniform(draws.word(Site::room_tiger, 0), 2));
-    }
+    if (act != Act::listen) next.set_room_tiger(dist::uniform(draws.word(Site::room_tiger, 0), 2));
   }
 
   // Rewards ---------------------------------------------------------------------------------------------
@@ -428,8 +426,8 @@ struct TigerMemory {
   }
 
   template <class D>
-  static StepResult step_group_0(const Params&, const Fixed&, const State& state, int act,
-      D& draws, State& next) {
+  static StepResult step_group_0(const Params&, const Fixed&, const State& state, int act, D& draws,
+      State& next) {
     next = state;
     update_room(state, act, draws, next);
     StepResult result{};
@@ -475,7 +473,7 @@ struct TigerMemory {
       for (std::int32_t last_action = 0; last_action <= 2; ++last_action) {
         for (std::int32_t last_heard = 0; last_heard <= 1; ++last_heard) {
           for (std::int32_t memory_lead = -2; memory_lead <= 2; ++memory_lead) {
-            params.policy_n_table[static_cast<std::int32_t>((started != 0))][last_action][last_heard][memory_lead + 2] = static_cast<std::int8_t>(compute_policy_n_table((started != 0), last_action, last_heard, memory_lead));
+            params.policy_n_table[static_cast<std::int32_t>(started != 0)][last_action][last_heard][memory_lead + 2] = static_cast<std::int8_t>(compute_policy_n_table(started != 0, last_action, last_heard, memory_lead));
           }
         }
       }
@@ -484,7 +482,9 @@ struct TigerMemory {
       for (std::int32_t last_action = 0; last_action <= 2; ++last_action) {
         for (std::int32_t last_heard = 0; last_heard <= 1; ++last_heard) {
           for (std::int32_t memory_lead = -2; memory_lead <= 2; ++memory_lead) {
-            params.policy_table[static_cast<std::int32_t>((started != 0))][last_action][last_heard][memory_lead + 2] = static_cast<std::uint8_t>(compute_policy_table(params, (started != 0), last_action, last_heard, memory_lead));
+            params.policy_table[static_cast<std::int32_t>(started != 0)][last_action][last_heard][memory_lead
+                + 2] = static_cast<std::uint8_t>(compute_policy_table(params, started != 0, last_action,
+                    last_heard, memory_lead));
           }
         }
       }

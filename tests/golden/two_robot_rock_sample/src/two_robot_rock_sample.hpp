@@ -186,8 +186,8 @@ struct TwoRobotRockSample {
   HYPGEN_FN static float worth(const Params& params, const State& state, std::int32_t b, std::int32_t r,
       float p) {
     return gone(state, b) ||
-        10.0f * p * params.worth_table[state.bot_x(b)][state.bot_y(b)][r] <= loss(params, state, b, r)
-            ? 0.0f : p / (static_cast<float>(walk_to(params, state, b, r) + 1 + (p < params.sure ? 1 : 0))
+        10.0f * p * params.worth_table[state.bot_x(b)][state.bot_y(b)][r] <= loss(params, state, b, r) ? 0.0f
+            : p / (static_cast<float>(walk_to(params, state, b, r) + 1 + (p < params.sure ? 1 : 0))
             + params.detour_weight * static_cast<float>(detour(params, state, b, r)));
   }
 
@@ -483,8 +483,6 @@ struct TwoRobotRockSample {
         holds &= state.bot_x(b) > 0;
       } else if (move[b] == Move::sample) {
         holds &= params.legal_table[state.bot_x(b)][state.bot_y(b)];
-      } else {
-        holds &= true;
       }
     }
     return holds;
@@ -510,9 +508,7 @@ struct TwoRobotRockSample {
     }
     StepResult result{};
     for (std::int32_t b = 0; b <= 1; ++b) result.reward += math::to_fixed(reward_bot_exit(state, next, b));
-    bool found_2 = false;
-    for (std::int32_t b = 0; b <= 1; ++b) found_2 |= move[b] == Move::sample;
-    if (found_2) {
+    if (found) {
       for (std::int32_t r = 0; r <= 19; ++r) {
         result.reward += math::to_fixed(reward_rock_sampled(params, state, move, r));
       }
@@ -770,71 +766,61 @@ struct TwoRobotRockSample {
 
   // Bounds from small models ----------------------------------------------------------------------------
 
-  // What is legal for agent 0 whatever the other does.
-  static bool is_legal_for_agent_0(const Params& params, const Fixed&, const State& state,
-      int action) {
+  // <0>: What is legal for agent 0 whatever the other does.
+  // <1>: What is legal for agent 1 whatever the other does.
+  template <int entry>
+  static bool is_legal_for_agent(const Params& params, const Fixed&, const State& state, int action) {
     const Joint move = joint(action);
-    if (state.bot_x(0) == 20) return move[0] == Move::east;
-    if (move[0] == Move::north) return state.bot_y(0) < 19;
-    if (move[0] == Move::south) return state.bot_y(0) > 0;
-    if (move[0] == Move::west) return state.bot_x(0) > 0;
-    if (move[0] == Move::sample) return params.legal_table[state.bot_x(0)][state.bot_y(0)];
+    if (state.bot_x(entry) == 20) return move[entry] == Move::east;
+    if (move[entry] == Move::north) return state.bot_y(entry) < 19;
+    if (move[entry] == Move::south) return state.bot_y(entry) > 0;
+    if (move[entry] == Move::west) return state.bot_x(entry) > 0;
+    if (move[entry] == Move::sample) return params.legal_table[state.bot_x(entry)][state.bot_y(entry)];
     return true;
   }
 
-  // What is legal for agent 1 whatever the other does.
-  static bool is_legal_for_agent_1(const Params& params, const Fixed&, const State& state,
-      int action) {
-    const Joint move = joint(action);
-    if (state.bot_x(1) == 20) return move[1] == Move::east;
-    if (move[1] == Move::north) return state.bot_y(1) < 19;
-    if (move[1] == Move::south) return state.bot_y(1) > 0;
-    if (move[1] == Move::west) return state.bot_x(1) > 0;
-    if (move[1] == Move::sample) return params.legal_table[state.bot_x(1)][state.bot_y(1)];
-    return true;
-  }
-
-  // States as far as rock.sampled[0, 2, 4, 6, 8, 10, 12, 14, 16, 18] goes.
-  HYPGEN_FN static std::int32_t index_of_group_0(const Fixed&, const State& state) {
+  // <0, 0, 18>: States as far as rock.sampled[0, 2, 4, 6, 8, 10, 12, 14, 16, 18] goes.
+  // <1, 0, 18>: States as far as rock.sampled[0, 2, 4, 6, 8, 10, 12, 14, 16, 18] goes.
+  // <0, 1, 19>: States as far as bot.exit[0], rock.sampled[1, 3, 5, 7, 9, 11, 13, 15, 17, 19] goes.
+  // <1, 1, 19>: States as far as bot.exit[1], rock.sampled[1, 3, 5, 7, 9, 11, 13, 15, 17, 19] goes.
+  template <int entry, int first, int last>
+  HYPGEN_FN static std::int32_t index_of_group(const Fixed&, const State& state) {
     std::int32_t index = 0;
-    for (std::int32_t i = 0; i <= 18; i += 2) index = index * 2 + static_cast<std::int32_t>(state.rock_good(i));
-    for (std::int32_t i = 0; i <= 0; ++i) index = index * 21 + state.bot_x(i);
-    for (std::int32_t i = 0; i <= 0; ++i) index = index * 20 + state.bot_y(i);
+    for (std::int32_t i = first; i <= last; i += 2) {
+      index = index * 2 + static_cast<std::int32_t>(state.rock_good(i));
+    }
+    index = index * 21 + state.bot_x(entry);
+    index = index * 20 + state.bot_y(entry);
     return index;
   }
 
-  static void put_group_0(std::int32_t index, Fixed& fixed, State& state) {
+  template <int entry, int first, int last>
+  static void put_group(std::int32_t index, Fixed& fixed, State& state) {
     fixed = Fixed{};
     state = State{};
-    for (std::int32_t i = 0; i >= 0; --i) {
-      state.set_bot_y(i, index % 20);
-      index /= 20;
-    }
-    for (std::int32_t i = 0; i >= 0; --i) {
-      state.set_bot_x(i, index % 21);
-      index /= 21;
-    }
-    for (std::int32_t i = 18; i >= 0; i -= 2) {
-      state.set_rock_good(i, (index % 2) != 0);
+    state.set_bot_y(entry, index % 20);
+    index /= 20;
+    state.set_bot_x(entry, index % 21);
+    index /= 21;
+    for (std::int32_t i = last; i >= first; i -= 2) {
+      state.set_rock_good(i, index % 2 != 0);
       index /= 2;
     }
   }
 
-  template <class D>
-  static StepResult step_group_0(const Params& params, const Fixed&, const State& state,
-      int action, D&, State& next) {
+  template <class D, int entry>
+  static StepResult step_group(const Params& params, const Fixed&, const State& state, int action, D&,
+      State& next) {
     const Joint move = joint(action);
     next = state;
-    for (std::int32_t b = 0; b <= 0; ++b) update_bot(state, move, next, b);
+    update_bot(state, move, next, entry);
     bool found = false;
     for (std::int32_t b = 0; b <= 1; ++b) found |= move[b] == Move::sample;
     if (found) {
       for (std::int32_t r = 0; r <= 18; r += 2) update_rock(params, state, move, next, r);
     }
     StepResult result{};
-    bool found_2 = false;
-    for (std::int32_t b = 0; b <= 1; ++b) found_2 |= move[b] == Move::sample;
-    if (found_2) {
+    if (found) {
       for (std::int32_t r = 0; r <= 18; r += 2) {
         result.reward += math::to_fixed(reward_rock_sampled(params, state, move, r));
       }
@@ -843,97 +829,20 @@ struct TwoRobotRockSample {
     return result;
   }
 
-  // States as far as rock.sampled[0, 2, 4, 6, 8, 10, 12, 14, 16, 18] goes.
-  HYPGEN_FN static std::int32_t index_of_group_1(const Fixed&, const State& state) {
-    std::int32_t index = 0;
-    for (std::int32_t i = 0; i <= 18; i += 2) index = index * 2 + static_cast<std::int32_t>(state.rock_good(i));
-    for (std::int32_t i = 1; i <= 1; ++i) index = index * 21 + state.bot_x(i);
-    for (std::int32_t i = 1; i <= 1; ++i) index = index * 20 + state.bot_y(i);
-    return index;
-  }
-
-  static void put_group_1(std::int32_t index, Fixed& fixed, State& state) {
-    fixed = Fixed{};
-    state = State{};
-    for (std::int32_t i = 1; i >= 1; --i) {
-      state.set_bot_y(i, index % 20);
-      index /= 20;
-    }
-    for (std::int32_t i = 1; i >= 1; --i) {
-      state.set_bot_x(i, index % 21);
-      index /= 21;
-    }
-    for (std::int32_t i = 18; i >= 0; i -= 2) {
-      state.set_rock_good(i, (index % 2) != 0);
-      index /= 2;
-    }
-  }
-
-  template <class D>
-  static StepResult step_group_1(const Params& params, const Fixed&, const State& state,
-      int action, D&, State& next) {
+  template <class D, int entry>
+  static StepResult step_group_4(const Params& params, const Fixed&, const State& state, int action, D&,
+      State& next) {
     const Joint move = joint(action);
     next = state;
-    for (std::int32_t b = 1; b <= 1; ++b) update_bot(state, move, next, b);
-    bool found = false;
-    for (std::int32_t b = 0; b <= 1; ++b) found |= move[b] == Move::sample;
-    if (found) {
-      for (std::int32_t r = 0; r <= 18; r += 2) update_rock(params, state, move, next, r);
-    }
-    StepResult result{};
-    bool found_2 = false;
-    for (std::int32_t b = 0; b <= 1; ++b) found_2 |= move[b] == Move::sample;
-    if (found_2) {
-      for (std::int32_t r = 0; r <= 18; r += 2) {
-        result.reward += math::to_fixed(reward_rock_sampled(params, state, move, r));
-      }
-    }
-    result.terminal = false;
-    return result;
-  }
-
-  // States as far as bot.exit[0], rock.sampled[1, 3, 5, 7, 9, 11, 13, 15, 17, 19] goes.
-  HYPGEN_FN static std::int32_t index_of_group_2(const Fixed&, const State& state) {
-    std::int32_t index = 0;
-    for (std::int32_t i = 1; i <= 19; i += 2) index = index * 2 + static_cast<std::int32_t>(state.rock_good(i));
-    for (std::int32_t i = 0; i <= 0; ++i) index = index * 21 + state.bot_x(i);
-    for (std::int32_t i = 0; i <= 0; ++i) index = index * 20 + state.bot_y(i);
-    return index;
-  }
-
-  static void put_group_2(std::int32_t index, Fixed& fixed, State& state) {
-    fixed = Fixed{};
-    state = State{};
-    for (std::int32_t i = 0; i >= 0; --i) {
-      state.set_bot_y(i, index % 20);
-      index /= 20;
-    }
-    for (std::int32_t i = 0; i >= 0; --i) {
-      state.set_bot_x(i, index % 21);
-      index /= 21;
-    }
-    for (std::int32_t i = 19; i >= 1; i -= 2) {
-      state.set_rock_good(i, (index % 2) != 0);
-      index /= 2;
-    }
-  }
-
-  template <class D>
-  static StepResult step_group_2(const Params& params, const Fixed&, const State& state,
-      int action, D&, State& next) {
-    const Joint move = joint(action);
-    next = state;
-    for (std::int32_t b = 0; b <= 0; ++b) update_bot(state, move, next, b);
+    update_bot(state, move, next, entry);
     bool found = false;
     for (std::int32_t b = 0; b <= 1; ++b) found |= move[b] == Move::sample;
     if (found) {
       for (std::int32_t r = 1; r <= 19; r += 2) update_rock(params, state, move, next, r);
     }
     StepResult result{};
-    for (std::int32_t b = 0; b <= 0; ++b) result.reward += math::to_fixed(reward_bot_exit(state, next, b));
-    bool found_2 = false;
-    for (std::int32_t b = 0; b <= 1; ++b) found_2 |= move[b] == Move::sample;
-    if (found_2) {
+    result.reward += math::to_fixed(reward_bot_exit(state, next, entry));
+    if (found) {
       for (std::int32_t r = 1; r <= 19; r += 2) {
         result.reward += math::to_fixed(reward_rock_sampled(params, state, move, r));
       }
@@ -942,93 +851,34 @@ struct TwoRobotRockSample {
     return result;
   }
 
-  // States as far as bot.exit[1], rock.sampled[1, 3, 5, 7, 9, 11, 13, 15, 17, 19] goes.
-  HYPGEN_FN static std::int32_t index_of_group_3(const Fixed&, const State& state) {
+  // <0>: What agent 0's rows of tables stand for.
+  // <1>: What agent 1's rows of tables stand for.
+  template <int entry>
+  HYPGEN_FN static std::int32_t row_of_agent(const Fixed&, const State& state) {
     std::int32_t index = 0;
-    for (std::int32_t i = 1; i <= 19; i += 2) index = index * 2 + static_cast<std::int32_t>(state.rock_good(i));
-    for (std::int32_t i = 1; i <= 1; ++i) index = index * 21 + state.bot_x(i);
-    for (std::int32_t i = 1; i <= 1; ++i) index = index * 20 + state.bot_y(i);
+    index = index * 21 + state.bot_x(entry);
+    index = index * 20 + state.bot_y(entry);
     return index;
   }
 
-  static void put_group_3(std::int32_t index, Fixed& fixed, State& state) {
-    fixed = Fixed{};
-    state = State{};
-    for (std::int32_t i = 1; i >= 1; --i) {
-      state.set_bot_y(i, index % 20);
-      index /= 20;
-    }
-    for (std::int32_t i = 1; i >= 1; --i) {
-      state.set_bot_x(i, index % 21);
-      index /= 21;
-    }
-    for (std::int32_t i = 19; i >= 1; i -= 2) {
-      state.set_rock_good(i, (index % 2) != 0);
-      index /= 2;
-    }
-  }
-
-  template <class D>
-  static StepResult step_group_3(const Params& params, const Fixed&, const State& state,
-      int action, D&, State& next) {
-    const Joint move = joint(action);
-    next = state;
-    for (std::int32_t b = 1; b <= 1; ++b) update_bot(state, move, next, b);
-    bool found = false;
-    for (std::int32_t b = 0; b <= 1; ++b) found |= move[b] == Move::sample;
-    if (found) {
-      for (std::int32_t r = 1; r <= 19; r += 2) update_rock(params, state, move, next, r);
-    }
-    StepResult result{};
-    for (std::int32_t b = 1; b <= 1; ++b) result.reward += math::to_fixed(reward_bot_exit(state, next, b));
-    bool found_2 = false;
-    for (std::int32_t b = 0; b <= 1; ++b) found_2 |= move[b] == Move::sample;
-    if (found_2) {
-      for (std::int32_t r = 1; r <= 19; r += 2) {
-        result.reward += math::to_fixed(reward_rock_sampled(params, state, move, r));
-      }
-    }
-    result.terminal = false;
-    return result;
-  }
-
-  // What agent 0's rows of tables stand for.
-  HYPGEN_FN static std::int32_t row_of_agent_0(const Fixed&, const State& state) {
+  // <0, 18>: Which tokens are valuable.
+  // <1, 19>: Which tokens are valuable.
+  template <int first, int last>
+  HYPGEN_FN static std::int32_t tokens_of_share(const Fixed&, const State& state) {
     std::int32_t index = 0;
-    for (std::int32_t i = 0; i <= 0; ++i) index = index * 21 + state.bot_x(i);
-    for (std::int32_t i = 0; i <= 0; ++i) index = index * 20 + state.bot_y(i);
-    return index;
-  }
-
-  // What agent 1's rows of tables stand for.
-  HYPGEN_FN static std::int32_t row_of_agent_1(const Fixed&, const State& state) {
-    std::int32_t index = 0;
-    for (std::int32_t i = 1; i <= 1; ++i) index = index * 21 + state.bot_x(i);
-    for (std::int32_t i = 1; i <= 1; ++i) index = index * 20 + state.bot_y(i);
-    return index;
-  }
-
-  // Which tokens are valuable.
-  HYPGEN_FN static std::int32_t tokens_of_share_0(const Fixed&, const State& state) {
-    std::int32_t index = 0;
-    for (std::int32_t i = 0; i <= 18; i += 2) index = index * 2 + static_cast<std::int32_t>(state.rock_good(i));
-    return index;
-  }
-
-  // Which tokens are valuable.
-  HYPGEN_FN static std::int32_t tokens_of_share_1(const Fixed&, const State& state) {
-    std::int32_t index = 0;
-    for (std::int32_t i = 1; i <= 19; i += 2) index = index * 2 + static_cast<std::int32_t>(state.rock_good(i));
+    for (std::int32_t i = first; i <= last; i += 2) {
+      index = index * 2 + static_cast<std::int32_t>(state.rock_good(i));
+    }
     return index;
   }
 
   HYPGEN_FN static float upper(const Params& params, const Fixed& fixed, const State& state) {
-    const std::int32_t row_0 = row_of_agent_0(fixed, state);
-    const std::int32_t row_1 = row_of_agent_1(fixed, state);
+    const std::int32_t row_0 = row_of_agent<0>(fixed, state);
+    const std::int32_t row_1 = row_of_agent<1>(fixed, state);
     float worth = relaxation::best_share(params.group_0_table + row_0 * 1024, params.group_1_table
-        + row_1 * 1024, static_cast<std::uint32_t>(tokens_of_share_0(fixed, state)));
+        + row_1 * 1024, static_cast<std::uint32_t>(tokens_of_share<0, 18>(fixed, state)));
     worth += relaxation::best_share(params.group_2_table + row_0 * 1024, params.group_3_table + row_1 * 1024,
-        static_cast<std::uint32_t>(tokens_of_share_1(fixed, state)));
+        static_cast<std::uint32_t>(tokens_of_share<1, 19>(fixed, state)));
     const float declared = declared_upper(params, fixed, state);
     return worth < declared ? worth : declared;
   }
@@ -1104,14 +954,14 @@ struct TwoRobotRockSample {
     static constexpr int actions_2[] = {0, 25, 50, 75, 100, 125};
     static constexpr int actions_3[] = {0, 1, 2, 3, 4, 5};
     const relaxation::Group<Params, Fixed, State> groups[] = {
-      {430080, {actions_0, 6}, put_group_0, index_of_group_0, is_legal_for_agent_0, step_group_0<Draws>,
-          nullptr, params.group_0_table, 420},
-      {430080, {actions_1, 6}, put_group_1, index_of_group_1, is_legal_for_agent_1, step_group_1<Draws>,
-          nullptr, params.group_1_table, 420},
-      {430080, {actions_2, 6}, put_group_2, index_of_group_2, is_legal_for_agent_0, step_group_2<Draws>,
-          nullptr, params.group_2_table, 420},
-      {430080, {actions_3, 6}, put_group_3, index_of_group_3, is_legal_for_agent_1, step_group_3<Draws>,
-          nullptr, params.group_3_table, 420},
+      {430080, {actions_0, 6}, put_group<0, 0, 18>, index_of_group<0, 0, 18>, is_legal_for_agent<0>,
+          step_group<Draws, 0>, nullptr, params.group_0_table, 420},
+      {430080, {actions_1, 6}, put_group<1, 0, 18>, index_of_group<1, 0, 18>, is_legal_for_agent<1>,
+          step_group<Draws, 1>, nullptr, params.group_1_table, 420},
+      {430080, {actions_2, 6}, put_group<0, 1, 19>, index_of_group<0, 1, 19>, is_legal_for_agent<0>,
+          step_group_4<Draws, 0>, nullptr, params.group_2_table, 420},
+      {430080, {actions_3, 6}, put_group<1, 1, 19>, index_of_group<1, 1, 19>, is_legal_for_agent<1>,
+          step_group_4<Draws, 1>, nullptr, params.group_3_table, 420},
     };
     relaxation::fill(groups, params, 0.983, true);
     return true;

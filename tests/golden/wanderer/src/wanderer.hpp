@@ -446,14 +446,14 @@ struct WandererOf : NoHistory, NotFactored {
       index /= 5;
     }
     for (std::int32_t i = 5; i >= 1; --i) {
-      fixed.set_map_wall(i, (index % 2) != 0);
+      fixed.set_map_wall(i, index % 2 != 0);
       index /= 2;
     }
   }
 
   template <class D>
-  static StepResult step_group_0(const Params& params, const Fixed& fixed, const State& state,
-      int action, D& draws, State& next) {
+  static StepResult step_group_0(const Params& params, const Fixed& fixed, const State& state, int action,
+      D& draws, State& next) {
     const Joint move = joint(action);
     next = state;
     for (std::int32_t b = 0; b <= 1; ++b) update_bot_stage_0(params, fixed, state, move, draws, next, b);

@@ -53,6 +53,12 @@ def test_one_name_in_all_spaces() -> None:
         "reward s = sum(go in Cell where act == go(go): go)",
         "reward s = sum(room in Cell: room + room.x)",
         "fn f(room: Pos): Cell = room.row + 0 * room.x\nreward s = f(Pos(1, 2))",
+        # Records of floats are taken apart before names are looked up.
+        """record Vec { a, b: float }
+        element go[i in Cell] { hidden go: Vec  hidden y: Cell  init go = Vec(0, 1)  init y = 0
+          go' = go  y' = if go.a > 0 then go[y].y else 1 }
+        reward s = clamp(go[1].go.a, 0, 1) + go[2].y'""",
+        "record Vec { a: float }\nparam room: Vec = Vec(1)\nreward s = room.x + room.a",
     ],
 )
 def test_names_that_the_grammar_tells_apart(more: str, tmp_path: Path) -> None:

@@ -167,7 +167,8 @@ def test_mistakes_are_told_where_they_are(text: str, expected: list[str]) -> Non
         ("T: stay identity", "R: stay : left 1\nT: stay identity",
          "give the numbers that are missing; one reward is written "
          "`R : action : state : next state : observation number`"),
-        ("T: stay identity", "T: stay identity 1", "a specification starts with T, O or R"),
+        ("T: stay identity", "T: stay identity 1", 
+         "a specification starts with T, O, R or a word as `discount:`, a comment with #"),
     ],
 )  # fmt: skip
 def test_remedies_fit_the_place(old: str, new: str, remedy: str) -> None:

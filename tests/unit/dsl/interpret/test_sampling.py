@@ -131,6 +131,16 @@ def test_draws_of_continuous_laws_follow_their_densities(tmp_path: Path) -> None
     assert wrong_sensors(tmp_path) == set()
 
 
+@pytest.mark.parametrize("place", ["1000.0", "20000.0", "400000.0", "8e8"])
+def test_draws_far_from_zero_repeat_and_are_no_mistake(place: str, tmp_path: Path) -> None:
+    text = SENSORS.replace("normal(0.1 * thing.x' + thing.gust, 0.5)", f"normal({place} + thing.gust, 0.5)")
+    (tmp_path / "far.pomdp").write_text(text)
+    walk = Walk(load(tmp_path / "far.pomdp").model, 40, 0)
+    walk.run(quiet)
+    check_densities(walk, quiet)
+    assert [f.diagnostic.message for f in walk.findings] == []
+
+
 @pytest.mark.parametrize(("law", "name", "factor"), [(ir.Normal, "near", 1.25), (ir.Clamped, "held", 0.75)])
 def test_a_wrong_density_of_a_continuous_law_is_found(
     law: type[ir.Continuous], name: str, factor: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

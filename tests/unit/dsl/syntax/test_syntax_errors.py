@@ -114,9 +114,9 @@ def test_an_operator_is_taken_for_no_comment(line: str) -> None:
 @pytest.mark.parametrize(
     ("line", "remedy"),
     [
-        ("hidden p: P\n  p.x' = 1", "write `p' = P(.., p.y)`, its fields in order"),
+        ("hidden p: P\n  p.x' = 1", "write `p' = p with { x = .. }`, which keeps its other fields"),
         ("hidden p: P\n  init p.y = 1", "write `init p = P(.., ..)`, its fields in order"),
-        ("visible fixed a, p: P\n  p.y' = 1", "write `p' = P(p.x, ..)`, its fields in order"),
+        ("visible fixed a, p: P\n  p.y' = 1", "write `p' = p with { y = .. }`, which keeps its other fields"),
         ("hidden p: P\n  q.x' = 1", "write `x'` in element 'q'"),
         ("next p ~ uniform(P)", "write `p' ~ ..`"),
         ("init p = P(y: 2, x: 1 + 1)", "write `P(1 + 1, 2)`"),

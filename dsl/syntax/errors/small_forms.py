@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Syntax mistakes in `e is variant` and `p with { x = 1 }`."""
+
+from __future__ import annotations
+
+import re
+
+from hypgen.dsl.messages.diagnostic import Diagnostic
+from hypgen.dsl.syntax.errors.situation import Situation
+
+
+def _value_behind_is(s: Situation) -> Diagnostic | None:
+    """Know `act is go(2)`, `act is not go` and `x is 3`."""
+    if s.token.type == "LPAR" and s.follows("IS", "NAME"):
+        message = "'is' asks for a variant of any value"
+        remedy = f"write `is {s.previous()}` alone, or compare with one value: `== {s.previous()}(..)`"
+        return Diagnostic("E0154", message, s.span(), remedy)
+    if not s.follows("IS") or s.token.type == "NAME":
+        return None
+    if s.token.type == "NOT":
+        variant = re.match(r"not\s+(\w+)", s.rest)
+        remedy = f"write `not (value is {variant[1] if variant else 'variant'})`"
+        return Diagnostic("E0154", "'not' stands before the whole test", s.span(), remedy)
+    message = "'is' asks for a variant by its name"
+    return Diagnostic("E0154", message, s.span(), "write `==` to compare values")
+
+
+def _fields_behind_with(s: Situation) -> Diagnostic | None:
+    """Know `p with (x = 1)` and `p with { x: 1 }`."""
+    if s.follows("WITH") and s.token.type != "LBRACE":
+        remedy = "write `value with { field = new }`"
+        return Diagnostic("E0154", "what 'with' changes stands in braces", s.span(), remedy)
+    if s.token.type != "COLON" or s.accepts != {"EQUAL"} or s.open_bracket is None:
+        return None
+    opened = next(n for n, t in enumerate(s.before) if t is s.open_bracket)
+    if s.before[opened - 1].type != "WITH":
+        return None
+    remedy = f"write `{s.previous()} = ..`"
+    return Diagnostic("E0154", "'with' gives a field its new value by '='", s.span(), remedy)
+
+
+SMALL_FORM_MISTAKES = (_value_behind_is, _fields_behind_with)
