@@ -34,6 +34,7 @@ HYPGEN = {
         "editor",
         "experiments",
         "tuning",
+        "recordings",
         "views",
         "whole_files",
     ),
