@@ -16,6 +16,7 @@ _WIDE = 3.6  # inches of the world's longer side
 _STRIP = 0.5  # of the words above it
 _GAUGE = 0.24  # of each gauge
 _CURVES = 1.0
+_TICKS = 0.18  # beside the curves
 _SMALL = 7
 _LETTERS = 54  # in a line
 
@@ -55,9 +56,15 @@ def _areas(figure: Figure, heights: Sequence[float]) -> list[Axes]:
     tall, wide = figure.get_figheight(), figure.get_figwidth()
     top, areas = tall - 0.05, []
     for height in heights:
+        indent = _TICKS if len(areas) == len(heights) - 1 else 0.0  # the curves have numbers beside them
         areas.append(
             figure.add_axes(
-                (0.15 / wide, (top - height) / tall, _WIDE / wide, max(height - 0.05, 0.01) / tall)
+                (
+                    (0.15 + indent) / wide,
+                    (top - height) / tall,
+                    (_WIDE - indent) / wide,
+                    max(height - 0.05, 0.01) / tall,
+                )
             )
         )
         top -= height

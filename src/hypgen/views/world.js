@@ -30,7 +30,7 @@ function worldOf(view, element) {
 
   function draw(moment = now) {
     now = moment;
-    const known = layers.truth ? moment.truth || [] : [];
+    const known = (moment.truth || []).filter((one) => layers.truth || !hidden.has(one.name)); // what is seen stays
     const believed = layers.belief ? moment.belief || [] : [];
     belief.replaceChildren(...believed.flatMap((one) => drawn(one, frame, "believed")));
     truth.replaceChildren(...known.flatMap((one) => drawn(one, frame, hidden.has(one.name) ? "true" : "seen")));
