@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from hypgen.dsl.load import Loaded, read_source
+from hypgen.dsl.load import Loaded, decode_source, read_source
 from hypgen.dsl.messages.diagnostic import ModelError
-from hypgen.dsl.messages.source import Source
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.syntax.parse import parse
 from hypgen.editor.document import Declared, Document
@@ -102,7 +102,7 @@ def rename(document: Document, offset: int, new: str) -> list[Edit]:
         raise RenameRefused("there is no name of the model here")
     if [t.kind for t in lexemes(new)] != ["NAME"]:
         raise RenameRefused(f"'{new}' cannot be a name")
-    if document.diagnostics_of(document.text) and any(d.severity == "error" for d in document.found):
+    if any(d.severity == "error" for d in document.current().found):
         raise RenameRefused("the model has mistakes: correct them first")
     if len(declared) > 1:
         raise RenameRefused(f"'{token.text}' is declared in {len(declared)} places: rename them by hand")
@@ -117,7 +117,7 @@ def rename(document: Document, offset: int, new: str) -> list[Edit]:
     if any(d.severity == "error" for d in document.diagnostics_of(renamed)):
         raise RenameRefused(f"the model would have mistakes with '{new}'")
     if declared[0].word == "param":
-        edits += _in_instances(document.path, token.text, new)
+        edits += _in_instances(document, token.text, new)
     return edits
 
 
@@ -186,13 +186,14 @@ def _owner_before(text: str) -> str | None:
     return None
 
 
-def _in_instances(path: str, old: str, new: str) -> list[Edit]:
+def _in_instances(document: Document, old: str, new: str) -> list[Edit]:
     """Return the edits of the instance files in a model's folder."""
-    edits = []
+    path, edits = document.path, []
     for other in sorted(Path(path).parent.glob("*.pomdp")):
+        content = document.edited.get(os.path.realpath(other))
         try:
-            source = read_source(str(other))
-            file = parse(Source(source.name, source.text))
+            source = read_source(str(other)) if content is None else decode_source(str(other), content)
+            file = parse(source)
         except ModelError:
             continue
         if (

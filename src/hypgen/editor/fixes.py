@@ -32,7 +32,7 @@ def fixes(document: Document, mistake: Diagnostic) -> list[Fix]:
     """Return the best change that takes a mistake away and brings no other, or nothing."""
     if mistake.span is None or mistake.span.file != document.path:
         return []
-    before = {(d.code, d.message) for d in document.diagnostics_of(document.text)}
+    before = {(d.code, d.message) for d in document.current().found}
     for number, fix in enumerate(_candidates(document.text, mistake)):
         if number == _MOST:
             break

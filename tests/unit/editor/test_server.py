@@ -135,8 +135,8 @@ def place(text: str, piece: str, skip: int = 0) -> lsp.Position:
 )
 def test_fixes_take_mistakes_away(tmp_path: Path, before: str, after: str, title: str) -> None:
     document = opened(tmp_path, TIGER.replace(before, after, 1))
-    assert document.found
-    found = [f for mistake in document.found for f in fixes(document, mistake)]
+    assert document.checked.found
+    found = [f for mistake in document.checked.found for f in fixes(document, mistake)]
     assert title in [f.title for f in found]
 
 
