@@ -170,16 +170,16 @@ ASKED: tuple[Callable[[Document, int], Any], ...] = (
 def test_random_edits_end_no_answer(tmp_path: Path, edits: int) -> None:
     """Each edit is checked, asked about at a random place, fixed, and a name of it is renamed."""
     rng = random.Random(7)
-    document = opened(tmp_path)
+    document, fixed, renamed = opened(tmp_path), 0, 0
     for number in range(edits):
         document.text = _edit(rng, document.text if rng.random() < 0.7 else TIGER) or TIGER
         found = document.check()
         for ask in ASKED:
             ask(document, rng.randrange(len(document.text) + 1))
         if found and number % 4 == 0:
-            fixes(document, rng.choice(found))
+            fixed += len(fixes(document, rng.choice(found)))
         try:
-            edits_made = answers.rename(document, rng.randrange(len(document.text) + 1), "fresh")
+            renamed += len(answers.rename(document, rng.randrange(len(document.text) + 1), "fresh"))
         except answers.RenameRefused:
             continue
-        assert edits_made
+    assert edits < 1000 or (fixed > 20 and renamed > 20)
