@@ -16,11 +16,21 @@ from pygls.lsp.client import BaseLanguageClient
 from hypgen.editor.server import make_server
 
 
+class Client(BaseLanguageClient):
+    """A client that notes how its server ended."""
+
+    status: int | None = None
+
+    async def server_exit(self, server: asyncio.subprocess.Process) -> None:
+        """Keep the exit status."""
+        self.status = server.returncode
+
+
 class Editor:
     """An editor with open texts, and the diagnostics that it has been sent for each."""
 
     def __init__(self) -> None:
-        self.client = BaseLanguageClient("test", "1")
+        self.client = Client("test", "1")
         self.shown: dict[str, asyncio.Queue[list[lsp.Diagnostic]]] = {}
         self._version = 1
 
@@ -82,7 +92,10 @@ async def over_pipes(*command: str) -> AsyncIterator[Editor]:
     yield editor
     await editor.client.shutdown_async(None)
     editor.client.exit(None)
+    while not editor.client.stopped:
+        await asyncio.sleep(0.01)
     await editor.client.stop()
+    assert editor.client.status == 0
 
 
 async def _greet(editor: Editor) -> None:
