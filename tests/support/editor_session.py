@@ -31,14 +31,14 @@ class Editor:
 
     def __init__(self) -> None:
         self.client = Client("test", "1")
-        self.shown: dict[str, asyncio.Queue[list[lsp.Diagnostic]]] = {}
+        self.shown: dict[str, asyncio.Queue[lsp.PublishDiagnosticsParams]] = {}
         self._version = 1
 
         @self.client.feature(lsp.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
         def diagnostics(params: lsp.PublishDiagnosticsParams) -> None:
-            self._queue(params.uri).put_nowait(list(params.diagnostics))
+            self._queue(params.uri).put_nowait(params)
 
-    def _queue(self, uri: str) -> asyncio.Queue[list[lsp.Diagnostic]]:
+    def _queue(self, uri: str) -> asyncio.Queue[lsp.PublishDiagnosticsParams]:
         return self.shown.setdefault(uri, asyncio.Queue())
 
     async def open(self, path: Path, text: str) -> list[lsp.Diagnostic]:
@@ -48,9 +48,9 @@ class Editor:
         return await self.told(path)
 
     async def change(self, path: Path, text: str) -> list[lsp.Diagnostic]:
-        """Change a text and return what is said of it."""
+        """Change a text and return what is said of it, and not of an earlier one."""
         self.send(path, text)
-        return await self.told(path)
+        return await self.told(path, self._version)
 
     def send(self, path: Path, text: str) -> None:
         """Change a text and wait for nothing."""
@@ -59,9 +59,12 @@ class Editor:
         whole = [lsp.TextDocumentContentChangeWholeDocument(text)]
         self.client.text_document_did_change(lsp.DidChangeTextDocumentParams(version, whole))
 
-    async def told(self, path: Path) -> list[lsp.Diagnostic]:
-        """Return the next diagnostics that are sent for a file."""
-        return await asyncio.wait_for(self._queue(path.as_uri()).get(), 60)
+    async def told(self, path: Path, version: int = 0) -> list[lsp.Diagnostic]:
+        """Return the next diagnostics that are sent for a file, of a version of its text or a later one."""
+        while True:
+            found = await asyncio.wait_for(self._queue(path.as_uri()).get(), 60)
+            if (found.version or 0) >= version:
+                return list(found.diagnostics)
 
 
 @asynccontextmanager

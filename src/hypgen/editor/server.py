@@ -126,11 +126,11 @@ class Server(LanguageServer):
 
     async def _check(self, uri: str, pause: float, stop: threading.Event, users: bool) -> None:
         await asyncio.sleep(pause)
-        document = self.document(uri)
+        document, version = self.document(uri), self.workspace.get_text_document(uri).version
         checked = await asyncio.to_thread(document.examine, document.text, stop.is_set)
         document.take(checked)
         found = [self.diagnostic(document.path, checked, d) for d in checked.found]
-        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found))
+        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found, version))
         own = os.path.realpath(document.path)
         for other, opened in list(self.open.items()) if users else ():
             if other != uri and own in map(os.path.realpath, opened.checked.sources):
