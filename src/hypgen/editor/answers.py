@@ -10,6 +10,7 @@ from pathlib import Path
 
 from hypgen.dsl.load import Loaded, decode_source, read_source
 from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.messages.source import Source
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.syntax.parse import parse
 from hypgen.editor.document import Declared, Document
@@ -91,6 +92,20 @@ def references(document: Document, offset: int) -> list[Lexeme]:
     return [t for t in lexemes(document.text) if t.kind == "NAME" and t.text == token.text]
 
 
+def references_in_libraries(document: Document, offset: int) -> list[tuple[Source, Lexeme]]:
+    """Return each token of the libraries with the name at an offset, where a library declares it."""
+    token, loaded = document.lexeme_at(offset), document.loaded
+    if token is None or loaded is None or not any(is_elsewhere(document, d) for d in at(document, offset)):
+        return []
+    others = [source for name, source in loaded.sources.items() if name != document.path]
+    return [(s, t) for s in others for t in lexemes(s.text) if t.kind == "NAME" and t.text == token.text]
+
+
+def is_elsewhere(document: Document, declared: Declared) -> bool:
+    """Return whether a declaration stands in another file than the document's."""
+    return declared.node.span.file != document.path
+
+
 def rename(document: Document, offset: int, new: str) -> list[Edit]:
     """Return the edits that rename a name here and in instances beside; raises ``RenameRefused``.
 
@@ -106,7 +121,7 @@ def rename(document: Document, offset: int, new: str) -> list[Edit]:
         raise RenameRefused("the model has mistakes: correct them first")
     if len(declared) > 1:
         raise RenameRefused(f"'{token.text}' is declared in {len(declared)} places: rename them by hand")
-    if declared[0].node.span.file != document.path or not isinstance(document.tree, ast.ModelFile):
+    if is_elsewhere(document, declared[0]) or not isinstance(document.tree, ast.ModelFile):
         raise RenameRefused(f"'{token.text}' belongs to a library, which other models may import")
     if any(t.text == new for t in lexemes(document.text)) or any(d.name == new for d in document.declared()):
         raise RenameRefused(f"'{new}' is taken")

@@ -131,9 +131,13 @@ class Server(LanguageServer):
         document.take(checked)
         found = [self.diagnostic(document.path, checked, d) for d in checked.found]
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found, version))
-        own = os.path.realpath(document.path)
-        for other, opened in list(self.open.items()) if users else ():
-            if other != uri and own in map(os.path.realpath, opened.checked.sources):
+        if users:
+            self.check_users(uri, document.path)
+
+    def check_users(self, uri: str, path: str) -> None:
+        """Check the open texts that take in a file, now that it has changed."""
+        for other, opened in self.open.items():
+            if other != uri and citation(opened.checked, opened.path, path) is not None:
                 self.check_soon(other, 0, users=False)
 
     def diagnostic(self, path: str, checked: Checked, found: Diagnostic) -> lsp.Diagnostic:
@@ -200,6 +204,7 @@ def _follow_texts(server: Server) -> None:
         server.stop_check(uri)
         server.open.pop(uri, None)
         server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
+        server.check_users(uri, uris.to_fs_path(uri) or uri)
 
 
 def _answer_positions(server: Server) -> None:
@@ -227,7 +232,11 @@ def _answer_positions(server: Server) -> None:
     def references(params: lsp.ReferenceParams) -> list[lsp.Location]:
         uri, document, offset = asked(params)
         found = answers.references(document, offset)
-        return [lsp.Location(uri, server.range(document.text, t.start, t.end)) for t in found]
+        here = [lsp.Location(uri, server.range(document.text, t.start, t.end)) for t in found]
+        return here + [
+            lsp.Location(_address(source.name), server.range(source.text, t.start, t.end))
+            for source, t in answers.references_in_libraries(document, offset)
+        ]
 
     @server.feature(lsp.TEXT_DOCUMENT_RENAME)
     def rename(params: lsp.RenameParams) -> lsp.WorkspaceEdit:

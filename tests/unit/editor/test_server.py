@@ -166,6 +166,28 @@ async def test_a_library_that_is_not_saved_counts_for_its_users(editor: Editor, 
 
 
 @session
+async def test_a_library_that_is_closed_counts_as_it_is_on_disk(editor: Editor, folder: Path) -> None:
+    path, library = folder / "tiger.pomdp", folder / "lib.pomdp"
+    assert await editor.open(library, LIBRARY) == []
+    assert await editor.open(path, USER) == []
+    editor.client.text_document_did_close(lsp.DidCloseTextDocumentParams(document(library)))
+    assert "lib.pomdp" in (await editor.told(path))[0].message
+
+
+@session
+async def test_references_reach_the_library_that_declares_a_name(editor: Editor, folder: Path) -> None:
+    path, library = folder / "tiger.pomdp", folder / "lib.pomdp"
+    library.write_text(LIBRARY)
+    await editor.open(path, USER)
+    asked = lsp.ReferenceParams(lsp.ReferenceContext(True), document(path), place(USER, "twice"))
+    found = await editor.client.text_document_references_async(asked)
+    assert [(u.uri, u.range.start) for u in found or ()] == [
+        (path.as_uri(), place(USER, "twice")),
+        (library.as_uri(), place(LIBRARY, "twice")),
+    ]
+
+
+@session
 async def test_notes_have_the_columns_of_their_own_file(editor: Editor, folder: Path) -> None:
     path, library = folder / "tiger.pomdp", folder / "lib.pomdp"
     library.write_text(LIBRARY)
