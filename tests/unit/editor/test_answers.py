@@ -148,6 +148,10 @@ def test_open_texts_stand_for_files_of_imports_and_instances(tmp_path: Path) -> 
     assert [d.code for d in document.check()] == ["W01"]
     document.edited = {}
     assert [d.severity for d in document.check()] == ["error"]
+    instance = Document(str(tmp_path / "deaf.pomdp"), 'instance deaf of "new.pomdp" { hearing = 0.5 }\n')
+    assert [d.code for d in instance.check()] == ["E0001"]
+    instance.edited = {str(tmp_path.resolve() / "new.pomdp"): TIGER.encode()}
+    assert instance.check() == ()
 
 
 def _edit(rng: random.Random, text: str) -> str:
