@@ -15,6 +15,7 @@ from typing import Any
 from urllib.parse import unquote, urldefrag
 
 import pytest
+from support.npm import require_npm
 
 ROOT = Path(__file__).parents[2]
 CHROMIUM = shutil.which("chromium")
@@ -33,8 +34,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def playground(site: Path) -> Path:
-    if shutil.which("npm") is None:
-        pytest.skip("needs npm")
+    require_npm()
     build = ROOT / "docs" / "site" / "playground" / "build.py"
     subprocess.run([sys.executable, str(build), str(site / "playground")], cwd=ROOT, check=True)
     return site

@@ -11,10 +11,10 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from support.npm import require_npm
 
 ROOT = Path(__file__).parents[2]
-NPM = shutil.which("npm")
-pytestmark = [pytest.mark.editor, pytest.mark.skipif(NPM is None, reason="needs npm")]
+pytestmark = pytest.mark.editor
 
 
 @pytest.fixture(scope="module")
@@ -31,9 +31,8 @@ def extension(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def npm(folder: Path, *arguments: str) -> str:
-    assert NPM is not None
     environment = os.environ | {"HYPGEN_LSP": str(Path(sys.executable).with_name("hypgen"))}
-    command = [NPM, *arguments]
+    command = [require_npm(), *arguments]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment, timeout=300)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
