@@ -54,7 +54,8 @@ def _world_height(scene: Mapping[str, Any]) -> float:
 def _areas(figure: Figure, heights: Sequence[float]) -> list[Axes]:
     """Return axes below each other, of these heights in inches."""
     tall, wide = figure.get_figheight(), figure.get_figwidth()
-    top, areas = tall - 0.05, []
+    top = tall - 0.05
+    areas: list[Axes] = []
     for height in heights:
         indent = _TICKS if len(areas) == len(heights) - 1 else 0.0  # the curves have numbers beside them
         areas.append(
