@@ -35,7 +35,9 @@ class Scenes:
     def __init__(self, model: ir.Model, params: Mapping[str, Any] | None = None) -> None:
         self.model, params = model, params or {}
         self._texts: dict[Type, dict[str, int]] = {}
-        given = {p.name: self._codes(params[p.name], p.type) for p in model.params if p.name in params}
+        given: dict[str, Any] = {
+            p.name: self._codes(params[p.name], p.type) for p in model.params if p.name in params
+        }
         self._evaluator = Evaluator(model, given)
         shapes = [d for d in model.drawings if d.shape != _AREA]
         hidden = {v.name for v in model.variables if not v.visible}

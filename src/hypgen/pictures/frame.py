@@ -73,7 +73,7 @@ def _words(axes: Axes, view: Mapping[str, Any], number: int) -> None:
     else:
         step = steps[number]
         reward = step.get("reward")
-        seen = ", ".join(f"{name} {value}" for name, value in (step.get("seen") or {}).items())
+        seen = ", ".join(f"{name} {_text(value)}" for name, value in (step.get("seen") or {}).items())
         lines = [
             f"step {step.get('step', number)}: {step['action']}",
             "" if reward is None else f"reward {reward:.4g}" + (f"; seen {seen}" if seen else ""),
@@ -81,6 +81,19 @@ def _words(axes: Axes, view: Mapping[str, Any], number: int) -> None:
     for place, (line, size) in enumerate(zip(lines, (9, _SMALL), strict=True)):
         text = line if len(line) <= _LETTERS else line[: _LETTERS - 2] + " .."
         axes.text(0, 0.95 - 0.5 * place, text, fontsize=size, va="top", color=INK, transform=axes.transAxes)
+
+
+def _text(value: Any) -> str:
+    """Return what was seen as the language writes it."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(_text, value))}]"
+    return (
+        str(value).lower()
+        if isinstance(value, bool)
+        else f"{value:.4g}"
+        if isinstance(value, float)
+        else str(value)
+    )
 
 
 def _has_curves(steps: Sequence[Mapping[str, Any]]) -> bool:
@@ -95,7 +108,8 @@ def _curves(axes: Axes, steps: Sequence[Mapping[str, Any]], number: int) -> None
             axes.plot(*zip(*known, strict=True), color=colour, linewidth=1, label=name)
     axes.axvline(min(number, len(steps) - 1), color="#9a9a9a", linewidth=0.8)
     axes.tick_params(labelsize=5, length=2, pad=1)
-    axes.set_box_aspect(None)
+    left, low, wide, tall = axes.get_position().bounds  # the numbers stand left of it
+    axes.set_position((left + 0.06, low + 0.02, wide - 0.06, tall - 0.02))
     axes.legend(fontsize=5, loc="upper left", ncols=3, frameon=False)
     for side in axes.spines.values():
         side.set_color(GRID)
