@@ -22,11 +22,8 @@ include_patterns = [
     "codegen/**.md",
     "dsl/**.md",
     "runtime/**.md",
-    "src/hypgen/README.md",
-    "src/hypgen/api/README.md",
-    "src/hypgen/experiments/**.md",
-    "src/hypgen/play/**.md",
-    "src/hypgen/tuning/**.md",
+    "editors/**.md",
+    "src/hypgen/**.md",
 ]
 exclude_patterns = [".*", "build", "tests", "src/*/cli", "src/*/codegen", "src/*/dsl", "src/*/runtime"]
 
