@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from hypgen.dsl import ir
@@ -71,19 +71,20 @@ def load_any(
     instance: FilePath | None = None,
     settings: Iterable[str] = (),
     given: Source | None = None,
+    edited: Mapping[str, bytes] | None = None,
     watch: Watch = nobody,
 ) -> Loaded | LoadedLibrary:
-    """Return what ``load`` returns, or a library that has been checked by itself; raises ``ModelError``."""
-    sources: dict[str, Source] = {}
+    """Return what ``load`` returns, or a library that has been checked by itself; raises ``ModelError``.
 
-    def read(path: str, cited: Span) -> ast.File:
-        return _read(path, sources, cited)
-
+    ``edited`` has contents that stand for those of files, by real path, such as what editors have not saved.
+    """
+    files = _Files(edited or {})
+    sources = files.sources
     try:
-        file, assigned = _read_files(os.fspath(path), instance, sources, given)
+        file, assigned = _read_files(os.fspath(path), instance, files, given)
         watch("parse", file)
         texts = len(sources)
-        complete = imports.resolve(file, read)
+        complete = imports.resolve(file, files.read)
         watch("resolve-imports", complete)
         imported = list(sources.values())[texts:]
         overrides = {a.name: a.value for a in assigned} | _parse_settings(settings, sources)
@@ -95,7 +96,7 @@ def load_any(
             return Loaded(model, complete, sources, tuple(warned))
         if overrides or instance is not None:
             raise _not_a_model(complete)
-        pipeline.check_library(complete)
+        pipeline.check_library(complete, watch)
         return LoadedLibrary(complete, sources)
     except ModelError as error:
         error.sources = sources | error.sources
@@ -151,21 +152,39 @@ def _decoded(path: str, content: bytes, cited: Span | None) -> Source:
     return Source(path, text.replace("\r\n", "\n").replace("\r", "\n"))
 
 
+@dataclass(frozen=True)
+class _Files:
+    """The texts read so far, by name, and what stands for files that are being edited."""
+
+    edited: Mapping[str, bytes]
+    sources: dict[str, Source] = field(default_factory=dict)
+
+    def read(self, path: str, cited: Span | None = None) -> ast.File:
+        """Return the tree of a file, which ``cited`` names if a file does; raises ``ModelError``."""
+        content = self.edited.get(os.path.realpath(path)) if self.edited else None
+        source = read_source(path, cited) if content is None else decode_source(path, content, cited)
+        self.sources[path] = source
+        foreign = None if cited is None else recognise(source)
+        if foreign is not None and cited is not None:
+            raise ModelError([e01_syntax.named_foreign_file(foreign, path, cited)])
+        return parse(source)
+
+
 def _read_files(
-    path: str, instance: FilePath | None, sources: dict[str, Source], given: Source | None
+    path: str, instance: FilePath | None, files: _Files, given: Source | None
 ) -> tuple[ast.ModelFile | ast.LibraryFile, tuple[ast.Assignment, ...]]:
     """Return the model and the instance's assignments, whichever of the two ``path`` names; or a library."""
     if given is not None:
-        sources[given.name] = given
-    file = _read(path, sources) if given is None else parse(given)
+        files.sources[given.name] = given
+    file = files.read(path) if given is None else parse(given)
     if isinstance(file, ast.LibraryFile):
         return file, ()
     if isinstance(file, ast.ModelFile):
-        return file, () if instance is None else _read_instance(os.fspath(instance), path, sources)
+        return file, () if instance is None else _read_instance(os.fspath(instance), path, files)
     if instance is not None:
         raise ModelError([e00_files.second_instance(path, file.span)])
     model_path = _model_path(file)
-    model = _read(model_path, sources, file.model_span)
+    model = files.read(model_path, file.model_span)
     if isinstance(model, ast.InstanceFile):
         raise ModelError([e00_files.instance_of_instance(model_path, model.model, file.model_span)])
     if isinstance(model, ast.LibraryFile):
@@ -173,8 +192,8 @@ def _read_files(
     return model, _assignments(file)
 
 
-def _read_instance(path: str, model_path: str, sources: dict[str, Source]) -> tuple[ast.Assignment, ...]:
-    file = _read(path, sources)
+def _read_instance(path: str, model_path: str, files: _Files) -> tuple[ast.Assignment, ...]:
+    file = files.read(path)
     if not isinstance(file, ast.InstanceFile):
         kind = "a model" if isinstance(file, ast.ModelFile) else "a library"
         raise ModelError([e00_files.not_an_instance(path, kind)])
@@ -182,14 +201,6 @@ def _read_instance(path: str, model_path: str, sources: dict[str, Source]) -> tu
     if not os.path.exists(expected) or not os.path.samefile(expected, model_path):
         raise ModelError([e00_files.instance_of_other(file.model, model_path, expected, file.model_span)])
     return _assignments(file)
-
-
-def _read(path: str, sources: dict[str, Source], cited: Span | None = None) -> ast.File:
-    sources[path] = source = read_source(path, cited)
-    foreign = None if cited is None else recognise(source)
-    if foreign is not None and cited is not None:
-        raise ModelError([e01_syntax.named_foreign_file(foreign, path, cited)])
-    return parse(source)
 
 
 def _model_path(file: ast.InstanceFile) -> str:

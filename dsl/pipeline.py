@@ -80,11 +80,11 @@ def lower(
     return whole.model
 
 
-def check_library(file: ast.LibraryFile) -> None:
+def check_library(file: ast.LibraryFile, watch: Watch = nobody) -> None:
     """Check a library by itself; raises ``ModelError`` with every independent mistake."""
     report = Report()
     alone = ast.ModelFile(file.span, file.name, file.items)
-    _run(_OF_LIBRARIES, passes.Written(alone, alone, {}, (), report), report, nobody)
+    _run(_OF_LIBRARIES, passes.Written(alone, alone, {}, (), report), report, watch)
 
 
 def _run(listed: Sequence[Pass], state: object, report: Report, watch: Watch) -> object:

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import click
 
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
@@ -27,5 +29,6 @@ def command() -> int:
         say(f"error: `hypgen lsp` needs the package {error.name}")
         say("help: install it: pip install 'hypgen[editor]'")
         return Exit.MISTAKE
-    make_server().start_io()
+    with open(sys.stdout.fileno(), "wb", closefd=False) as output:  # the server closes it when it ends
+        make_server().start_io(stdout=output)
     return Exit.OK

@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from hypgen.dsl.load import Loaded, read_source
+from hypgen.dsl.load import Loaded, decode_source, read_source
 from hypgen.dsl.messages.diagnostic import ModelError
 from hypgen.dsl.messages.source import Source
 from hypgen.dsl.syntax import ast
@@ -91,6 +92,20 @@ def references(document: Document, offset: int) -> list[Lexeme]:
     return [t for t in lexemes(document.text) if t.kind == "NAME" and t.text == token.text]
 
 
+def references_in_libraries(document: Document, offset: int) -> list[tuple[Source, Lexeme]]:
+    """Return each token of the libraries with the name at an offset, where a library declares it."""
+    token, loaded = document.lexeme_at(offset), document.loaded
+    if token is None or loaded is None or not any(is_elsewhere(document, d) for d in at(document, offset)):
+        return []
+    others = [source for name, source in loaded.sources.items() if name != document.path]
+    return [(s, t) for s in others for t in lexemes(s.text) if t.kind == "NAME" and t.text == token.text]
+
+
+def is_elsewhere(document: Document, declared: Declared) -> bool:
+    """Return whether a declaration stands in another file than the document's."""
+    return declared.node.span.file != document.path
+
+
 def rename(document: Document, offset: int, new: str) -> list[Edit]:
     """Return the edits that rename a name here and in instances beside; raises ``RenameRefused``.
 
@@ -102,11 +117,11 @@ def rename(document: Document, offset: int, new: str) -> list[Edit]:
         raise RenameRefused("there is no name of the model here")
     if [t.kind for t in lexemes(new)] != ["NAME"]:
         raise RenameRefused(f"'{new}' cannot be a name")
-    if document.diagnostics_of(document.text) and any(d.severity == "error" for d in document.found):
+    if any(d.severity == "error" for d in document.current().found):
         raise RenameRefused("the model has mistakes: correct them first")
     if len(declared) > 1:
         raise RenameRefused(f"'{token.text}' is declared in {len(declared)} places: rename them by hand")
-    if declared[0].node.span.file != document.path or not isinstance(document.tree, ast.ModelFile):
+    if is_elsewhere(document, declared[0]) or not isinstance(document.tree, ast.ModelFile):
         raise RenameRefused(f"'{token.text}' belongs to a library, which other models may import")
     if any(t.text == new for t in lexemes(document.text)) or any(d.name == new for d in document.declared()):
         raise RenameRefused(f"'{new}' is taken")
@@ -117,7 +132,7 @@ def rename(document: Document, offset: int, new: str) -> list[Edit]:
     if any(d.severity == "error" for d in document.diagnostics_of(renamed)):
         raise RenameRefused(f"the model would have mistakes with '{new}'")
     if declared[0].word == "param":
-        edits += _in_instances(document.path, token.text, new)
+        edits += _in_instances(document, token.text, new)
     return edits
 
 
@@ -186,13 +201,14 @@ def _owner_before(text: str) -> str | None:
     return None
 
 
-def _in_instances(path: str, old: str, new: str) -> list[Edit]:
+def _in_instances(document: Document, old: str, new: str) -> list[Edit]:
     """Return the edits of the instance files in a model's folder."""
-    edits = []
+    path, edits = document.path, []
     for other in sorted(Path(path).parent.glob("*.pomdp")):
+        content = document.edited.get(os.path.realpath(other))
         try:
-            source = read_source(str(other))
-            file = parse(Source(source.name, source.text))
+            source = read_source(str(other)) if content is None else decode_source(str(other), content)
+            file = parse(source)
         except ModelError:
             continue
         if (

@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+import threading
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from hypgen.dsl.load import Loaded, LoadedLibrary, load_any
 from hypgen.dsl.messages import e00_files
@@ -47,43 +50,93 @@ class Declared:
     holder: str | None
 
 
+class Stopped(Exception):
+    """A check was given up, as its text is no longer what the editor has."""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What the front end says of a text; ``tree`` and ``loaded`` are None where mistakes hide them."""
+
+    text: str
+    found: tuple[Diagnostic, ...]
+    tree: ast.File | None = None
+    loaded: Loaded | LoadedLibrary | None = None
+    sources: Mapping[str, Source] = field(default_factory=dict)
+
+
+# The front end raises Python's limit of recursion for the while, which all threads share.
+_ONE_AT_A_TIME = threading.Lock()
+
+
+def _never() -> bool:
+    return False
+
+
 @dataclass
 class Document:
-    """One open text. ``tree`` is of the last text that parses, ``loaded`` of the last without mistakes."""
+    """One open text. ``tree`` is of the last text that parses, ``loaded`` of the last without mistakes.
+
+    ``edited`` has the contents of all open texts, by real path: they stand for what is on disk.
+    """
 
     path: str
     text: str = ""
+    edited: Mapping[str, bytes] = field(default_factory=dict)
     tree: ast.File | None = None
     tree_text: str = ""
     loaded: Loaded | LoadedLibrary | None = None
     loaded_text: str = ""
-    found: tuple[Diagnostic, ...] = field(default=())
+    checked: Checked = field(default_factory=lambda: Checked("", ()))
 
     def check(self) -> tuple[Diagnostic, ...]:
         """Return every mistake and warning of the text, and keep what is good of it."""
-        source = Source(self.path, self.text.replace("\r\n", "\n").replace("\r", "\n"))
-        try:
-            self.tree, self.tree_text = parse(source), source.text
-        except ModelError as error:
-            self.found = error.diagnostics
-            return self.found
-        self.found = self._load(source)
-        return self.found
+        return self.take(self.examine(self.text))
+
+    def take(self, checked: Checked) -> tuple[Diagnostic, ...]:
+        """Keep what is good of a text that has been examined, and return what is wrong with it."""
+        self.checked = checked
+        if checked.tree is not None:
+            self.tree, self.tree_text = checked.tree, checked.text
+        if checked.loaded is not None:
+            self.loaded, self.loaded_text = checked.loaded, checked.text
+        return checked.found
+
+    def current(self) -> Checked:
+        """Return what is said of the present text, which may have been examined already."""
+        return self.checked if self.checked.text == self.text else self.examine(self.text)
 
     def diagnostics_of(self, text: str) -> tuple[Diagnostic, ...]:
         """Return what is said of another text at the same path; nothing is kept."""
-        other = Document(self.path, text)
-        return other.check()
+        return self.examine(text).found
 
-    def _load(self, source: Source) -> tuple[Diagnostic, ...]:
+    def examine(self, text: str, stopped: Callable[[], bool] = _never) -> Checked:
+        """Return what is said of a text at this path; raises ``Stopped`` between passes once told to."""
+        source = Source(self.path, text.replace("\r\n", "\n").replace("\r", "\n"))
         if not source.text.strip():
-            return (e00_files.empty(self.path, None),)
-        try:
-            self.loaded = load_any(self.path, given=source)
-        except ModelError as error:
-            return error.diagnostics
-        self.loaded_text = source.text
-        return self.loaded.warnings if isinstance(self.loaded, Loaded) else ()
+            return Checked(source.text, (e00_files.empty(self.path, None),))
+        tree: ast.File | None = None
+
+        def watch(name: str, given: object) -> None:
+            nonlocal tree
+            if stopped():
+                raise Stopped
+            if isinstance(given, ast.File) and name == "parse" and given.span.file == self.path:
+                tree = given
+
+        with _ONE_AT_A_TIME:
+            watch("start", None)
+            if next((t.text for t in lexemes(text) if t.kind != "COMMENT"), "") == "instance":
+                try:
+                    tree = parse(source)
+                except ModelError as error:
+                    return Checked(source.text, error.diagnostics)
+            try:
+                loaded = load_any(self.path, given=source, edited=self.edited, watch=watch)
+            except ModelError as error:
+                return Checked(source.text, error.diagnostics, tree, None, error.sources)
+        warnings = loaded.warnings if isinstance(loaded, Loaded) else ()
+        return Checked(source.text, warnings, tree, loaded, loaded.sources)
 
     def lexeme_at(self, offset: int) -> Lexeme | None:
         """Return the token at an offset, or that which ends there."""
@@ -120,6 +173,34 @@ class Document:
         items = getattr(self.tree, "items", ())
         inside = (i for i in items if isinstance(i, ast.Element) and i.span.line <= line <= i.span.end_line)
         return next((i.name for i in inside), None)
+
+
+def citation(checked: Checked, path: str, file: str) -> tuple[int, int] | None:
+    """Return the offsets at which the text at ``path`` names a file, itself or by what it imports.
+
+    Tokens tell, as either text may not parse.
+    """
+    own, seen = Source(path, checked.text), {os.path.realpath(path)}
+    sources = {os.path.realpath(name): source for name, source in checked.sources.items()}
+
+    def leads(to: str) -> bool:
+        if to == os.path.realpath(file):
+            return True
+        if to in seen or to not in sources:
+            return False
+        seen.add(to)
+        return any(leads(inner) for inner, _ in _cited(sources[to]))
+
+    return next(((t.start, t.end) for to, t in _cited(own) if leads(to)), None)
+
+
+def _cited(source: Source) -> Iterator[tuple[str, Lexeme]]:
+    """Yield the real paths of the files that a text names, and the tokens that name them."""
+    tokens = (t for t in lexemes(source.text) if t.kind != "COMMENT")
+    for word, token in pairwise(tokens):
+        if word.text in ("import", "of") and token.kind == "STRING":
+            path = os.path.join(os.path.dirname(source.name), token.text[1:-1])
+            yield os.path.realpath(path), token
 
 
 def _declared(node: ast.Node, holder: str | None) -> Iterator[Declared]:

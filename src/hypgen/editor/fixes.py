@@ -14,6 +14,9 @@ from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.editor.document import Document
 
 _QUOTED = re.compile(r"`([^`]+)`|'([^']+)'")
+_AROUND = re.compile(r"\b(\w+)\(\.\.\)")
+_ADDED = re.compile(r"add: (init )?(\w+)('?) = \.\.")
+_LEFT_OUT = re.compile(r"'match' leaves out (.+)")
 _LAST_NAME = re.compile(r"(?<=\.)\w+$")
 _MOST = 12  # texts that are tried for one mistake
 
@@ -32,7 +35,7 @@ def fixes(document: Document, mistake: Diagnostic) -> list[Fix]:
     """Return the best change that takes a mistake away and brings no other, or nothing."""
     if mistake.span is None or mistake.span.file != document.path:
         return []
-    before = {(d.code, d.message) for d in document.diagnostics_of(document.text)}
+    before = {(d.code, d.message) for d in document.current().found}
     for number, fix in enumerate(_candidates(document.text, mistake)):
         if number == _MOST:
             break
@@ -48,6 +51,7 @@ def _candidates(text: str, mistake: Diagnostic) -> Iterator[Fix]:
     end = offset_of(text, mistake.span.end_line, mistake.span.end_column)
     places = [(offset_of(text, s.line, s.column), note) for s, note in mistake.notes]
     line_end = text.find("\n", end) if "\n" in text[end:] else len(text)
+    yield from _filled(text, start, end, line_end, mistake)
     for match in _QUOTED.finditer(mistake.remedy):
         quoted = match[1] or match[2]
         yield Fix(f"Write {quoted}", start, end, quoted)
@@ -63,6 +67,25 @@ def _candidates(text: str, mistake: Diagnostic) -> Iterator[Fix]:
         for sign in re.finditer(rf"(?<![=<>!]){old}(?![=>])", text[line_start:line_end]):
             at = line_start + sign.start()
             yield Fix(f"Write {new} for {old}", at, at + 1, new)
+
+
+def _filled(text: str, start: int, end: int, line_end: int, mistake: Diagnostic) -> Iterator[Fix]:
+    """Yield the remedies that hold ``..``, with what stands in the text already in its place."""
+    wrong = text[start:end]
+    for call in _AROUND.findall(mistake.remedy):
+        yield Fix(f"Write {call}({wrong})", start, end, f"{call}({wrong})")
+    if added := _ADDED.search(mistake.remedy):
+        init, name, prime = added.groups()
+        typed = wrong.partition(":")[2].strip()
+        form = f"init {name} ~ uniform({typed})" if init else f"{name}{prime} = {name}"
+        indent = re.match(r"\s*", text[text.rfind("\n", 0, start) + 1 : start])
+        yield Fix(f"Add {form}", line_end, line_end, f"\n{indent[0] if indent else ''}{form}")
+    if left_out := _LEFT_OUT.fullmatch(mistake.message):
+        last = re.search(r"([ \t]*)\S.*?=>(.*)\s*\}$", wrong)
+        if last is not None:
+            value, names = last[2].strip(), left_out[1].split(", ")
+            lines = "".join(f"{last[1]}{name} => {value}\n" for name in names)
+            yield Fix(f"Add {left_out[1]} with the value {value}", end - 1, end - 1, lines)
 
 
 def offset_of(text: str, line: int, column: int) -> int:

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import threading
 from typing import Any
 
 from lsprotocol import types as lsp
@@ -18,7 +20,7 @@ from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
 from hypgen.dsl.messages.source import Source, Span
 from hypgen.dsl.syntax import ast
 from hypgen.editor import answers
-from hypgen.editor.document import Declared, Document
+from hypgen.editor.document import Checked, Declared, Document, citation
 from hypgen.editor.facts import facts
 from hypgen.editor.fixes import fixes
 from hypgen.editor.words import lexemes
@@ -60,14 +62,19 @@ class Server(LanguageServer):
     def __init__(self) -> None:
         super().__init__("hypgen", "1")
         self.open: dict[str, Document] = {}
-        self.waiting: dict[str, asyncio.Task[None]] = {}
+        self.checks: dict[str, tuple[asyncio.Task[None], threading.Event]] = {}
 
     def document(self, uri: str) -> Document:
         """Return an open document with the text that the editor has now."""
-        text = self.workspace.get_text_document(uri).source.replace("\r\n", "\n")
         document = self.open.setdefault(uri, Document(uris.to_fs_path(uri) or uri))
-        document.text = text
+        document.text = self._text(uri)
+        document.edited = {
+            os.path.realpath(d.path): self._text(u).encode("utf-8", "replace") for u, d in self.open.items()
+        }
         return document
+
+    def _text(self, uri: str) -> str:
+        return self.workspace.get_text_document(uri).source.replace("\r\n", "\n")
 
     def offset(self, uri: str, position: lsp.Position) -> int:
         """Return the offset of an editor's position in a document's text."""
@@ -101,26 +108,61 @@ class Server(LanguageServer):
     def _units(self, text: str) -> int:
         return int(self.workspace.position_codec.client_num_units(text))
 
-    def check(self, uri: str) -> None:
-        """Check a document and send what is wrong with it."""
-        document = self.document(uri)
-        found = [self.diagnostic(document, d) for d in document.check()]
-        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found))
+    def check_soon(self, uri: str, pause: float, *, users: bool = True) -> None:
+        """Check a document after a pause in seconds, in the place of any check of it that goes on.
 
-    def diagnostic(self, document: Document, found: Diagnostic) -> lsp.Diagnostic:
-        """Return a diagnostic of the compiler as one of the protocol."""
-        here = found.span is not None and found.span.file == document.path
-        place = self.range_of(document.text, found.span) if here and found.span else _TOP
-        related = [
-            lsp.DiagnosticRelatedInformation(
-                lsp.Location(uris.from_fs_path(span.file) or span.file, self.range_of(document.text, span)),
-                note,
-            )
-            for span, note in found.notes
-        ]
+        ``users``: what takes in this file is checked then, too.
+        """
+        self.stop_check(uri)
+        stop = threading.Event()
+        self.checks[uri] = asyncio.ensure_future(self._check(uri, pause, stop, users)), stop
+
+    def stop_check(self, uri: str) -> None:
+        """Give up the check of a document, if there is one."""
+        if uri in self.checks:
+            task, stop = self.checks.pop(uri)
+            stop.set()
+            task.cancel()
+
+    async def _check(self, uri: str, pause: float, stop: threading.Event, users: bool) -> None:
+        await asyncio.sleep(pause)
+        document, version = self.document(uri), self.workspace.get_text_document(uri).version
+        checked = await asyncio.to_thread(document.examine, document.text, stop.is_set)
+        document.take(checked)
+        found = [self.diagnostic(document.path, checked, d) for d in checked.found]
+        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found, version))
+        if users:
+            self.check_users(uri, document.path)
+
+    def check_users(self, uri: str, path: str) -> None:
+        """Check the open texts that take in a file, now that it has changed."""
+        for other, opened in self.open.items():
+            if other != uri and citation(opened.checked, opened.path, path) is not None:
+                self.check_soon(other, 0, users=False)
+
+    def diagnostic(self, path: str, checked: Checked, found: Diagnostic) -> lsp.Diagnostic:
+        """Return a diagnostic of the compiler as one of the protocol.
+
+        What is wrong in another file shows where the text names that file, with the place itself as related.
+        """
+        span, message, notes = found.span, found.message, list(found.notes)
+        if span is not None and span.file == path:
+            place = self.range_of(checked.text, span)
+        else:
+            cited = None if span is None else citation(checked, path, span.file)
+            place = _TOP if cited is None else self.range(checked.text, *cited)
+            if span is not None:
+                notes.insert(0, (span, message))
+                message = f"in {os.path.basename(span.file)}, line {span.line}: {message}"
+        related = []
+        for where, note in notes:
+            source = checked.sources.get(where.file)
+            text = checked.text if where.file == path or source is None else source.text
+            location = lsp.Location(_address(where.file), self.range_of(text, where))
+            related.append(lsp.DiagnosticRelatedInformation(location, note))
         return lsp.Diagnostic(
             range=place,
-            message=f"{found.message}\n{found.remedy}" if found.remedy else found.message,
+            message=f"{message}\n{found.remedy}" if found.remedy else message,
             severity=lsp.DiagnosticSeverity.Error
             if found.severity == "error"
             else lsp.DiagnosticSeverity.Warning,
@@ -128,6 +170,10 @@ class Server(LanguageServer):
             source="hypgen",
             related_information=related or None,
         )
+
+
+def _address(path: str) -> str:
+    return uris.from_fs_path(os.path.abspath(path)) or path
 
 
 _TOP = lsp.Range(lsp.Position(0, 0), lsp.Position(0, 1))
@@ -144,28 +190,21 @@ def make_server() -> Server:
 
 
 def _follow_texts(server: Server) -> None:
-    async def later(uri: str) -> None:
-        await asyncio.sleep(PAUSE)
-        server.check(uri)
-
     @server.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
     def opened(params: lsp.DidOpenTextDocumentParams) -> None:
-        server.check(params.text_document.uri)
+        server.check_soon(params.text_document.uri, 0)
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_CHANGE)
-    async def changed(params: lsp.DidChangeTextDocumentParams) -> None:
-        uri = params.text_document.uri
-        if uri in server.waiting:
-            server.waiting[uri].cancel()
-        server.waiting[uri] = asyncio.ensure_future(later(uri))
+    def changed(params: lsp.DidChangeTextDocumentParams) -> None:
+        server.check_soon(params.text_document.uri, PAUSE)
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_CLOSE)
     def closed(params: lsp.DidCloseTextDocumentParams) -> None:
         uri = params.text_document.uri
-        if uri in server.waiting:
-            server.waiting.pop(uri).cancel()
+        server.stop_check(uri)
         server.open.pop(uri, None)
         server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
+        server.check_users(uri, uris.to_fs_path(uri) or uri)
 
 
 def _answer_positions(server: Server) -> None:
@@ -193,7 +232,11 @@ def _answer_positions(server: Server) -> None:
     def references(params: lsp.ReferenceParams) -> list[lsp.Location]:
         uri, document, offset = asked(params)
         found = answers.references(document, offset)
-        return [lsp.Location(uri, server.range(document.text, t.start, t.end)) for t in found]
+        here = [lsp.Location(uri, server.range(document.text, t.start, t.end)) for t in found]
+        return here + [
+            lsp.Location(_address(source.name), server.range(source.text, t.start, t.end))
+            for source, t in answers.references_in_libraries(document, offset)
+        ]
 
     @server.feature(lsp.TEXT_DOCUMENT_RENAME)
     def rename(params: lsp.RenameParams) -> lsp.WorkspaceEdit:
@@ -322,8 +365,9 @@ def _answer_edits(server: Server) -> None:
             command = lsp.Command(title, "hypgen.import", arguments=[uri])
             return [lsp.CodeAction(title, kind=lsp.CodeActionKind.QuickFix, command=command)]
         result = []
-        for mistake in document.diagnostics_of(document.text):
-            shown = server.diagnostic(document, mistake)
+        checked = document.current()
+        for mistake in checked.found:
+            shown = server.diagnostic(document.path, checked, mistake)
             if (
                 shown.range.start.line > params.range.end.line
                 or shown.range.end.line < params.range.start.line
@@ -343,7 +387,7 @@ def _answer_edits(server: Server) -> None:
 def _location(server: Server, document: Document, found: Declared) -> lsp.Location:
     span = document.name_span(found)
     text = document.text_of(span.file)
-    return lsp.Location(uris.from_fs_path(span.file) or span.file, server.range_of(text, span))
+    return lsp.Location(_address(span.file), server.range_of(text, span))
 
 
 def _symbol(server: Server, document: Document, found: Declared, all_: list[Declared]) -> lsp.DocumentSymbol:

@@ -53,7 +53,8 @@ def _world_height(scene: Mapping[str, Any]) -> float:
 def _areas(figure: Figure, heights: Sequence[float]) -> list[Axes]:
     """Return axes below each other, of these heights in inches."""
     tall, wide = figure.get_figheight(), figure.get_figwidth()
-    top, areas = tall - 0.05, []
+    top = tall - 0.05
+    areas: list[Axes] = []
     for height in heights:
         areas.append(
             figure.add_axes(

@@ -8,6 +8,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from pygments.lexers import get_lexer_by_name, get_lexer_for_filename
 from pygments.token import Error
 
 from hypgen.dsl.messages.source import Source
@@ -19,7 +20,7 @@ from hypgen.editor.words import lexemes, words
 ROOT = Path(__file__).parents[3]
 EXAMPLES = sorted((ROOT / "examples").rglob("*.pomdp"))
 REFERENCE = (ROOT / "docs" / "reference" / "language.md").read_text()
-BLOCKS = re.findall(r"^```pomdp\n(.*?)^```", REFERENCE, re.DOTALL | re.MULTILINE)
+BLOCKS = re.findall(r"^```pomdp[a-z-]*\n(.*?)^```", REFERENCE, re.DOTALL | re.MULTILINE)
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
@@ -31,14 +32,17 @@ def test_tokens_of_examples_are_those_of_the_parser(path: Path) -> None:
 
 
 def test_every_construct_of_the_reference_has_colours() -> None:
-    assert BLOCKS
-    used = set()
+    """All words, functions, values and symbols occur there, and Pygments and TextMate know each token."""
+    table, used = words(), set()
     for block in BLOCKS:
-        found = [t for t in lexemes(block) if t.text != "…"]
-        assert not [t for t in found if t.kind == "OTHER"], block
-        used |= {t.text for t in found}
-    used |= set(re.findall(r"\w+", "".join(re.findall(r"^```.*?^```", REFERENCE, re.DOTALL | re.MULTILINE))))
-    assert used & words().reserved == words().reserved
+        text = block.replace("…", "")
+        tokens = list(lexemes(text))
+        assert not [t for t in tokens if t.kind == "OTHER"], block
+        assert not [t for _, kind, t in ModelLexer().get_tokens_unprocessed(text) if kind is Error]
+        assert textmate_starts(text) == [t.start for t in tokens]
+        used |= {t.text for t in tokens}
+    known = {*table.reserved, *table.functions, *table.values, *table.symbols}
+    assert known - used == set()
 
 
 def test_every_word_of_the_grammar_is_in_one_group() -> None:
@@ -55,23 +59,30 @@ def test_generated_grammars_are_up_to_date(path: str) -> None:
     assert text == grammars.files()[path], "run python -m hypgen.editor.grammars editors"
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
-def test_textmate_and_monarch_colour_all_tokens(path: str) -> None:
+def textmate_starts(text: str) -> list[int]:
+    """Return where TextMate's grammar finds tokens."""
+    return _starts(tuple(re.compile(p["match"]) for p in grammars.textmate(words())["patterns"]), text)
+
+
+def _starts(rules: tuple[re.Pattern[str], ...], text: str) -> list[int]:
     """First match of a list wins in Monarch, leftmost match in TextMate; both see the lexer's tokens."""
-    text = Path(path).read_text()
-    rules = [re.compile(p["match"]) for p in grammars.textmate(words())["patterns"]]
-    mode = [re.compile(rule[0]) for rule in grammars.monarch(words())["tokenizer"]["root"]]
-    for tokens in (rules, mode):
-        at, found = 0, []
-        while at < len(text):
-            match = next((m for r in tokens if (m := r.match(text, at))), None)
-            if match is None:
-                assert text[at].isspace(), text[at : at + 20]
-                at += 1
-                continue
-            found.append(match.start())
-            at = match.end()
-        assert found == [t.start for t in lexemes(text)]
+    at, found = 0, []
+    while at < len(text):
+        match = next((m for r in rules if (m := r.match(text, at))), None)
+        if match is None:
+            assert text[at].isspace(), text[at : at + 20]
+            at += 1
+            continue
+        found.append(match.start())
+        at = match.end()
+    return found
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_textmate_and_monarch_colour_all_tokens(path: Path) -> None:
+    text = path.read_text()
+    mode = tuple(re.compile(rule[0]) for rule in grammars.monarch(words())["tokenizer"]["root"])
+    assert textmate_starts(text) == _starts(mode, text) == [t.start for t in lexemes(text)]
 
 
 def test_pygments_gives_the_text_back_and_knows_cassandras_files() -> None:
@@ -84,6 +95,16 @@ def test_pygments_gives_the_text_back_and_knows_cassandras_files() -> None:
     assert ModelLexer.analyse_text("model Tiger") > 0
 
 
-def test_pygments_finds_the_lexer_by_the_packages_entry_point() -> None:
+def test_pygments_finds_the_lexer_by_the_packages_entry_point(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Metadata are made of pyproject.toml, as a clone may have been installed before it changed."""
     points = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]
-    assert points["pygments.lexers"] == {"hypgen": "hypgen.editor.pygments_lexer:ModelLexer"}
+    ((name, target),) = points["pygments.lexers"].items()
+    installed = tmp_path / "colours-1.dist-info"
+    installed.mkdir()
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: colours\nVersion: 1\n")
+    (installed / "entry_points.txt").write_text(f"[pygments.lexers]\n{name} = {target}\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert isinstance(get_lexer_by_name("pomdp"), ModelLexer)
+    assert isinstance(get_lexer_for_filename("tiger.pomdp"), ModelLexer)
