@@ -16,7 +16,6 @@ _WIDE = 3.6  # inches of the world's longer side
 _STRIP = 0.5  # of the words above it
 _GAUGE = 0.24  # of each gauge
 _CURVES = 1.0
-_TICKS = 0.18  # beside the curves
 _SMALL = 7
 _LETTERS = 54  # in a line
 
@@ -57,15 +56,9 @@ def _areas(figure: Figure, heights: Sequence[float]) -> list[Axes]:
     top = tall - 0.05
     areas: list[Axes] = []
     for height in heights:
-        indent = _TICKS if len(areas) == len(heights) - 1 else 0.0  # the curves have numbers beside them
         areas.append(
             figure.add_axes(
-                (
-                    (0.15 + indent) / wide,
-                    (top - height) / tall,
-                    (_WIDE - indent) / wide,
-                    max(height - 0.05, 0.01) / tall,
-                )
+                (0.15 / wide, (top - height) / tall, _WIDE / wide, max(height - 0.05, 0.01) / tall)
             )
         )
         top -= height
@@ -82,7 +75,7 @@ def _words(axes: Axes, view: Mapping[str, Any], number: int) -> None:
     else:
         step = steps[number]
         reward = step.get("reward")
-        seen = ", ".join(f"{name} {_value(value)}" for name, value in (step.get("seen") or {}).items())
+        seen = ", ".join(f"{name} {_text(value)}" for name, value in (step.get("seen") or {}).items())
         lines = [
             f"step {step.get('step', number)}: {step['action']}",
             "" if reward is None else f"reward {reward:.4g}" + (f"; seen {seen}" if seen else ""),
@@ -92,11 +85,19 @@ def _words(axes: Axes, view: Mapping[str, Any], number: int) -> None:
         axes.text(0, 0.95 - 0.5 * place, text, fontsize=size, va="top", color=INK, transform=axes.transAxes)
 
 
-def _value(value: Any) -> str:
-    """Return what was seen in few letters: many bools as discs, as on the page."""
+def _text(value: Any) -> str:
+    """Return what was seen as the language writes it; many bools as discs, as on the page."""
     if isinstance(value, list) and value and all(isinstance(one, bool) for one in value):
         return "".join("●" if one else "○" for one in value)
-    return str(value)
+    if isinstance(value, list):
+        return f"[{', '.join(map(_text, value))}]"
+    return (
+        str(value).lower()
+        if isinstance(value, bool)
+        else f"{value:.4g}"
+        if isinstance(value, float)
+        else str(value)
+    )
 
 
 def _has_curves(steps: Sequence[Mapping[str, Any]]) -> bool:
@@ -112,7 +113,8 @@ def _curves(axes: Axes, steps: Sequence[Mapping[str, Any]], number: int) -> None
     axes.axvline(min(number, len(steps) - 1), color="#9a9a9a", linewidth=0.8)
     axes.tick_params(labelsize=5, length=2, pad=1)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_box_aspect(None)
+    left, low, wide, tall = axes.get_position().bounds  # the numbers stand left of it
+    axes.set_position((left + 0.06, low + 0.02, wide - 0.06, tall - 0.02))
     axes.legend(fontsize=5, loc="upper left", ncols=3, frameon=False)
     for side in axes.spines.values():
         side.set_color(GRID)

@@ -111,7 +111,7 @@ def _step(
 def _beside_truth(marginal: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
     """Return a marginal with what is ``true`` and the probability ``believed`` of that.
 
-    A float has no such probability. A value that is not among the likeliest counts as impossible.
+    A float has no such probability. A value that the marginal lacks counts as impossible.
     """
     if marginal["variable"] not in truth:
         return dict(marginal)

@@ -38,3 +38,12 @@ def test_a_tree_that_is_small_enough_stays_as_it_is() -> None:
 def test_what_was_left_out_before_is_counted_too() -> None:
     whole = {"visits": 9, "actions_left_out": 4, "actions": [{"visits": 5}, {"visits": 4}]}
     assert trees.cut(whole, 2) == {"visits": 9, "actions_left_out": 5, "actions": [{"visits": 5}]}
+
+
+def test_the_root_keeps_all_actions() -> None:
+    below = [{"visits": 9, "actions": [{"visits": 9}]}]
+    whole = {"visits": 9, "actions": [{"visits": 9, "groups": below}, {"visits": 0}]}
+    assert trees.cut(whole, 3) == {
+        "visits": 9,
+        "actions": [{"visits": 9, "groups": [], "groups_left_out": 1}, {"visits": 0}],
+    }

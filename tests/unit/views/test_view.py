@@ -64,6 +64,22 @@ def test_trees_share_the_room_of_a_page(monkeypatch: pytest.MonkeyPatch) -> None
     assert "Trees are cut to their most visited nodes, 20 at most." in found["notes"]
 
 
+def test_what_a_recording_left_out_of_a_tree_is_counted() -> None:
+    steps = [one | {"tree_total": 9000} for one in seen_episodes.steps(1)]
+    found = view_of(seen_episodes.header(), steps)
+    assert (found["steps"][0]["tree_shown"], found["steps"][0]["tree_total"]) == (60, 9000)
+
+
+def test_marginals_keep_their_likeliest_values() -> None:
+    values = [{"value": str(n), "probability": n / 28} for n in range(8)]
+    marginals = [{"variable": f"x[{n}]", "values": values} for n in range(401)]
+    step = seen_episodes.steps(1)[0] | {"marginals": marginals, "state": {"x[0]": 1}}
+    found = view_of(seen_episodes.header(), [step])["steps"][0]
+    assert len(found["marginals"]) == 400 and found["marginals_left_out"] == 1
+    assert [one["value"] for one in found["marginals"][0]["values"]] == ["7", "6", "5", "4", "3"]
+    assert found["believed"]["least"] == pytest.approx(1 / 28), "an improbable truth is not impossible"
+
+
 def test_a_page_says_what_is_missing() -> None:
     steps = [one | {"tree": None} for one in seen_episodes.steps(2)]
     notes = view_of(seen_episodes.header() | {"ended": "step_limit"}, steps, notes=["A line was cut off."])[

@@ -249,7 +249,8 @@ def check_careless_edit(data: st.DataObject, path: Path) -> None:
     for start, end in sorted(
         data.draw(st.lists(st.sampled_from(places), max_size=8, unique=True)), reverse=True
     ):
-        if "#" not in text[text.rfind("\n", 0, start) + 1 : start]:
+        before = text[text.rfind("\n", 0, start) + 1 : start]
+        if "#" not in before and before.count('"') % 2 == 0:  # neither in a comment nor in a string
             text = text[:start] + data.draw(SPACES) + text[end:]
     once = formatted(text)
     assert tokens(once) == tokens(text)
