@@ -34,6 +34,8 @@ HYPGEN = {
         "editor",
         "experiments",
         "tuning",
+        "recordings",
+        "pictures",
         "views",
         "whole_files",
     ),

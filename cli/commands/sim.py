@@ -60,6 +60,9 @@ class NoSuchActionError(Exception):
     help="Take actions from a file, one a line; `-` is standard input.",
 )
 @click.option("--show-hidden/--hide-hidden", default=True, help="Print hidden variables or not (they are).")
+@click.option(
+    "--draw/--no-draw", "draws", default=None, help="Draw cells and gauges or not (in a terminal they are)."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print a JSON object a line.")
 def command(
     model: Path,
@@ -71,12 +74,14 @@ def command(
     policy: str | None,
     script: IO[str] | None,
     show_hidden: bool,
+    draws: bool | None,
     as_json: bool,
 ) -> int:
     """Play an episode of MODEL, step by step.
 
     On the reference interpreter: nothing is compiled. You choose the actions, or a script or a policy does;
-    states, observations and rewards are shown by name.
+    states, observations and rewards are shown by name. The model's `draw` declarations are drawn, with what
+    an exact posterior believes as shades.
 
     \b
     Examples:
@@ -94,7 +99,10 @@ def command(
     from hypgen.dsl.interpret.episode import Episode
 
     episode = Episode(checked, seed, number)
-    report: Report = (JsonReport if as_json else TextReport)(episode, show_hidden)
+    draws = sys.stdout.isatty() if draws is None else draws
+    report: Report = (
+        JsonReport(episode, show_hidden) if as_json else TextReport(episode, show_hidden, draws=draws)
+    )
     most = steps if steps is not None else checked.horizon or 90
     code: int = Exit.OK
     try:

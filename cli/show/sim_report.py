@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import click
 
 from hypgen.cli.output import say
+from hypgen.cli.show.episode_drawing import EpisodeDrawing
 from hypgen.dsl import ir
 from hypgen.dsl.interpret.value_text import (
     action_text,
@@ -69,10 +70,11 @@ class Report(Protocol):
 class TextReport:
     """For people: values by name, after the first step only those that changed."""
 
-    def __init__(self, episode: Episode, show_hidden: bool) -> None:
+    def __init__(self, episode: Episode, show_hidden: bool, *, draws: bool = False) -> None:
         self._episode = episode
         self._model = episode.model
         self._variables = [v for v in self._model.variables if v.visible or show_hidden]
+        self._drawing = EpisodeDrawing(episode, show_hidden) if draws else None
 
     def start(self, seed: int, number: int) -> None:
         """Print the model's name, the state and the legal actions."""
@@ -81,6 +83,7 @@ class TextReport:
         for v in self._model.variables:
             if v.informative:
                 self._observed(v.name, v.element, v.type, v.indices, self._episode.values()[v.name])
+        self._draw()
         self.legal()
 
     def step(self, before: Values, outcome: Outcome) -> None:
@@ -103,6 +106,11 @@ class TextReport:
         )
         if outcome.error:
             click.echo("  a reward term is not a number: it counts as 0")
+        self._draw()
+
+    def _draw(self) -> None:
+        for line in self._drawing.lines() if self._drawing is not None else ():
+            click.echo(line)
 
     def _observed(
         self, name: str, element: str | None, type_: Type, indices: tuple[Type, ...], values: list[Any]
@@ -116,6 +124,7 @@ class TextReport:
     def undone(self) -> None:
         """Print where the episode stands again."""
         click.echo(f"back before step {self._episode.now.time}")
+        self._draw()
 
     def state(self) -> None:
         """Print every variable."""

@@ -15,6 +15,7 @@ OwnerKind = Literal[
     "reward",
     "invariant",
     "bound",
+    "draw",
     "terminal",
     "legal",
     "success",

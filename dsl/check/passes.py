@@ -130,6 +130,7 @@ def check_visibility(draft: Draft) -> Draft:
         *policies.readers(draft.program),
         *(Owner("bound", name) for name in parts.bounds),
         *(Owner("invariant", i.name) for i in parts.invariants),
+        *(Owner("draw", d.name) for d in parts.drawings),
     ]
     visibility.check_reads(draft.program, draft.variables, readers)
     return draft
@@ -227,7 +228,7 @@ def assemble(draft: Draft) -> Whole:
     model = ir.Model(
         name=program.file.name,
         file=PurePath(draft.written.sources[0].name).name,
-        source_hash=_hash(draft.written.sources, program),
+        source_hash=_hash(draft.written.sources, draft.written.original, program),
         discount=parts.discount,
         horizon=parts.horizon,
         enums=declared.enums,
@@ -253,6 +254,9 @@ def assemble(draft: Draft) -> Whole:
         key=draft.key,
         history=parts.history,
         invariants=parts.invariants,
+        drawings=tuple(
+            replace(d, reads=_variables_read(Owner("draw", d.name), draft)) for d in parts.drawings
+        ),
         spans=_spans(program.file),
     )
     return Whole(draft, model)
@@ -286,9 +290,17 @@ def warn(whole: Whole) -> Whole:
     return replace(whole, warnings=tuple(lint.warnings(original, whole.model, program)))
 
 
-def _hash(sources: Sequence[Source], program: Program) -> str:
-    """Return the SHA-256 of the texts and, in order of names, the values that settings replace."""
-    digest = hashlib.sha256("\n".join(s.text for s in sources).encode())
+def _variables_read(owner: Owner, draft: Draft) -> frozenset[str]:
+    return frozenset(r.name for r in draft.program.uses.closure(owner) if r.kind == "variable")
+
+
+def _hash(sources: Sequence[Source], file: ast.ModelFile, program: Program) -> str:
+    """Return the SHA-256 of the texts and, in order of names, the values that settings replace.
+
+    What the model draws is left out, so that a solver need not be built again for another picture.
+    """
+    drawn = [item.span for item in file.items if isinstance(item, ast.Draw)]
+    digest = hashlib.sha256("\n".join(s.without(drawn) for s in sources).encode())
     for name in sorted(program.overrides):
         item = program.symbols.values[name]
         value: object = None

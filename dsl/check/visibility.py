@@ -45,6 +45,7 @@ _ALLOWED = {
     "bound lower": Allowance("bound lower", history=True),
     "init": Allowance("an init", hidden=True),
     "invariant": Allowance("an invariant", hidden=True),
+    "draw": Allowance("what is drawn", hidden=True),
     "step": Allowance("a step", **_EVERYTHING),
 }
 

@@ -197,6 +197,23 @@ class Invariant:
 
 
 @dataclass(frozen=True)
+class Drawing:
+    """A shape of the picture for each value of ``binders`` for which ``where`` holds.
+
+    Solvers do not evaluate it. ``fields`` are expressions or texts by name, in the order of the text.
+    ``reads`` are the variables that it comes to read.
+    """
+
+    name: str
+    shape: str
+    binders: tuple[Binder, ...]
+    where: Expr
+    fields: dict[str, Expr | str]
+    span: Span
+    reads: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
 class Action:
     """The action: a finite type, or a product of ``indices`` components coded row-major, the first the most
     significant digit.
@@ -338,6 +355,7 @@ class Model:
     key: tuple[KeyField, ...]
     history: History = History()
     invariants: tuple[Invariant, ...] = ()
+    drawings: tuple[Drawing, ...] = ()
     factors: tuple[Factor, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
     reward_bits: int = REWARD_BITS

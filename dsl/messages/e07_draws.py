@@ -11,7 +11,7 @@ from hypgen.dsl.types import Int, Type
 
 _NAME_IT = "name the draw with 'let name ~ ..' and use the name"
 _LET = "name the draw with 'let name ~ ...' in an element and read the name"
-_WITHOUT_DRAWS = frozenset({"legal", "bound", "invariant", "first memory", "next memory"})
+_WITHOUT_DRAWS = frozenset({"legal", "bound", "invariant", "draw", "first memory", "next memory"})
 _SHIFT = "shift it in its mean, normal(mean + shift, sd); or "
 _SCALE = "scale it inside, normal(factor * mean, factor * sd); or "
 _NORMAL = {"+": _SHIFT, "-": _SHIFT, "*": _SCALE, "/": _SCALE}

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,6 +19,15 @@ class Source:
     def line(self, number: int) -> str:
         """Return line ``number`` (from 1) without its end; empty past the end of the text."""
         return self._lines[number - 1].rstrip("\r") if 1 <= number <= len(self._lines) else ""
+
+    def without(self, spans: Iterable[Span]) -> str:
+        """Return the text without some stretches of it and the blanks and empty lines before each."""
+        lines, kept, done = self.text.split("\n"), [], 0
+        starts = [0, *itertools.accumulate(len(line) + 1 for line in lines)]
+        for span in sorted(s for s in spans if s.file == self.name):
+            kept.append(self.text[done : starts[span.line - 1] + span.column - 1].rstrip())
+            done = starts[span.end_line - 1] + span.end_column - 1
+        return "".join((*kept, self.text[done:]))
 
     @cached_property
     def _lines(self) -> list[str]:

@@ -449,6 +449,18 @@ class Invariant(Item):
 
 
 @dataclass(frozen=True)
+class Draw(Item):
+    """``draw name[i in T where c] = shape { field = e, .. }``; ``shape_span`` covers the shape's name."""
+
+    name: str
+    binders: tuple[Binder, ...]
+    where: Expr | None
+    shape: str
+    shape_span: Span
+    fields: tuple[NewField, ...]
+
+
+@dataclass(frozen=True)
 class Assignment(Node):
     """``name = e`` of an instance file."""
 

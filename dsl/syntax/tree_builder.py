@@ -199,6 +199,17 @@ class _Builder:
     def invariant(self, span: Span, condition: ast.Expr) -> ast.Invariant:
         return ast.Invariant(span, condition)
 
+    def draw(
+        self,
+        span: Span,
+        name: Token,
+        binders: tuple[ast.Binder, ...] | None,
+        where: ast.Expr | None,
+        shape: Token,
+        *fields: ast.NewField | None,
+    ) -> ast.Draw:
+        return ast.Draw(span, str(name), binders or (), where, str(shape), self.span_of(shape), _flat(fields))
+
     def observe(
         self, span: Span, name: Token, type_: ast.TypeExpr, at_start: bool | None, rhs: ast.Rhs
     ) -> ast.Observe:

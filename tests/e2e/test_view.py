@@ -96,4 +96,4 @@ def test_what_cannot_be_shown_is_refused_in_words(
 
 def test_an_option_without_dashes_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["view", ROCKS, "despot"]) == 2
-    assert "Unexpected 'despot'" in capsys.readouterr().err
+    assert "unknown option despot" in capsys.readouterr().err

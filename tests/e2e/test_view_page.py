@@ -188,12 +188,21 @@ def test_truth_and_belief_are_told_apart(opened: Any) -> None:
     assert one.count("#world .truth .true") == 1
     assert "3 of 7" in one.text("#world")
     weights = [
-        float(shape.get_attribute("opacity")) for shape in one.page.locator("#world .believed").all()[:2]
+        float(shape.get_attribute("fill-opacity")) for shape in one.page.locator("#world .believed").all()[:2]
     ]
     assert weights[0] > weights[1]
     assert one.count(".gauge .believed") == 1
     one.page.uncheck("[data-layer=truth]")
     assert one.count("#world .truth .true") == 0
+
+
+def test_what_is_seen_stays_where_the_truth_is_hidden(opened: Any) -> None:
+    shown = view()
+    for step in shown["steps"]:
+        step["truth"] = [*step["truth"], seen_episodes.marker(0, 0) | {"name": "car"}]
+    one = opened(shown)
+    one.page.uncheck("[data-layer=truth]")
+    assert (one.count("#world .truth .true"), one.count("#world .truth .seen")) == (0, 1)
 
 
 def test_names_cannot_end_the_script(opened: Any) -> None:

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from hypgen.dsl import ir
 from hypgen.dsl.check.constants import settings
-from hypgen.dsl.check.parts import model_parts, policies
+from hypgen.dsl.check.parts import drawings, model_parts, policies
 from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.check.scope.symbols import Global, StateMember
 from hypgen.dsl.messages import e08_parts
@@ -57,6 +57,7 @@ class Parts:
     bounds: Mapping[str, ir.Expr] = field(default_factory=dict)
     history: ir.History = ir.History()
     invariants: tuple[ir.Invariant, ...] = ()
+    drawings: tuple[ir.Drawing, ...] = ()
 
 
 def all_declarations(program: Program) -> Declarations:
@@ -142,6 +143,7 @@ def all_parts(program: Program) -> Parts:
         bounds=bounds,
         history=history,
         invariants=tuple(model_parts.invariants(program)),
+        drawings=tuple(drawings.drawings(program)),
     )
 
 

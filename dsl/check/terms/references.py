@@ -20,6 +20,7 @@ from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.syntax.walk import walk
 from hypgen.dsl.types import PROB, Enum, Float, Record, Type, size_of
+from hypgen.dsl.types.palette import COLOUR
 from hypgen.dsl.types.units import PLAIN
 
 Entry = Callable[[tuple[ir.Expr, ...]], ir.Expr]
@@ -281,6 +282,8 @@ def _plain_name(node: ast.Name, scope: Scope, expected: Type | None) -> ir.Expr:
     name, program = node.name, scope.program
     if name in program.symbols.clashing:
         raise Mistake  # that the name was taken has been reported
+    if expected == COLOUR and name in COLOUR.offsets:
+        return ir.Const(COLOUR, COLOUR.offsets[name])
     if name in program.symbols.variants:
         enum = owner_of(name, node.span, scope, expected)
         variant = enum.variant(name)

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 _WORDS = """
 model instance library of import const param type enum record fn action element observe reward
-policy bound invariant init let memory choose discount horizon terminal legal success when if then
+policy bound invariant draw init let memory choose discount horizon terminal legal success when if then
 else match in where is with visible hidden fixed bool prob int float true false and or not gamma pi abs acos
 asin at atan2 belief bernoulli binned binomial cdf ceil checked clamp cos count deviation distance exp
 exponential floor hypot index last log log2 max min noisy normal poisson round sign sin sqrt sum any

@@ -300,7 +300,7 @@ Status Agent::describe_tree(const TreeExtent& extent, std::string& text, std::st
   const Tree& tree = planner_->tree_at_rest();
   if (!has_tree_ || tree.is_empty()) return refuse("the last plan has left no tree", error);
   const auto walk = instance_->walk(planner_->scenarios(), planner_->search_key());
-  text = tree_text(model_, codec_, tree, *walk, extent);
+  text = tree_text(model_, codec_, tree, *walk, extent).json;
   return Status::kOk;
 }
 

@@ -10,9 +10,9 @@
 
 #include "../model/input_text.hpp"
 #include "c_calls.hpp"
-#include "hypgen/embed/key_codec.hpp"
 #include "hypgen/episode/worlds.hpp"
 #include "hypgen/leaves/device.hpp"
+#include "hypgen/model/key_codec.hpp"
 #include "hypgen/model/params.hpp"
 #include "hypgen/model/start_text.hpp"
 #include "hypgen/solver/device_choice.hpp"

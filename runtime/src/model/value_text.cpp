@@ -9,6 +9,7 @@
 
 #include "hypgen/math/float_bits.hpp"
 #include "input_text.hpp"
+#include "value_json.hpp"
 
 namespace hypgen {
 
@@ -185,18 +186,24 @@ bool read_value_name(const ValueField& field, const std::string& name, std::int3
   return read_value(field, json, value) || refuse(field, excerpt(name), error);
 }
 
-std::string values_text(const std::vector<ValueField>& fields, const std::vector<std::int32_t>& values) {
+OrderedJson value_json(const ValueField& field, const std::int32_t* values) {
+  if (field.dims.empty()) return json_of(field, *values);
+  OrderedJson json = OrderedJson::array();
+  for (std::size_t i = 0; i < field.length(); ++i) json.push_back(json_of(field, values[i]));
+  return json;
+}
+
+OrderedJson values_json(const std::vector<ValueField>& fields, const std::int32_t* values) {
   OrderedJson json = OrderedJson::object();
-  const std::int32_t* value = values.data();
   for (const ValueField& field : fields) {
-    if (field.dims.empty()) {
-      json[field.name] = json_of(field, *value++);
-      continue;
-    }
-    json[field.name] = OrderedJson::array();
-    for (std::size_t i = 0; i < field.length(); ++i) json[field.name].push_back(json_of(field, *value++));
+    json[field.name] = value_json(field, values);
+    values += field.length();
   }
-  return json.dump();
+  return json;
+}
+
+std::string values_text(const std::vector<ValueField>& fields, const std::vector<std::int32_t>& values) {
+  return values_json(fields, values.data()).dump();
 }
 
 }  // namespace hypgen

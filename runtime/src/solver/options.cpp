@@ -123,6 +123,10 @@ bool complete(SolverOptions& options, bool has_mode, const Machine& machine, std
     error = "--serve: it answers requests on standard output; leave out --json";
     return false;
   }
+  if (options.serve && !options.record_file.empty()) {
+    error = "--serve: it plays no episodes to record; leave out --record";
+    return false;
+  }
   if (planner.period > 0.0) {
     if (!std::isinf(planner.time_limit)) {
       error = "--period: it sets the time of each plan, so leave out --time";
@@ -233,6 +237,12 @@ std::vector<Option> option_table(SolverOptions& options) {
            options.start_file),
       file("--json", "write a JSON line for each step, episode and the whole run; - for standard output",
            options.json_file),
+      file(
+          "--record",
+          "write all of each step as a JSON line, to look at: the true state, the belief (also 200 states of "
+          "it), "
+          "the top of the tree. Written after the decision, often 1 MB a step, and takes time of its own",
+          options.record_file),
       toggle("--details",
              "steps in the lines of --json tell the likeliest values of hidden variables, and the bounds and "
              "visits of the root's actions",
@@ -297,6 +307,10 @@ bool parse_options(int argc, const char* const* argv, const Machine& machine, So
     return false;
   const bool has_mode = std::find(given.begin(), given.end(), "--mode") != given.end();
   if (!complete(options, has_mode, machine, error)) return false;
+  if (options.record_file == "-") {
+    error = "--record: expected a file; standard output is for --json -";
+    return false;
+  }
   if (options.details && options.json_file.empty()) {
     error = "--details: goes to the lines of --json FILE, which is not given";
     return false;

@@ -20,6 +20,7 @@
 #include "hypgen/solver/device_choice.hpp"
 #include "hypgen/solver/json_lines.hpp"
 #include "hypgen/solver/options.hpp"
+#include "hypgen/solver/recording.hpp"
 #include "hypgen/solver/run_report.hpp"
 #include "hypgen/solver/step_details.hpp"
 #include "option_table.hpp"
@@ -78,18 +79,28 @@ int show(const ModelDescriptor& model, const SolverOptions& options, const RunTo
   return kDone;
 }
 
+// What happens: the model with the world's params.
+struct Truth {
+  const ModelInstance& instance;
+  const ParamValues& params;
+};
+
 // Runs the episodes and prints what they add up to. The planner believes `instance`; what happens is `truth`, from
 // `start` on.
-int run(const ModelDescriptor& model, const ModelInstance& instance, const ModelInstance& truth,
+int run(const EmbeddedModel& embedded, const ModelInstance& instance, const Truth& truth,
         const StartValues& start, const SolverOptions& options) {
+  const ModelDescriptor& model = embedded.descriptor;
   JsonLines lines(model);
   if (!options.json_file.empty() && !lines.open(options.json_file)) {
     return complain(model.name, lines.output());
   }
   const PlannerOptions& planning = options.planner;
   const auto belief = instance.make_belief(planning.seed, options.particles, belief_kind(options));
-  const auto world = truth.make_world(planning.seed);
+  const auto world = truth.instance.make_world(planning.seed);
   world->set_start(start);
+  Recording recording({embedded, instance, *world, options});
+  if (!options.record_file.empty() && !recording.open(options.record_file))
+    return complain(model.name, recording.output());
   ChosenEvaluator chosen = choose_evaluator(model, instance, options);
   if (!chosen.problem.empty()) {
     if (options.require_gpu) return complain(model.name, chosen.problem, kFailed);
@@ -104,19 +115,24 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Model
 
   catch_interrupts();
   const int steps = model.horizon > 0 ? std::min(model.horizon, options.steps) : options.steps;
-  EpisodeLimits limits{steps, model.discount, [&] { return ends || interrupted() || !lines.ok(); },
+  EpisodeLimits limits{steps, model.discount,
+                       [&] { return ends || interrupted() || !lines.ok() || !recording.ok(); },
                        options.stop_on_depletion};
   limits.period = planning.period;
   StepDetails details;
-  if (options.details) {
+  std::uint64_t episode = 0;
+  int step_number = 0;  // of the next decision
+  if (options.details || recording.is_open()) {
     limits.decided = [&](const Decision& decision) {
-      details = step_details(model, *belief, planner, decision);
+      if (options.details) details = step_details(model, *belief, planner, decision);
+      recording.keep(*belief, planner, decision, episode, step_number++);
     };
   }
   RunTotals totals;
   {
     Progress progress(options.runs, steps, !options.quiet);
     lines.write_run(options, chosen.device, planner.threads());
+    recording.write_run(truth.params, chosen.device, planner.threads());
     totals.mode = mode_name(planning.mode);
     totals.period = planning.period;
     totals.threads = planner.threads();
@@ -124,28 +140,35 @@ int run(const ModelDescriptor& model, const ModelInstance& instance, const Model
     const auto report = [&](const StepRecord& step) {
       totals.add(step);
       lines.write(step, options.details ? &details : nullptr);
+      recording.write(step);
       progress.update(step.episode - options.first_run, step.step, totals.returns.mean());
     };
     const auto report_start = [&](const StartRecord& start) {
       totals.add(start);
       lines.write(start);
+      recording.write(start);
     };
     for (std::uint64_t run = 0; run < options.runs && !limits.interrupted(); ++run) {
-      EpisodeRecord record = run_episode(planner, *belief, *world, model.visible_count,
-                                         options.first_run + run, limits, report, report_start);
+      episode = options.first_run + run;
+      step_number = 0;
+      EpisodeRecord record =
+          run_episode(planner, *belief, *world, model.visible_count, episode, limits, report, report_start);
       record.visible.resize(static_cast<std::size_t>(model.visible_count));
       world->export_visible(record.visible.data());
       lines.write(record);
+      recording.write(record);
       if (record.status == Status::kInterrupted) break;  // half an episode has no return
       totals.add(record);
     }
     totals.evaluator = planner.evaluator_stats();
     lines.write_summary(totals, planner.leaf_sizes());
   }
+  const bool is_recorded = recording.close();
   const bool is_kept = lines.close();
   if (!is_kept && lines.output().reader_is_gone()) return kReaderIsGone;
   const int shown = show(model, options, totals, planner.leaf_sizes());
   if (!is_kept) return complain(model.name, lines.output());
+  if (!is_recorded) return complain(model.name, recording.output());
   if (shown != kDone) return shown;
   if (ends) return kFailed;
   if (interrupted()) return interrupt_code();
@@ -189,9 +212,9 @@ int solve(const EmbeddedModel& embedded, int argc, char** argv) {
   StartValues start;
   if (!options.start_file.empty() && !read_start_file(options.start_file, embedded, start, error))
     return complain(model.name, "--start: " + error, kWrongUse);
-  if (options.world_param_file.empty()) return run(model, believed, *instance, start, options);
+  if (options.world_param_file.empty()) return run(embedded, believed, {*instance, values}, start, options);
   const auto truth = create_instance(model, options.world_param_file, values, error);
-  return truth ? run(model, believed, *truth, start, options)
+  return truth ? run(embedded, believed, {*truth, values}, start, options)
                : complain(model.name, "--world-param: " + error, kWrongUse);
 }
 

@@ -27,7 +27,8 @@ function decisionOf(view, element) {
 
 function ending(view) {
   const first = view.steps[0];
-  return [html("p", { class: "taken" }, view.ended && view.ended !== "step_limit" ? "The episode is over." : "The step limit has ended it here."),
+  return [html("p", { class: "taken" }, 
+    { step_limit: "The step limit has ended it here." }[view.ended] || (view.ended ? "The episode is over." : "The recording ends here.")),
     html("p", { class: "why" }, first && first.earned !== null
       ? `It earned ${number(first.earned)}, discounted, in ${view.steps.length} steps.` : "")];
 }

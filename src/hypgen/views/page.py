@@ -12,6 +12,7 @@ import jinja2
 from markupsafe import Markup
 
 from hypgen import __version__
+from hypgen.dsl.types.palette import PALETTE
 from hypgen.views.texts import number
 
 _SCRIPTS = ("values", "world", "variables", "decision", "tree", "curves", "history", "time_line", "start")
@@ -31,7 +32,7 @@ def page_of(view: Mapping[str, Any]) -> str:
     return _TEMPLATES.get_template("views/page.html.j2").render(
         view=view,
         version=__version__,
-        style=_text("colours.css") + _text("views/page.css"),
+        style=_text("colours.css") + _palette() + _text("views/page.css"),
         script=Markup("\n").join(_text(f"views/{name}.js") for name in _SCRIPTS),
         data=as_json(view),
     )
@@ -40,6 +41,16 @@ def page_of(view: Mapping[str, Any]) -> str:
 def _text(name: str) -> Markup:
     assert _TEMPLATES.loader is not None
     return Markup(_TEMPLATES.loader.get_source(_TEMPLATES, name)[0])
+
+
+def _palette() -> Markup:
+    """Return the colours of drawings as ``--c-NAME``, for light and for dark ground."""
+    light, dark = (
+        "".join(f"--c-{name}: {both[ground]}; " for name, both in PALETTE.items()) for ground in (0, 1)
+    )
+    return Markup(
+        f":root {{ {light}}}\n@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark}}} }}\n"
+    )
 
 
 def as_json(value: Any) -> Markup:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -20,13 +21,13 @@ def size(tree: Mapping[str, Any]) -> int:
 def cut(tree: Mapping[str, Any], most: int) -> Node:
     """Return the part of a tree that most trials took, ``most`` nodes or fewer.
 
+    The root's actions come first: they are what the decision was between.
     Where children are gone, ``actions_left_out`` and ``groups_left_out`` count them. A child stays only where
     its parent does.
     """
     root: Node = _bare(tree)
     order = itertools.count()  # equals stay in order
-    waiting = [(-_visits(child), next(order), kind, root, child) for kind, child in _children(tree)]
-    heapq.heapify(waiting)
+    waiting = [(-math.inf, next(order), kind, root, child) for kind, child in _children(tree)]
     left = most - 1
     while waiting and left > 0:
         _, _, kind, parent, child = heapq.heappop(waiting)

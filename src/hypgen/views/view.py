@@ -14,6 +14,7 @@ from hypgen.views.why import why
 VERSION = 1
 MOST_NODES = 5_000  # of a decision
 ALL_NODES = 60_000  # of a page, which has some 10 MB then
+_MARGINALS, _LIKELIEST = 400, 5  # of a step, and values of one
 
 _KEPT = (
     "step",
@@ -46,7 +47,6 @@ def view_of(
     end: Mapping[str, Any] | None = None,
     *,
     scene: Mapping[str, Any] | None = None,
-    palette: Mapping[str, Any] | None = None,
     entries: Mapping[str, Sequence[str]] | None = None,
     notes: Sequence[str] = (),
 ) -> dict[str, Any]:
@@ -59,11 +59,12 @@ def view_of(
     """
     most = max(1, min(MOST_NODES, ALL_NODES // max(1, len(steps))))
     discount = header.get("discount", 1.0)
-    earned = _earned([step.get("reward") for step in steps], discount)
+    later = None if header.get("ended") is None else 0.0  # what is not recorded is not known
+    earned = _earned([step.get("reward") for step in steps], discount, later)
     shown = [_step(step, later, most, entries or {}) for step, later in zip(steps, earned, strict=True)]
     said = list(notes)
     if any(one["tree"] and one["tree_shown"] < one["tree_total"] for one in shown):
-        said.append(f"Trees are cut to their {most} most visited nodes.")
+        said.append(f"Trees are cut to their most visited nodes, {most} at most.")
     if header.get("ended") == "step_limit":
         said.append("The episode was cut off by its step limit: what it would have earned later is missing.")
     if not any(one["tree"] for one in shown):
@@ -79,7 +80,6 @@ def view_of(
         "ended": header.get("ended"),
         "first": header.get("first", 0),
         "scene": scene,
-        "palette": palette or {},
         "steps": shown,
         "end": dict(end) if end is not None else None,
         "notes": said,
@@ -92,12 +92,15 @@ def _step(
     """Return what a page shows of a step: its tree cut, its marginals beside what is true."""
     found: dict[str, Any] = {key: step[key] for key in _KEPT if key in step}
     tree = step.get("tree")
-    total = trees.size(tree) if tree else 0
+    size = trees.size(tree) if tree else 0
     truth = _truth(step.get("state", {}), entries)
-    found["tree"] = tree if tree is None or total <= most else trees.cut(tree, most)
-    found["tree_total"], found["tree_shown"] = total, min(total, most)
-    found["marginals"] = [_beside_truth(one, truth) for one in step.get("marginals", ())]
-    found["believed"] = _believed(found["marginals"])
+    found["tree"] = tree if tree is None or size <= most else trees.cut(tree, most)
+    found["tree_total"], found["tree_shown"] = max(size, step.get("tree_total", 0)), min(size, most)
+    marginals = [_beside_truth(one, truth) for one in step.get("marginals") or ()]
+    found["believed"] = _believed(marginals)
+    found["marginals"] = [_likeliest(one) for one in marginals[:_MARGINALS]]
+    if len(marginals) > _MARGINALS:
+        found["marginals_left_out"] = len(marginals) - _MARGINALS
     found["seconds"] = {"update": step.get("update_seconds"), "search": step.get("search_seconds")}
     found["effective"] = step.get("effective_sample_size")
     found["earned"] = earned
@@ -119,6 +122,14 @@ def _beside_truth(marginal: Mapping[str, Any], truth: Mapping[str, Any]) -> dict
     return found
 
 
+def _likeliest(marginal: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a marginal with its likeliest values, likeliest first."""
+    found = dict(marginal)
+    if "values" in found:
+        found["values"] = sorted(found["values"], key=lambda one: -one["probability"])[:_LIKELIEST]
+    return found
+
+
 def _believed(marginals: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
     """Return how probable the belief holds the true values: their mean, the least, and whose that is."""
     found = [(one["believed"], one["variable"]) for one in marginals if "believed" in one]
@@ -133,10 +144,9 @@ def _same(value: Any, truth: Any) -> bool:
     return str(value) == (str(truth).lower() if isinstance(truth, bool) else str(truth))
 
 
-def _earned(rewards: Sequence[float | None], discount: float) -> list[float | None]:
-    """Return the discounted return from each step on; None from where a reward is unknown."""
+def _earned(rewards: Sequence[float | None], discount: float, later: float | None) -> list[float | None]:
+    """Return the discounted return from each step on; ``later`` follows, and None is unknown."""
     found: list[float | None] = []
-    later: float | None = 0.0
     for reward in reversed(rewards):
         later = None if reward is None or later is None else reward + discount * later
         found.append(later)

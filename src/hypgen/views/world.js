@@ -30,11 +30,9 @@ function worldOf(view, element) {
 
   function draw(moment = now) {
     now = moment;
-    const known = layers.truth ? moment.truth || [] : [];
+    const known = (moment.truth || []).filter((one) => layers.truth || !hidden.has(one.name)); // what is seen stays
     const believed = layers.belief ? moment.belief || [] : [];
-    const heaviest = {};
-    for (const one of believed) heaviest[one.name] = Math.max(heaviest[one.name] || 0, one.p);
-    belief.replaceChildren(...believed.flatMap((one) => drawn(one, frame, "believed", one.p / heaviest[one.name])));
+    belief.replaceChildren(...believed.flatMap((one) => drawn(one, frame, "believed")));
     truth.replaceChildren(...known.flatMap((one) => drawn(one, frame, hidden.has(one.name) ? "true" : "seen")));
     gauges.replaceChildren(...gaugesOf(known, believed));
     said.textContent = beliefSaid(moment);
@@ -93,16 +91,16 @@ function gridLines(frame) {
   return lines;
 }
 
-// The elements of a shape. `kind` is static, seen, true or believed; `weight` is its share of the likeliest.
-function drawn(shape, frame, kind, weight = 1) {
+// The elements of a shape. `kind` is static, seen, true or believed. What is improbable is pale at each step alike.
+function drawn(shape, frame, kind) {
   const style = `--c: var(--c-${shape.colour || "grey"}, var(--axis))`;
   const most = frame.extent.cells ? 0.75 : 0.4; // points in the plane lie on each other
-  const opacity = kind === "believed" ? 0.1 + most * Math.sqrt(weight) : null;
+  const weight = kind === "believed" ? 0.1 + most * Math.sqrt(shape.p ?? 1) : null;
   const draw = { cell, marker, rectangle, line, label }[shape.shape];
   if (!draw || frame.unit === 0) return [];
   if (typeof shape.x !== "number" || typeof shape.y !== "number") return [];
   const said = [shape.name, shape.text, shape.p === undefined ? null : `p = ${number(shape.p)}`];
-  const group = svg("g", { class: `shape ${shape.shape} ${kind}`, style, opacity }, ...draw(shape, frame, kind));
+  const group = svg("g", { class: `shape ${shape.shape} ${kind} of-${shape.colour || "grey"}`, style, "fill-opacity": weight, "stroke-opacity": weight }, ...draw(shape, frame, kind));
   group.append(svg("title", {}, said.filter(Boolean).join(", ")));
   return [group];
 }
@@ -171,10 +169,10 @@ function gaugesOf(known, believed) {
       class: kind, style: `left: ${place(one.value)}%; height: ${Math.round(100 * weight)}%; --c: var(--c-${one.colour || "grey"})`,
       title: `${name} ${number(one.value)}${one.p === undefined ? "" : `, p = ${number(one.p)}`}`,
     });
-    return html("div", { class: "gauge" }, html("span", {}, name),
+    return html("div", { class: "gauge" }, html("span", {}, first.text || name),
       html("span", { class: "span" }, ...beliefs.map((one) => mark(one, "believed", one.p / heaviest)),
         ...truths.map((one) => mark(one, "true", 1))),
-      html("span", { class: "figure" }, truths.map((one) => one.text || number(one.value)).join(", ")));
+      html("span", { class: "figure" }, truths.map((one) => number(one.value)).join(", ")));
   });
 }
 

@@ -61,7 +61,7 @@ def test_trees_share_the_room_of_a_page(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(view_module, "ALL_NODES", 100)
     found = view(count=5)
     assert {(one["tree_shown"], one["tree_total"]) for one in found["steps"]} == {(20, 60)}
-    assert "Trees are cut to their 20 most visited nodes." in found["notes"]
+    assert "Trees are cut to their most visited nodes, 20 at most." in found["notes"]
 
 
 def test_a_page_says_what_is_missing() -> None:

@@ -11,12 +11,12 @@
 #include "hypgen/belief/belief.hpp"
 #include "hypgen/core/span.hpp"
 #include "hypgen/core/status.hpp"
-#include "hypgen/embed/key_codec.hpp"
-#include "hypgen/embed/tree_text.hpp"
 #include "hypgen/model/embedded_model.hpp"
+#include "hypgen/model/key_codec.hpp"
 #include "hypgen/search/decision.hpp"
 #include "hypgen/search/planner.hpp"
 #include "hypgen/solver/options.hpp"
+#include "hypgen/solver/tree_text.hpp"
 
 namespace hypgen {
 

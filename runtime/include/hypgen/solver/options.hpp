@@ -33,6 +33,7 @@ struct SolverOptions {
   std::string world_param_file;  // empty: the world has the model's params
   std::string start_file;        // empty: episodes start as the world's model says
   std::string json_file;
+  std::string record_file;
   bool details = false;  // of each step, in the JSON lines
   bool quiet = false;
   bool serve = false;  // an agent on standard input and output

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hypgen/embed/tree_text.hpp"
+#include "hypgen/solver/tree_text.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "hypgen/model/value_text.hpp"
@@ -19,7 +21,11 @@ class TreeWriter {
  public:
   TreeWriter(const EmbeddedModel& model, const KeyCodec& codec, const Tree& tree, ScenarioWalk& walk,
              const TreeExtent& extent)
-      : model_(model), codec_(codec), tree_(tree), walk_(walk), extent_(extent) {}
+      : model_(model), codec_(codec), tree_(tree), walk_(walk), extent_(extent) {
+    if (extent_.nodes != SIZE_MAX) choose_open();
+  }
+
+  std::size_t shown() const { return shown_; }
 
   Json root() {
     Json json = {{"pruning", tree_.pruning()}};
@@ -41,12 +47,58 @@ class TreeWriter {
             {"upper", scale(child, depth) * child.upper.load()}};
   }
 
+  // What is told below a node, if it is told.
+  std::size_t cost(const Node& node) const {
+    std::size_t sum = 0;
+    for (const std::uint32_t place : most_visited(*node.expanded())) {
+      const ActionTable* const table = tree_.table(*node.expanded(), place);
+      sum += 1 + (table == nullptr ? 0 : std::min(children_by_size(*table).size(), extent_.most));
+    }
+    return sum;
+  }
+
+  // Chooses the nodes whose actions are told, as many as the extent has room for. A node has as many visits as
+  // any below it, so that the most visited ones are found from the root down.
+  void choose_open() {
+    using Waiting = std::pair<std::uint64_t, const Node*>;
+    const auto is_later = [](const Waiting& a, const Waiting& b) { return a.first < b.first; };
+    std::vector<Waiting> heap = {{tree_.root().child->visits(), &tree_.root()}};
+    std::size_t left = extent_.nodes - 1;
+    while (!heap.empty() && left > 0) {
+      std::pop_heap(heap.begin(), heap.end(), is_later);
+      const Node& node = *heap.back().second;
+      heap.pop_back();
+      if (node.expanded() == nullptr || node.depth >= extent_.depth) continue;
+      const std::size_t needed = cost(node);
+      if (needed > left) continue;
+      left -= needed;
+      open_.insert(&node);
+      if (tree_.is_weighted()) break;  // no groups are told
+      for (const std::uint32_t place : most_visited(*node.expanded())) {
+        const ActionTable* const table = tree_.table(*node.expanded(), place);
+        if (table == nullptr) continue;
+        const std::vector<const Child*> children = children_by_size(*table);
+        for (std::size_t i = 0; i < std::min(children.size(), extent_.most); ++i) {
+          const Node* const below = children[i]->node.load(std::memory_order_acquire);
+          if (below == nullptr) continue;
+          heap.emplace_back(children[i]->visits(), below);
+          std::push_heap(heap.begin(), heap.end(), is_later);
+        }
+      }
+    }
+  }
+
   // The walk is at the node.
   Json node(const Node& node, std::uint32_t of) {
+    ++shown_;
     Json json = bounds(*node.child, of, node.depth);
     const Expansion* const expansion = node.expanded();
     if (expansion == nullptr || node.depth >= extent_.depth) return json;
     json["actions"] = Json::array();
+    if (extent_.nodes != SIZE_MAX && open_.count(&node) == 0) {
+      json["actions_left_out"] = expansion->action_count;
+      return json;
+    }
     const std::vector<std::uint32_t> places = most_visited(*expansion);
     for (const std::uint32_t place : places) json["actions"].push_back(action(node, place));
     if (expansion->action_count > places.size())
@@ -73,7 +125,17 @@ class TreeWriter {
     return places;
   }
 
+  // An action's groups, those with the most scenarios first.
+  static std::vector<const Child*> children_by_size(const ActionTable& table) {
+    std::vector<const Child*> children;
+    for (const Child& child : table) children.push_back(&child);
+    std::stable_sort(children.begin(), children.end(),
+                     [](const Child* a, const Child* b) { return a->count > b->count; });
+    return children;
+  }
+
   Json action(const Node& node, std::uint32_t place) {
+    ++shown_;
     const double scale = this->scale(*node.child, node.depth);
     const Expansion& expansion = *node.expanded();
     const int number = expansion.rows[place].action;
@@ -87,10 +149,7 @@ class TreeWriter {
     if (table == nullptr || tree_.is_weighted()) return json;  // the walk knows groups that see the same
     json["groups"] = Json::array();
     const std::vector<ScenarioWalk::Group> seen = walk_.groups(number);
-    std::vector<const Child*> children;
-    for (const Child& child : *table) children.push_back(&child);
-    std::stable_sort(children.begin(), children.end(),
-                     [](const Child* a, const Child* b) { return a->count > b->count; });
+    const std::vector<const Child*> children = children_by_size(*table);
     const std::size_t shown = std::min(children.size(), extent_.most);
     for (std::size_t i = 0; i < shown; ++i) json["groups"].push_back(group(node, number, *children[i], seen));
     if (children.size() > shown) json["groups_left_out"] = children.size() - shown;
@@ -109,6 +168,7 @@ class TreeWriter {
       json["seen"] = Json::parse(values_text(model_.seen, values));
     const Node* const below = child.node.load(std::memory_order_acquire);
     if (json["terminal"] || below == nullptr) {
+      ++shown_;
       json.update(bounds(child, of, parent.depth + 1));
       return json;
     }
@@ -123,13 +183,31 @@ class TreeWriter {
   const Tree& tree_;
   ScenarioWalk& walk_;
   const TreeExtent& extent_;
+  std::unordered_set<const Node*> open_;  // whose actions are told, where the extent counts nodes
+  std::size_t shown_ = 0;
 };
 
 }  // namespace
 
-std::string tree_text(const EmbeddedModel& model, const KeyCodec& codec, const Tree& tree, ScenarioWalk& walk,
-                      const TreeExtent& extent) {
-  return TreeWriter(model, codec, tree, walk, extent).root().dump();
+std::size_t tree_size(const Tree& tree) {
+  std::size_t size = 1;
+  tree.for_each_node([&](const Node& node) {
+    const Expansion* const expansion = node.expanded();
+    if (expansion == nullptr) return;
+    size += expansion->action_count;
+    for (std::uint32_t place = 0; place < expansion->action_count; ++place) {
+      const ActionTable* const table = tree.table(*expansion, place);
+      if (table != nullptr) size += static_cast<std::size_t>(table->end() - table->begin());
+    }
+  });
+  return size;
+}
+
+TreeText tree_text(const EmbeddedModel& model, const KeyCodec& codec, const Tree& tree, ScenarioWalk& walk,
+                   const TreeExtent& extent) {
+  TreeWriter writer(model, codec, tree, walk, extent);
+  const std::string json = writer.root().dump();
+  return {json, writer.shown()};
 }
 
 }  // namespace hypgen

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hypgen/embed/key_codec.hpp"
+#include "hypgen/model/key_codec.hpp"
 
 #include "hypgen/math/float_bits.hpp"
 

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What ``hypgen sim`` draws of an episode: where it stands, and what exact posteriors believe."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from hypgen.cli.show.scene_text import scene_lines
+from hypgen.dsl.interpret.episode import Episode
+from hypgen.dsl.interpret.factor_samples import factor_samples
+from hypgen.dsl.interpret.scenes import Scenes
+
+_SAMPLES = 500
+
+
+class EpisodeDrawing:
+    """Draws an episode; without ``hidden``, what the agent does not see is drawn only as it is believed."""
+
+    def __init__(self, episode: Episode, hidden: bool) -> None:
+        self._episode = episode
+        self._hidden = hidden
+        self._scenes = Scenes(episode.model)
+        self._scene = self._scenes.scene()
+
+    def lines(self) -> list[str]:
+        """Return the lines of where the episode stands, in colour for a terminal; none without drawings."""
+        if self._scene is None:
+            return []
+        values = self._episode.values()
+        sampled = factor_samples(self._episode.model, self._episode.belief(), _SAMPLES)
+        moment = self._scenes.belief(values, sampled) | {
+            "truth": self._scenes.truth(values, hidden=self._hidden)
+        }
+        coloured = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
+        return scene_lines(self._scene, moment, coloured=coloured)

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What solvers record with ``--record``: read, replayed and written for other tools."""
+
+from hypgen.recordings.reader import Recording, RecordingError, open_recording
+from hypgen.recordings.recording import End, Header, Start, Step, Variable
+from hypgen.recordings.terms import params_of, reward_terms
+
+__all__ = [
+    "End",
+    "Header",
+    "Recording",
+    "RecordingError",
+    "Start",
+    "Step",
+    "Variable",
+    "open_recording",
+    "params_of",
+    "reward_terms",
+]
