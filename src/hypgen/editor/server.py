@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import os
 import threading
 from typing import Any
@@ -115,7 +116,9 @@ class Server(LanguageServer):
         """
         self.stop_check(uri)
         stop = threading.Event()
-        self.checks[uri] = asyncio.ensure_future(self._check(uri, pause, stop, users)), stop
+        task = asyncio.ensure_future(self._check(uri, pause, stop, users))
+        task.add_done_callback(_log_failure)
+        self.checks[uri] = task, stop
 
     def stop_check(self, uri: str) -> None:
         """Give up the check of a document, if there is one."""
@@ -170,6 +173,12 @@ class Server(LanguageServer):
             source="hypgen",
             related_information=related or None,
         )
+
+
+def _log_failure(task: asyncio.Task[None]) -> None:
+    """Write a check's exception, a mistake of hypgen, where editors show what a server logs."""
+    if not task.cancelled() and task.exception() is not None:
+        logging.getLogger(__name__).error("a check failed", exc_info=task.exception())
 
 
 def _address(path: str) -> str:

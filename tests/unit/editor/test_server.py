@@ -206,3 +206,17 @@ async def test_keys_while_a_check_goes_on_give_it_up(editor: Editor, folder: Pat
         editor.send(path, TIGER.replace("room.tiger == left", f"cave{number} == left"))
     assert "cave19" in (await editor.told(path))[0].message
     assert editor.shown[path.as_uri()].empty()
+
+
+def test_a_check_that_fails_is_logged(caplog: pytest.LogCaptureFixture) -> None:
+    async def fail() -> None:
+        raise RuntimeError("a mistake of hypgen")
+
+    async def talk() -> None:
+        task = asyncio.ensure_future(fail())
+        task.add_done_callback(server._log_failure)
+        await asyncio.wait([task])
+        await asyncio.sleep(0)
+
+    asyncio.run(talk())
+    assert "a mistake of hypgen" in caplog.text
