@@ -27,7 +27,9 @@ std::vector<nlohmann::json> lines_of(const std::string& file) {
 }
 
 std::vector<nlohmann::json> recorded(std::vector<std::string> words) {
-  const std::string file = ::testing::TempDir() + "record.jsonl";
+  // Tests run side by side.
+  const std::string test = ::testing::UnitTest::GetInstance()->current_test_info()->name();
+  const std::string file = ::testing::TempDir() + "record_" + test + ".jsonl";
   for (const char* const word :
        {"--runs", "1", "--steps", "2", "--particles", "100", "--quiet", "--record", file.c_str()})
     words.emplace_back(word);
