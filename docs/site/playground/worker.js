@@ -8,8 +8,8 @@ const PACKAGES = "https://cdn.jsdelivr.net/pyodide/v%PYODIDE%/full/";
 const ready = (async () => {
   const pyodide = await loadPyodide({ packageBaseUrl: PACKAGES });
   const archive = await fetch("python.zip");
-  pyodide.unpackArchive(await archive.arrayBuffer(), "zip", { extractDir: "/work" });
-  pyodide.runPython("import sys, os; sys.path.insert(0, '/work'); os.chdir('/work/examples')");
+  pyodide.unpackArchive(await archive.arrayBuffer(), "zip", { extractDir: "/hypgen" });
+  pyodide.runPython("import sys, os; sys.path.insert(0, '/hypgen'); os.chdir('/hypgen/examples')");
   return { pyodide, module: pyodide.pyimport("browser") };
 })();
 
