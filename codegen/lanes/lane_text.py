@@ -27,6 +27,7 @@ RUNTIME = {
             *("math::min", "math::max", "math::clamp", "math::sign", "math::abs", "math::is_nan"),
             *("math::from_zero", "math::floordiv", "math::mod"),
             *("math::floor_to_int", "math::ceil_to_int", "math::round_to_int", "math::to_fixed"),
+            "math::saturate_fixed",
             *("math::sqrt", "math::log", "math::log2", "math::exp", "math::exp2", "math::hypot"),
             *("math::sin", "math::cos", "math::tan", "math::asin", "math::acos", "math::atan2"),
             *("math::pow", "math::normal_cdf"),

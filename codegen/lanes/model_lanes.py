@@ -16,10 +16,11 @@ from hypgen.codegen.layout.state_layout import Layout
 from hypgen.codegen.tree.statements import Function
 from hypgen.codegen.tree.walks import calls
 from hypgen.dsl import ir
-from hypgen.dsl.types import length_of
+from hypgen.dsl.types import length_of, size_of
 
 _ROLLOUT = {"default_policy", "step", "tail"}
 _NARROW_KEY = 2**31
+_MOST_TERMS = 31  # whose sum a double holds exactly, however large each is
 
 
 def in_lanes(
@@ -28,8 +29,9 @@ def in_lanes(
     """Return what a rollout of the default policy takes, in lanes; or None and the reason."""
     if has_lower:
         return None, "a lower bound replaces rollouts"
-    if not model.rewards_fit:
-        return None, "rewards may leave their range"
+    terms = sum(1 if r.binder is None else size_of(r.binder.type) for r in model.rewards)
+    if not model.rewards_fit and terms > _MOST_TERMS:
+        return None, "many rewards may leave their range"
     try:
         return _lanes(model, names, layout, functions), ""
     except NoLanes as reason:

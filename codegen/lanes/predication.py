@@ -34,6 +34,7 @@ from hypgen.codegen.tree.expr import (
     Literal,
     Member,
     Name,
+    Operand,
     Operation,
     Prefix,
     number,
@@ -294,7 +295,7 @@ class Predication:
         start: Expr = of(mask) if not any(out) else on_lanes("without", mask, self._gone())
         self.loops[-1] = (skipped, stopped)
         body: Block = [const(f"lanes::{MASK}", own, start)]
-        body.append(when(Prefix("!", on_lanes("any", own)), BREAK))
+        body += [when(Prefix("!", on_lanes("any", own)), BREAK)] if any(out) else []
         body += [var(f"lanes::{MASK}", skipped, FALSE)] if skipped else []
         body += self.block(loop.body, own, set())
         self.loops.pop()
@@ -308,15 +309,21 @@ class Predication:
 
     # Expressions ---------------------------------------------------------------------------------
 
-    def expr(self, expr: Expr, mask: str) -> Expr:
+    def expr(self, expr: Expr, mask: Operand) -> Expr:
         """Return an expression in lanes."""
         match expr:
             case Name() | Literal():
                 return expr
             case Operation(left, "&&", right):
-                return on_lanes("both", self.expr(left, mask), self.expr(right, mask))
+                first = self.expr(left, mask)
+                own = on_lanes("both", mask, first) if self._changes(right) else mask
+                return on_lanes("both", first, self.expr(right, own))
             case Operation(left, "||", right):
-                return on_lanes("either", self.expr(left, mask), self.expr(right, mask))
+                first = self.expr(left, mask)
+                own = on_lanes("without", mask, first) if self._changes(right) else mask
+                return on_lanes("either", first, self.expr(right, own))
+            case Choice(_, then, otherwise) if self._changes(then) or self._changes(otherwise):
+                raise NoLanes(f"{self.source.name} changes something in a choice")
             case Operation(left, sign, right):
                 return Operation(self.expr(left, mask), sign, self.expr(right, mask))
             case Prefix(sign="!" | "-" as sign, operand=operand):
@@ -337,7 +344,19 @@ class Predication:
                 return self._call(expr, mask)
         raise NoLanes(f"{self.source.name} has a {type(expr).__name__.lower()} expression")
 
-    def _entry(self, expr: Index, mask: str) -> Expr:
+    def _changes(self, expr: Expr) -> bool:
+        """Return whether evaluating an expression changes anything: then only some lanes may evaluate it."""
+        for node in nodes(expr):
+            match node:
+                case Call(function=Name(text) | Literal(text)):
+                    if RUNTIME.get(text.partition("<")[0]):
+                        return True
+                    kinds = [kind for kind, _ in self.known[text].arguments] if text in self.known else []
+                    if any(k[-1] in "&*" and not k.startswith("const ") and k != "D&" for k in kinds):
+                        return True
+        return False
+
+    def _entry(self, expr: Index, mask: Operand) -> Expr:
         indices: list[Expr] = []
         base: Expr = expr
         while isinstance(base, Index):
@@ -350,7 +369,7 @@ class Predication:
             raise NoLanes(f"{self.source.name} uses {name}")
         return CLASSES[name]
 
-    def _call(self, call: Call, mask: str, changes: bool = False) -> Expr:
+    def _call(self, call: Call, mask: Operand, changes: bool = False) -> Expr:
         arguments = tuple(self.expr(a, mask) for a in call.arguments)
         match call.function:
             case Member(owner, method):

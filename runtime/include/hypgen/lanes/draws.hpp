@@ -179,9 +179,7 @@ HYPGEN_FN Mask bernoulli(const FineLanes& word, std::uint64_t mass) { return wor
 class MassesLanes {
  public:
   HYPGEN_FN void take(Mask on, Float p, Mask is_value) {
-    lanes::Lanes<std::uint64_t> mass;
-    for (int i = 0; i < lanes::kLanes; ++i) mass.set(i, math::mass(p[i]));
-    take(on, mass, is_value);
+    take(on, math::mass(p), is_value);
   }
   HYPGEN_FN void take(Mask on, lanes::Lanes<std::uint64_t> mass, Mask is_value) {
     const lanes::Lanes<std::uint64_t> got = select(mass < left_, mass, left_);

@@ -67,6 +67,13 @@ HYPGEN_FN Doubles entries_of_16(const double* table, Masses position) {
 /// A whole number below 2^51 as the low bits of a word.
 HYPGEN_FN Masses whole_bits(Doubles whole) { return bits_of(whole + 6755399441055744.0); }
 
+/// A whole number in 0 .. 2^63, or a double that has no fraction there, as a mass.
+HYPGEN_FN Masses to_masses(Doubles whole) {
+  const Doubles upper = floor(whole * 2.3283064365386963e-10);
+  const Doubles lower = whole - upper * 4294967296.0;
+  return ((bits_of(upper + 4503599627370496.0) & 0xFFFFFFFFU) << 32) + (bits_of(lower + 4503599627370496.0) & 0xFFFFFFFFU);
+}
+
 /// `f` of both halves.
 template <class F>
 HYPGEN_FN Float by_halves(F f, Float x) {
@@ -286,6 +293,22 @@ HYPGEN_FN Double to_fixed(Int x) {
         lanes::pick(scaled < -kLimit, -limit, lanes::pick(scaled > kLimit, limit, scaled));
   }
   return result;
+}
+/// M(p) of a probability, as `mass` of a scalar.
+HYPGEN_FN lanes::Masses mass(lanes::Doubles p) {
+  const lanes::Doubles scaled = p * 9223372036854775808.0, most = 9223372036854775808.0 - lanes::Doubles{};
+  const lanes::Doubles whole = lanes::pick(scaled < most, lanes::floor(scaled), most);
+  return lanes::to_masses(lanes::pick(scaled > 0.0, whole, lanes::Doubles{}));
+}
+HYPGEN_FN lanes::Lanes<std::uint64_t> mass(Float p) { return {mass(p.wide(0)), mass(p.wide(1))}; }
+
+HYPGEN_FN Double saturate_fixed(Double x) {
+  constexpr double kLimit = static_cast<double>(kFixedLimit);
+  return select(x < Double(-kLimit), Double(-kLimit), select(x > Double(kLimit), Double(kLimit), x));
+}
+HYPGEN_FN Mask is_saturated(Double x) {
+  constexpr double kLimit = static_cast<double>(kFixedLimit);
+  return either(x >= Double(kLimit), x <= Double(-kLimit));
 }
 template <int kBits = kFixedBits>
 HYPGEN_FN Float from_fixed(Double x) {

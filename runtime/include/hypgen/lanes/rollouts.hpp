@@ -84,6 +84,7 @@ class RolloutLanes {
     typename L::State next;
     const StepLanes result = L::step(stepped, params_, fixed_, state_, action, draws, next);
     nan_ = either(nan_, both(stepped, result.error));
+    if constexpr (!kRewardsFit<Model>) nan_ = either(nan_, both(stepped, math::is_saturated(result.reward)));
     const Float earned = math::from_fixed<kRewardBits<Model>>(result.reward);
     const Float discount = entries(work_.discounts, static_cast<std::size_t>(work_.depth_limit - work_.depth + 1), taken_);
     assign(stepped, total_, total_ + discount * earned);

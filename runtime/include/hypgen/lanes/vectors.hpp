@@ -161,9 +161,13 @@ struct Lanes<std::uint32_t> : Narrow<std::uint32_t> {
   HYPGEN_LANES_COMPARE(>=)
   friend HYPGEN_FN Lanes operator~(Lanes a) { return Lanes(~a.v); }
   friend HYPGEN_FN Lanes operator/(Lanes a, std::uint32_t b) {
-    Lanes result;
-    for (int i = 0; i < kLanes; ++i) result.set(i, a[i] / b);
-    return result;
+    const double part = 1.0 / static_cast<double>(b);
+    const auto quotient = [part](Doubles x) {
+      // Whole and fraction apart: the sum's last bits are the whole, rounded down.
+      const Doubles whole = (x + 0.5) * part - 0.5 + 4503599627370496.0;
+      return __builtin_convertvector(reinterpret_cast<Masses>(whole), WordHalf);
+    };
+    return Lanes(joined<std::uint32_t>(quotient(a.wide(0)), quotient(a.wide(1))));
   }
   friend HYPGEN_FN Lanes operator%(Lanes a, std::uint32_t b) { return a - Lanes(b) * (a / b); }
 
@@ -231,6 +235,17 @@ struct Lanes<std::int32_t> : Narrow<std::int32_t> {
     return narrow(a.low sign b.low, a.high sign b.high);                                      \
   }
 
+/// Masses as doubles, rounded once: through halves, each of which a double holds.
+HYPGEN_FN Doubles to_doubles(Masses x) {
+#if defined(HYPGEN_LANES_AVX512)
+  return __builtin_convertvector(x, Doubles);
+#else
+  const Masses upper = (x >> 32) | 0x4330000000000000U, lower = (x & 0xFFFFFFFFU) | 0x4330000000000000U;
+  return (reinterpret_cast<Doubles>(upper) - 4503599627370496.0) * 4294967296.0 +
+         (reinterpret_cast<Doubles>(lower) - 4503599627370496.0);
+#endif
+}
+
 HYPGEN_FN Mask narrow(Longs low, Longs high) {
   return Mask(joined<std::int32_t>(__builtin_convertvector(low, IntHalf), __builtin_convertvector(high, IntHalf)));
 }
@@ -295,7 +310,7 @@ struct Lanes<std::uint64_t> : Wide<std::uint64_t> {
   HYPGEN_LANES_COMPARE(<=)
   HYPGEN_LANES_COMPARE(>)
   HYPGEN_LANES_COMPARE(>=)
-  HYPGEN_FN Doubles wide(int part) const { return __builtin_convertvector(part == 0 ? low : high, Doubles); }
+  HYPGEN_FN Doubles wide(int part) const { return to_doubles(part == 0 ? low : high); }
 
   // No processor divides such vectors.
   HYPGEN_LANES_WIDE(/)
