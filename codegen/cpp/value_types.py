@@ -125,7 +125,7 @@ def _accessors(field: Field, get: str, set_: str) -> list[str]:
     put = f"words[{word}] = bits::put(words[{word}], {shift}, {field.width}, {stored});"
     if not field.indices:
         return [f"{getter}() const {{ return {read}; }}", f"{setter}({kind} value) {{", f"  {put}", "}"]
-    position = f"const auto i = static_cast<std::uint32_t>({position_of(field.indices)});"
+    position = f"const auto i = static_cast<std::uint32_t>({_position(field.indices)});"
     return [
         f"{getter}({', '.join(formals)}) const {{",
         f"  {position}",
@@ -140,7 +140,7 @@ def _accessors(field: Field, get: str, set_: str) -> list[str]:
 
 def _float_accessors(field: Field, getter: str, setter: str) -> list[str]:
     formals = ", ".join(f"{scalar(t)} i{n}" for n, t in enumerate(field.indices))
-    place = position_of(field.indices)
+    place = _position(field.indices)
     word = f"words[{field.word} + {place}]" if field.indices else f"words[{field.word}]"
     given = f"{formals}, float value" if formals else "float value"
     return [
@@ -162,7 +162,7 @@ def _bits_accessors(field: Field, names: Names) -> list[str]:
     ]
 
 
-def position_of(indices: tuple[Type, ...]) -> str:
+def _position(indices: tuple[Type, ...]) -> str:
     return text_of(row_major([code_of(f"i{n}", t) for n, t in enumerate(indices)], indices))
 
 

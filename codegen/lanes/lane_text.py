@@ -32,6 +32,7 @@ RUNTIME = {
             *("math::sin", "math::cos", "math::tan", "math::asin", "math::acos", "math::atan2"),
             *("math::pow", "math::normal_cdf"),
             *("dist::bernoulli", "dist::uniform", "dist::uniform_int", "dist::reached", "dist::fine"),
+            *("dist::noisy", "dist::mass", "math::threshold", "math::mass"),
             "posteriors::probability",
         ),
         False,

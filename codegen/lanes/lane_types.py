@@ -5,8 +5,7 @@ from __future__ import annotations
 
 from hypgen.codegen.cpp import template_data
 from hypgen.codegen.cpp.text import code_of, row_major, value_of
-from hypgen.codegen.cpp.value_types import position_of
-from hypgen.codegen.lanes.lane_text import NoLanes, on_lanes
+from hypgen.codegen.lanes.lane_text import on_lanes
 from hypgen.codegen.layout.naming import Names
 from hypgen.codegen.layout.state_layout import Block, Field
 from hypgen.codegen.tree.expr import Expr, Literal, of, op, shifted
@@ -24,8 +23,6 @@ def words_in_lanes(name: str, block: Block, getters: dict[str, str], setters: di
 
 
 def _accessors(field: Field, get: str, set_: str) -> list[str]:
-    if any(isinstance(t, Bool) for t in field.indices):
-        raise NoLanes(f"{field.variable} is indexed by a bool")
     kind = "lanes::" + ("Mask" if isinstance(field.type, Bool) else "Float" if isinstance(field.type, Float) else "Int")
     names = [f"i{n}" for n in range(len(field.indices))]
     template = [f"template <{', '.join(f'class I{n}' for n in range(len(names)))}>"] if names else []
@@ -41,7 +38,7 @@ def _accessors(field: Field, get: str, set_: str) -> list[str]:
             *template,
             f"{setter}({unused}) {{}}",
         ]
-    position = [f"  const auto i = {position_of(field.indices)};"] if names else []
+    position = [f"  const auto i = {_position(field)};"] if names else []
     word, shift = _place(field)
     if isinstance(field.type, Float):
         word = f"{field.word} + i" if names else str(field.word)
@@ -67,6 +64,11 @@ def _accessors(field: Field, get: str, set_: str) -> list[str]:
         f"  {put}",
         "}",
     ]
+
+
+def _position(field: Field) -> str:
+    codes = [code_of(f"i{n}", t) for n, t in enumerate(field.indices)]
+    return text_of(_in_lanes(row_major(codes, field.indices)))
 
 
 def _place(field: Field) -> tuple[str, str]:

@@ -36,6 +36,7 @@ from hypgen.codegen.tree.expr import (
     Name,
     Operand,
     Operation,
+    Postfix,
     Prefix,
     number,
     of,
@@ -328,6 +329,8 @@ class Predication:
                 return Operation(self.expr(left, mask), sign, self.expr(right, mask))
             case Prefix(sign="!" | "-" as sign, operand=operand):
                 return Prefix(sign, self.expr(operand, mask))
+            case Postfix(Name() as operand, sign):
+                return on_lanes("stepped", mask, operand, number(1 if sign == "++" else -1))
             case Choice(condition, then, otherwise):
                 parts = (condition, then, otherwise)
                 return on_lanes("select", *(self.expr(part, mask) for part in parts))
@@ -348,6 +351,8 @@ class Predication:
         """Return whether evaluating an expression changes anything: then only some lanes may evaluate it."""
         for node in nodes(expr):
             match node:
+                case Postfix():
+                    return True
                 case Call(function=Name(text) | Literal(text)):
                     if RUNTIME.get(text.partition("<")[0]):
                         return True

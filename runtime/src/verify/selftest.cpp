@@ -190,6 +190,7 @@ class Checks {
           EvaluatorOptions wide = options;
           wide.threads = 1;
           wide.lanes = kernel;
+          wide.measures_lanes = false;
           return instance_.make_evaluator(wide);
         };
         check_leaves(with_lanes, false, outcome);

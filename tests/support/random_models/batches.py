@@ -80,6 +80,7 @@ bool lanes_hold(const typename M::Params& params, const hypgen_lanes::Kernel& ke
   std::vector<hypgen::ScenarioBounds> found[2];
   for (const bool wide : {{false, true}}) {{
     options.lanes = wide ? &kernel : nullptr;
+    options.measures_lanes = false;
     hypgen::DrawCache cache(kScenarios, 1);
     hypgen::StepClock clock;
     hypgen::Rollout<M> rollout(params, cache, clock, options);

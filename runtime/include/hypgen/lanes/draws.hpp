@@ -103,10 +103,11 @@ class Draws {
 };
 
 /// Whether words are below numbers of words in 0 .. 2^32, which are doubles.
-HYPGEN_FN Mask below(Word word, Double limit) {
-  return narrow(word.wide(0) < limit.low, word.wide(1) < limit.high);
-}
-HYPGEN_FN Double floor(Double x) { return {floor(x.low), floor(x.high)}; }
+HYPGEN_FN Mask is_below(Word word, Double limit) { return as<double>(word) < limit; }
+
+/// Comparisons of words with numbers of words.
+HYPGEN_FN Mask operator<(Word word, std::uint64_t limit) { return is_below(word, Double(static_cast<double>(limit))); }
+HYPGEN_FN Mask operator<(Word word, Lanes<std::uint64_t> limit) { return is_below(word, as<double>(limit)); }
 
 /// The threshold of a probability; what is no number or below 0 gives a limit that no word is below.
 HYPGEN_FN Double threshold(Float p) { return floor(as<double>(p) * Double(4294967296.0)); }
@@ -121,7 +122,7 @@ using lanes::Int;
 using lanes::Mask;
 using lanes::Word;
 
-HYPGEN_FN Mask bernoulli(Word word, Float p) { return lanes::below(word, lanes::threshold(p)); }
+HYPGEN_FN Mask bernoulli(Word word, Float p) { return lanes::is_below(word, lanes::threshold(p)); }
 
 HYPGEN_FN Mask bernoulli(Word word, float p) { return bernoulli(word, Float(p)); }
 
@@ -145,6 +146,15 @@ HYPGEN_FN Int uniform_int(Word word, std::int32_t low, std::int32_t high, std::i
   return uniform_int(word, Int(low), Int(high), Int(least), Int(most));
 }
 
+HYPGEN_FN Int noisy(Word word, Int value, Float p, std::int32_t count) {
+  return lanes::each_lane<std::int32_t>(
+      [count](std::uint32_t w, std::int32_t v, float q) { return noisy(w, v, q, count); }, word, value, p);
+}
+HYPGEN_FN Int noisy(Word word, std::int32_t value, float p, std::int32_t count) {
+  return noisy(word, Int(value), Float(p), count);
+}
+HYPGEN_FN Int noisy(Word word, Int value, float p, std::int32_t count) { return noisy(word, value, Float(p), count); }
+
 /// A draw with a second word, made lane by lane where a lane's word ties.
 struct FineLanes {
   lanes::Draws* draws;
@@ -154,7 +164,7 @@ struct FineLanes {
 
   HYPGEN_FN Mask below(lanes::Lanes<std::uint64_t> mass) const {
     const Double high = lanes::as<double>(mass >> lanes::Lanes<std::uint64_t>(kLowBits));
-    Mask found = lanes::below(first, high);
+    Mask found = lanes::is_below(first, high);
     const Mask ties = both(lanes::as<double>(first) == high, (mass & lanes::Lanes<std::uint64_t>(kLow)) !=
                                                                   lanes::Lanes<std::uint64_t>(0));
     if (HYPGEN_RARELY(any(ties))) {
@@ -174,6 +184,21 @@ HYPGEN_FN FineLanes fine(lanes::Draws& draws, std::uint32_t site, I index) {
 }
 HYPGEN_FN Mask bernoulli(const FineLanes& word, lanes::Lanes<std::uint64_t> mass) { return word.below(mass); }
 HYPGEN_FN Mask bernoulli(const FineLanes& word, std::uint64_t mass) { return word.below(mass); }
+
+HYPGEN_FN Int noisy(const FineLanes& word, Int value, lanes::Lanes<std::uint64_t> mass, std::int32_t count) {
+  Int found;
+  for (int i = 0; i < lanes::kLanes; ++i) {
+    PhiloxDraws own = word.draws->one(i);
+    const FineWord<PhiloxDraws> one(own, word.site, static_cast<std::uint32_t>(word.index[i]));
+    found.set(i, noisy(one, value[i], mass[i], count));
+  }
+  return found;
+}
+HYPGEN_FN lanes::Bits mass(Float p) { return math::mass(p); }
+HYPGEN_FN lanes::Bits mass(Float p, Float complement) {
+  const lanes::Bits rare = lanes::Bits(kWhole) - math::mass(complement);
+  return select(complement < Float(0.001953125F), rare, math::mass(p));
+}
 
 /// The likelihoods of values of tables, as Masses computes them.
 class MassesLanes {
@@ -210,8 +235,8 @@ struct NormalLanes {
     const Word rising = select(word < Word(0x80000000U), word, word ^ 0x7FFFFFFFU);
     return mean + math::abs(deviation) * lanes::as<float>(lanes::normal_of_word(rising));
   }
-  HYPGEN_FN lanes::Doubles below(lanes::Doubles x, int part) const {
-    return lanes::normal_cdf((x - mean.wide(part)) / lanes::fabs(deviation.wide(part)));
+  HYPGEN_FN Double below(Double x) const {
+    return lanes::normal_cdf((x - lanes::as<double>(mean)) / lanes::fabs(lanes::as<double>(deviation)));
   }
 };
 
@@ -236,39 +261,32 @@ class BinsLanes {
         count_(count) {}
 
   HYPGEN_FN Int draw(Word word) const {
-    const Float typical = law_.quantile(word);
-    Double bins;
-    for (int part = 0; part < 2; ++part) {
-      (part == 0 ? bins.low : bins.high) = draw(typical.wide(part), word.wide(part), part);
-    }
-    return lanes::as<std::int32_t>(bins);
-  }
-
- private:
-  HYPGEN_FN lanes::Doubles draw(lanes::Doubles typical, lanes::Doubles word, int part) const {
     const double most = count_ - 1;
-    const lanes::Doubles whole = lanes::floor((typical - low_) / width_ * static_cast<double>(count_));
-    lanes::Doubles bin = lanes::pick(
-        whole > 0.0, lanes::pick(whole < most, whole, most - lanes::Doubles{}), lanes::Doubles{});
+    const Double words = lanes::as<double>(word);
+    const Double place = (lanes::as<double>(law_.quantile(word)) - low_) / width_;
+    const Double whole = lanes::floor(place * static_cast<double>(count_));
+    const Double inside = lanes::pick(lanes::below(whole, most), whole, Double(most));
+    Double bin = lanes::pick(lanes::above(whole, 0.0), inside, Double(0.0));
     while (true) {
-      const lanes::Longs down = (bin > 0.0) & (word < up_to(bin - 1.0, part));
-      if (!any(lanes::narrow(down, down))) break;
+      const lanes::Wides down = both(lanes::above(bin, 0.0), lanes::below(words, up_to(bin - 1.0)));
+      if (!any(down)) break;
       bin = lanes::pick(down, bin - 1.0, bin);
     }
     while (true) {
-      const lanes::Longs up = (bin < most) & (word >= up_to(bin, part));
-      if (!any(lanes::narrow(up, up))) break;
+      const lanes::Wides up = both(lanes::below(bin, most), lanes::from(words, up_to(bin)));
+      if (!any(up)) break;
       bin = lanes::pick(up, bin + 1.0, bin);
     }
-    return bin;
+    return lanes::as<std::int32_t>(bin);
   }
 
+ private:
   /// How many words give at most this bin; not the last one.
-  HYPGEN_FN lanes::Doubles up_to(lanes::Doubles bin, int part) const {
-    const lanes::Doubles end = low_ + width_ * ((bin + 1.0) / static_cast<double>(count_));
-    const lanes::Doubles scaled = lanes::floor(law_.below(end, part) * 4294967296.0 + 0.5);
-    return lanes::pick(scaled > 0.0, lanes::pick(scaled < 4294967296.0, scaled, 4294967296.0 - lanes::Doubles{}),
-                       lanes::Doubles{});
+  HYPGEN_FN Double up_to(Double bin) const {
+    const Double end = low_ + width_ * ((bin + 1.0) / static_cast<double>(count_));
+    const Double scaled = lanes::floor(law_.below(end) * 4294967296.0 + 0.5);
+    const Double inside = lanes::pick(lanes::below(scaled, 4294967296.0), scaled, Double(4294967296.0));
+    return lanes::pick(lanes::above(scaled, 0.0), inside, Double(0.0));
   }
 
   Law law_;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The functions of generated models in lanes: the same steps as in hypgen/math, so the same bits.
 //
-// Functions of floats work on doubles, half of the lanes at a time. What few lanes need, or few models, is
-// computed lane by lane.
+// Functions of floats work on doubles, two registers of them side by side: their long chains of operations wait for
+// each other, so that two chains take hardly longer than one. What few lanes or few models need is computed lane by
+// lane.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +13,42 @@
 
 namespace hypgen::lanes {
 
-HYPGEN_FN Doubles pick(Longs mask, Doubles a, Doubles b) { return mask ? a : b; }
-HYPGEN_FN Masses bits_of(Doubles x) { return reinterpret_cast<Masses>(x); }
-HYPGEN_FN Doubles from_bits(Masses bits) { return reinterpret_cast<Doubles>(bits); }
-HYPGEN_FN Doubles fabs(Doubles x) { return from_bits(bits_of(x) & 0x7FFFFFFFFFFFFFFFU); }
+/// A truth of each lane, as wide as a double.
+struct Wides {
+  Longs low;
+  Longs high;
+};
+
+#define HYPGEN_LANES_TEST(name, sign)                       \
+  template <class T>                                        \
+  HYPGEN_FN Wides name(Lanes<T> a, Lanes<T> b) {            \
+    return {a.low sign b.low, a.high sign b.high};          \
+  }                                                         \
+  HYPGEN_FN Wides name(Double a, double b) { return name(a, Double(b)); }
+HYPGEN_LANES_TEST(below, <)
+HYPGEN_LANES_TEST(above, >)
+HYPGEN_LANES_TEST(within, <=)
+HYPGEN_LANES_TEST(from, >=)
+HYPGEN_LANES_TEST(equal, ==)
+#undef HYPGEN_LANES_TEST
+
+HYPGEN_FN Wides both(Wides a, Wides b) { return {a.low & b.low, a.high & b.high}; }
+HYPGEN_FN bool any(Wides a) { return any(narrow(a.low, a.high)); }
+HYPGEN_FN Double pick(Wides mask, Double a, Double b) {
+  return {mask.low ? a.low : b.low, mask.high ? a.high : b.high};
+}
+
+using Bits = Lanes<std::uint64_t>;
+
+HYPGEN_FN Bits bits_of(Double x) { return {reinterpret_cast<Masses>(x.low), reinterpret_cast<Masses>(x.high)}; }
+HYPGEN_FN Double from_bits(Bits bits) {
+  return {reinterpret_cast<Doubles>(bits.low), reinterpret_cast<Doubles>(bits.high)};
+}
+/// Whether one of these bits is set.
+HYPGEN_FN Wides has(Bits bits, std::uint64_t which) {
+  return {(bits.low & which) != 0, (bits.high & which) != 0};
+}
+HYPGEN_FN Double fabs(Double x) { return from_bits(bits_of(x) & Bits(0x7FFFFFFFFFFFFFFFU)); }
 
 HYPGEN_FN Doubles floor(Doubles x) {
 #if defined(HYPGEN_LANES_AVX512)
@@ -50,7 +83,6 @@ HYPGEN_FN Doubles sqrt(Doubles x) {
 #endif
 }
 
-/// Entries of a table of 16.
 HYPGEN_FN Doubles entries_of_16(const double* table, Masses position) {
   position &= 15;
 #if defined(HYPGEN_LANES_AVX512)
@@ -64,26 +96,20 @@ HYPGEN_FN Doubles entries_of_16(const double* table, Masses position) {
 #endif
 }
 
+HYPGEN_FN Double floor(Double x) { return {floor(x.low), floor(x.high)}; }
+HYPGEN_FN Double rint(Double x) { return {rint(x.low), rint(x.high)}; }
+HYPGEN_FN Double sqrt(Double x) { return {sqrt(x.low), sqrt(x.high)}; }
+
 /// A whole number below 2^51 as the low bits of a word.
-HYPGEN_FN Masses whole_bits(Doubles whole) { return bits_of(whole + 6755399441055744.0); }
+HYPGEN_FN Bits whole_bits(Double whole) { return bits_of(whole + 6755399441055744.0); }
 
-/// A whole number in 0 .. 2^63, or a double that has no fraction there, as a mass.
-HYPGEN_FN Masses to_masses(Doubles whole) {
-  const Doubles upper = floor(whole * 2.3283064365386963e-10);
-  const Doubles lower = whole - upper * 4294967296.0;
-  return ((bits_of(upper + 4503599627370496.0) & 0xFFFFFFFFU) << 32) + (bits_of(lower + 4503599627370496.0) & 0xFFFFFFFFU);
-}
-
-/// `f` of both halves.
-template <class F>
-HYPGEN_FN Float by_halves(F f, Float x) {
-  return Float(joined<float>(__builtin_convertvector(f(x.wide(0)), FloatHalf),
-                             __builtin_convertvector(f(x.wide(1)), FloatHalf)));
-}
-template <class F>
-HYPGEN_FN Float by_halves(F f, Float x, Float y) {
-  return Float(joined<float>(__builtin_convertvector(f(x.wide(0), y.wide(0)), FloatHalf),
-                             __builtin_convertvector(f(x.wide(1), y.wide(1)), FloatHalf)));
+/// A whole number in 0 .. 2^63 as a mass.
+HYPGEN_FN Bits to_masses(Double whole) {
+  const Double upper = floor(whole * 2.3283064365386963e-10);
+  const Double lower = whole - upper * 4294967296.0;
+  const Bits low32(0xFFFFFFFFU);
+  return ((bits_of(upper + 4503599627370496.0) & low32) << Bits(32)) +
+         (bits_of(lower + 4503599627370496.0) & low32);
 }
 
 /// A function of scalars, lane by lane.
@@ -94,104 +120,103 @@ __attribute__((noinline)) Lanes<Result> each_lane(F f, const Values&... values) 
   return results;
 }
 
-// math/exponentials.hpp, math/trigonometry.hpp and math/normal.hpp, half of the lanes ---------------------------
+// math/exponentials.hpp, math/trigonometry.hpp and math/normal.hpp ------------------------------------------
 
-HYPGEN_FN Doubles log(Doubles x) {
-  const Masses bits = bits_of(x);
+HYPGEN_FN Double log(Double x) {
+  const Double infinity(math::detail::kInfinity);
+  const Bits bits = bits_of(x);
   // The exponent's bits, a whole number below 2048, as a double.
-  Doubles exponent = from_bits((bits >> 52) | 0x4330000000000000U) - 4503599627370496.0 - 1023.0;
-  Doubles mantissa = from_bits((bits & 0x000FFFFFFFFFFFFFU) | 0x3FF0000000000000U);
-  const Longs large = mantissa > 1.4142135623730951;
+  const Double biased = from_bits((bits >> Bits(52)) | Bits(0x4330000000000000U)) - 4503599627370496.0;
+  Double exponent = biased - 1023.0;
+  Double mantissa = from_bits((bits & Bits(0x000FFFFFFFFFFFFFU)) | Bits(0x3FF0000000000000U));
+  const Wides large = above(mantissa, 1.4142135623730951);
   mantissa = pick(large, mantissa * 0.5, mantissa);
   exponent = pick(large, exponent + 1.0, exponent);
-  const Doubles z = (mantissa - 1.0) / (mantissa + 1.0);
-  const Doubles value = exponent * 0.6931471805599453 + (z * math::detail::atanh_over(z)) * 2.0;
-  const Doubles nan = math::detail::kNaN - Doubles{}, infinity = math::detail::kInfinity - Doubles{};
-  return pick(x > 0.0, pick(x < math::detail::kInfinity, value, infinity), pick(x == 0.0, -infinity, nan));
+  const Double z = (mantissa - 1.0) / (mantissa + 1.0);
+  const Double value = exponent * 0.6931471805599453 + (z * math::detail::atanh_over(z)) * 2.0;
+  return pick(above(x, 0.0), pick(below(x, infinity), value, infinity),
+              pick(equal(x, 0.0), -infinity, Double(math::detail::kNaN)));
 }
 
 /// 2^y for |y| <= 1000.
-HYPGEN_FN Doubles exp2_inside(Doubles y) {
-  const Doubles n = floor(y + 0.5);
-  const Doubles t = (y - n) * 0.6931471805599453;
-  return math::detail::exp_series(t) * from_bits((whole_bits(n) + 1023) << 52);
+HYPGEN_FN Double exp2_inside(Double y) {
+  const Double n = floor(y + 0.5);
+  const Double t = (y - n) * 0.6931471805599453;
+  return math::detail::exp_series(t) * from_bits((whole_bits(n) + Bits(1023)) << Bits(52));
 }
 
-HYPGEN_FN Doubles exp2(Doubles y) {
-  const Doubles inside = exp2_inside(pick(fabs(y) <= 200.0, y, Doubles{}));
-  const Doubles nan = math::detail::kNaN - Doubles{}, infinity = math::detail::kInfinity - Doubles{};
-  return pick(y > 200.0, infinity, pick(y < -200.0, Doubles{}, pick(y == y, inside, nan)));
+HYPGEN_FN Double exp2(Double y) {
+  const Double inside = exp2_inside(pick(within(fabs(y), 200.0), y, Double(0.0)));
+  const Double small = pick(below(y, -200.0), Double(0.0), inside);
+  return pick(above(y, 200.0), Double(math::detail::kInfinity),
+              pick(equal(y, y), small, Double(math::detail::kNaN)));
 }
 
-struct HalfAngle {
-  Doubles rest;
-  Masses quadrant;
+struct LanesAngle {
+  Double rest;
+  Bits quadrant;
 };
-HYPGEN_FN HalfAngle reduce(Doubles x) {
-  const Doubles n = floor(x * 0.6366197723675814 + 0.5);
-  const Doubles rest =
+/// Of 0 <= x <= 2^20.
+HYPGEN_FN LanesAngle reduce(Double x) {
+  const Double n = floor(x * 0.6366197723675814 + 0.5);
+  const Double rest =
       ((x - n * 1.5707963267341256) - n * 6.077100506303966e-11) - n * 2.0222662487959506e-21;
   return {rest, whole_bits(n)};
 }
 
-/// sin for |x| <= 2^20; `turns` quarters of a circle ahead.
-HYPGEN_FN Doubles sin(Doubles x) {
-  const HalfAngle angle = reduce(fabs(x));
-  const Longs odd = (angle.quadrant & 1) != 0;
-  const Doubles value = pick(odd, math::detail::cos_near(angle.rest), math::detail::sin_near(angle.rest));
-  return from_bits(bits_of(value) ^ ((angle.quadrant & 2) << 62) ^ (bits_of(x) & 0x8000000000000000U));
+/// sin and cos for |x| <= 2^20.
+HYPGEN_FN Double sin(Double x) {
+  const LanesAngle angle = reduce(fabs(x));
+  const Wides odd = has(angle.quadrant, 1);
+  const Double value = pick(odd, math::detail::cos_near(angle.rest), math::detail::sin_near(angle.rest));
+  const Bits sign = ((angle.quadrant & Bits(2)) << Bits(62)) ^ (bits_of(x) & Bits(0x8000000000000000U));
+  return from_bits(bits_of(value) ^ sign);
 }
-HYPGEN_FN Doubles cos(Doubles x) {
-  const HalfAngle angle = reduce(fabs(x));
-  const Longs odd = (angle.quadrant & 1) != 0;
-  const Doubles value = pick(odd, math::detail::sin_near(angle.rest), math::detail::cos_near(angle.rest));
-  return from_bits(bits_of(value) ^ (((angle.quadrant + 1) & 2) << 62));
+HYPGEN_FN Double cos(Double x) {
+  const LanesAngle angle = reduce(fabs(x));
+  const Wides odd = has(angle.quadrant, 1);
+  const Double value = pick(odd, math::detail::sin_near(angle.rest), math::detail::cos_near(angle.rest));
+  return from_bits(bits_of(value) ^ (((angle.quadrant + Bits(1)) & Bits(2)) << Bits(62)));
 }
 
-HYPGEN_FN Doubles atan2(Doubles y, Doubles x) {
-  const Doubles height = fabs(y), breadth = fabs(x);
-  const Longs steep = height > breadth;
-  Doubles a = pick(steep, breadth, height), b = pick(steep, height, breadth);
-  b = pick(b == 0.0, Doubles{} + 1.0, b);
-  const Longs endless = b == math::detail::kInfinity;
-  a = pick(endless, pick(a == math::detail::kInfinity, Doubles{} + 1.0, Doubles{}), a);
-  b = pick(endless, Doubles{} + 1.0, b);
-  const Doubles k = floor(a / b * 8.0 + 0.5);
-  const Doubles c = k * 0.125;
-  const Doubles u = (a - c * b) / (b + c * a);
-  Doubles angle = entries_of_16(math::detail::eighths(), whole_bits(k)) + math::detail::atan_series(u);
+HYPGEN_FN Double atan2(Double y, Double x) {
+  const Double height = fabs(y), breadth = fabs(x), one(1.0), infinity(math::detail::kInfinity);
+  const Wides steep = above(height, breadth);
+  Double a = pick(steep, breadth, height), b = pick(steep, height, breadth);
+  b = pick(equal(b, 0.0), one, b);
+  const Wides endless = equal(b, infinity);
+  a = pick(endless, pick(equal(a, infinity), one, Double(0.0)), a);
+  b = pick(endless, one, b);
+  const Double k = floor(a / b * 8.0 + 0.5);
+  const Double c = k * 0.125;
+  const Double u = (a - c * b) / (b + c * a);
+  const Bits place = whole_bits(k);
+  const double* const table = math::detail::eighths();
+  const Double nearest(entries_of_16(table, place.low), entries_of_16(table, place.high));
+  Double angle = nearest + math::detail::atan_series(u);
   angle = pick(steep, 1.5707963267948966 - angle, angle);
-  angle = pick((bits_of(x) >> 63) != 0, 3.141592653589793 - angle, angle);
-  angle = from_bits(bits_of(angle) ^ (bits_of(y) & 0x8000000000000000U));
-  return pick((x == x) & (y == y), angle, math::detail::kNaN - Doubles{});
+  angle = pick(has(bits_of(x), 0x8000000000000000U), 3.141592653589793 - angle, angle);
+  angle = from_bits(bits_of(angle) ^ (bits_of(y) & Bits(0x8000000000000000U)));
+  return pick(both(equal(x, x), equal(y, y)), angle, Double(math::detail::kNaN));
 }
 
-HYPGEN_FN Doubles normal_cdf(Doubles x) {
-  const Doubles size = fabs(x);
-  const Doubles power = size * size * -0.7213475204444817;
-  const Longs far = power < -1000.0;
-  const Doubles inside = exp2_inside(pick(far, Doubles{}, power)) * math::detail::scaled_tail(size);
-  const Doubles tail = pick(far, Doubles{}, inside);
-  const Doubles value = pick(x > 0.0, 1.0 - tail, tail);
-  return pick(x == 0.0, Doubles{} + 0.5, pick(x == x, value, math::detail::kNaN - Doubles{}));
+HYPGEN_FN Double normal_cdf(Double x) {
+  const Double size = fabs(x);
+  const Double power = size * size * -0.7213475204444817;
+  const Wides far = below(power, -1000.0);
+  const Double inside = exp2_inside(pick(far, Double(0.0), power)) * math::detail::scaled_tail(size);
+  const Double tail = pick(far, Double(0.0), inside);
+  const Double value = pick(above(x, 0.0), 1.0 - tail, tail);
+  return pick(equal(x, 0.0), Double(0.5), pick(equal(x, x), value, Double(math::detail::kNaN)));
 }
 
 /// A standard normal number of each word.
 HYPGEN_FN Double normal_of_word(Word word) {
-  const Word lower = word & 0x7FFFFFFFU;
-  Double result;
-  Mask tail(false);
-  Double w;
-  for (int part = 0; part < 2; ++part) {
-    const Doubles p = (lower.wide(part) + 0.5) * 2.3283064365386963e-10;
-    const Doubles distance = -log(4.0 * p * (1.0 - p));
-    const Doubles x = (p - 0.5) * math::detail::quantile_series(distance * 0.32 - 1.0);
-    (part == 0 ? w.low : w.high) = distance;
-    (part == 0 ? result.low : result.high) = x;
-  }
-  const Mask negated = (word & 0x80000000U) != 0U;
-  result = select_lanes<double>(negated, -result, result);
-  tail = w > Double(6.25);
+  const Double p = (as<double>(word & 0x7FFFFFFFU) + 0.5) * 2.3283064365386963e-10;
+  const Double distance = -log(4.0 * p * (1.0 - p));
+  Double result = (p - 0.5) * math::detail::quantile_series(distance * 0.32 - 1.0);
+  result = select_lanes<double>((word & 0x80000000U) != 0U, -result, result);
+  const Mask tail = distance > Double(6.25);
   if (HYPGEN_RARELY(any(tail))) {
     for (int i = 0; i < kLanes; ++i) {
       if (tail.v[i] != 0) result.set(i, math::normal_of_word(word[i]));
@@ -243,64 +268,55 @@ HYPGEN_FN Int mod(Int a, Int b) {
 
 namespace detail {
 
-HYPGEN_FN lanes::IntHalf saturate(lanes::Doubles whole, double low, double high) {
-  const lanes::Doubles least = low - lanes::Doubles{}, most = high - lanes::Doubles{};
-  return __builtin_convertvector(lanes::pick(whole > low, lanes::pick(whole < high, whole, most), least),
-                                 lanes::IntHalf);
+HYPGEN_FN Int saturate(Double whole, double low, double high) {
+  const Double upper = lanes::pick(lanes::below(whole, high), whole, Double(high));
+  return lanes::as<std::int32_t>(lanes::pick(lanes::above(whole, low), upper, Double(low)));
 }
 
-template <class F>
-HYPGEN_FN Int to_int(F round, Float x, std::int32_t low, std::int32_t high) {
-  return Int(lanes::joined<std::int32_t>(saturate(round(x.wide(0)), low, high), saturate(round(x.wide(1)), low, high)));
+/// A number in fixed point, saturated; 0 for NaN.
+HYPGEN_FN Double saturate_whole(Double scaled) {
+  constexpr double kLimit = static_cast<double>(kFixedLimit);
+  const Double upper = lanes::pick(lanes::above(scaled, kLimit), Double(kLimit), scaled);
+  const Double inside = lanes::pick(lanes::below(scaled, -kLimit), Double(-kLimit), upper);
+  return lanes::pick(lanes::equal(scaled, scaled), inside, Double(0.0));
 }
 
 }  // namespace detail
 
 HYPGEN_FN Int floor_to_int(Float x, std::int32_t low, std::int32_t high) {
-  return detail::to_int([](lanes::Doubles y) { return lanes::floor(y); }, x, low, high);
+  return detail::saturate(lanes::floor(lanes::as<double>(x)), low, high);
 }
 HYPGEN_FN Int ceil_to_int(Float x, std::int32_t low, std::int32_t high) {
-  return detail::to_int([](lanes::Doubles y) { return -lanes::floor(-y); }, x, low, high);
+  return detail::saturate(-lanes::floor(-lanes::as<double>(x)), low, high);
 }
 HYPGEN_FN Int round_to_int(Float x, std::int32_t low, std::int32_t high) {
-  return detail::to_int([](lanes::Doubles y) { return lanes::rint(y); }, x, low, high);
+  return detail::saturate(lanes::rint(lanes::as<double>(x)), low, high);
 }
 
 /// A reward in fixed point, as a double that is a whole number: a step's sum is far below 2^53.
 template <int kBits = kFixedBits>
 HYPGEN_FN Double to_fixed(Float x) {
   constexpr double kScale = power_of_two(kBits);
-  constexpr double kLimit = static_cast<double>(kFixedLimit);
-  Double result;
-  for (int part = 0; part < 2; ++part) {
-    const lanes::Doubles scaled = lanes::rint(x.wide(part) * kScale);
-    const lanes::Doubles limit = kLimit - lanes::Doubles{};
-    const lanes::Doubles inside =
-        lanes::pick(scaled < -kLimit, -limit, lanes::pick(scaled > kLimit, limit, scaled));
-    (part == 0 ? result.low : result.high) = lanes::pick(scaled == scaled, inside, lanes::Doubles{});
-  }
-  return result;
+  return detail::saturate_whole(lanes::rint(lanes::as<double>(x) * kScale));
 }
 template <int kBits = kFixedBits>
 HYPGEN_FN Double to_fixed(Int x) {
   constexpr double kScale = power_of_two(kBits);
-  constexpr double kLimit = static_cast<double>(kFixedLimit);
-  Double result;
-  for (int part = 0; part < 2; ++part) {
-    const lanes::Doubles scaled = lanes::rint(x.wide(part) * kScale);
-    const lanes::Doubles limit = kLimit - lanes::Doubles{};
-    (part == 0 ? result.low : result.high) =
-        lanes::pick(scaled < -kLimit, -limit, lanes::pick(scaled > kLimit, limit, scaled));
-  }
-  return result;
+  return detail::saturate_whole(lanes::rint(lanes::as<double>(x) * kScale));
 }
 /// M(p) of a probability, as `mass` of a scalar.
-HYPGEN_FN lanes::Masses mass(lanes::Doubles p) {
-  const lanes::Doubles scaled = p * 9223372036854775808.0, most = 9223372036854775808.0 - lanes::Doubles{};
-  const lanes::Doubles whole = lanes::pick(scaled < most, lanes::floor(scaled), most);
-  return lanes::to_masses(lanes::pick(scaled > 0.0, whole, lanes::Doubles{}));
+HYPGEN_FN lanes::Bits mass(Float p) {
+  const Double scaled = lanes::as<double>(p) * 9223372036854775808.0, most(9223372036854775808.0);
+  const Double whole = lanes::pick(lanes::below(scaled, most), lanes::floor(scaled), most);
+  return lanes::to_masses(lanes::pick(lanes::above(scaled, 0.0), whole, Double(0.0)));
 }
-HYPGEN_FN lanes::Lanes<std::uint64_t> mass(Float p) { return {mass(p.wide(0)), mass(p.wide(1))}; }
+
+/// T(p) of a probability, as `threshold` of a scalar.
+HYPGEN_FN lanes::Bits threshold(Float p) {
+  const Double scaled = lanes::as<double>(p) * 4294967296.0, most(4294967296.0);
+  const Double whole = lanes::pick(lanes::below(scaled, most), lanes::floor(scaled), most);
+  return lanes::to_masses(lanes::pick(lanes::above(scaled, 0.0), whole, Double(0.0)));
+}
 
 HYPGEN_FN Double saturate_fixed(Double x) {
   constexpr double kLimit = static_cast<double>(kFixedLimit);
@@ -317,19 +333,20 @@ HYPGEN_FN Float from_fixed(Double x) {
 }
 
 HYPGEN_FN Float sqrt(Float x) {
-  return lanes::by_halves([](lanes::Doubles y) { return lanes::sqrt(y); }, x);
+  return lanes::as<float>(lanes::sqrt(lanes::as<double>(x)));
 }
 HYPGEN_FN Float log(Float x) {
-  return lanes::by_halves([](lanes::Doubles y) { return lanes::log(y); }, x);
+  return lanes::as<float>(lanes::log(lanes::as<double>(x)));
 }
 HYPGEN_FN Float exp2(Float x) {
-  return lanes::by_halves([](lanes::Doubles y) { return lanes::exp2(y); }, x);
+  return lanes::as<float>(lanes::exp2(lanes::as<double>(x)));
 }
 HYPGEN_FN Float exp(Float x) {
-  return lanes::by_halves([](lanes::Doubles y) { return lanes::exp2(y * 1.4426950408889634); }, x);
+  return lanes::as<float>(lanes::exp2(lanes::as<double>(x) * 1.4426950408889634));
 }
 HYPGEN_FN Float hypot(Float a, Float b) {
-  return lanes::by_halves([](lanes::Doubles x, lanes::Doubles y) { return lanes::sqrt(x * x + y * y); }, a, b);
+  const Double x = lanes::as<double>(a), y = lanes::as<double>(b);
+  return lanes::as<float>(lanes::sqrt(x * x + y * y));
 }
 
 /// Whether a lane's angle is too large for the short reduction, or no number.
@@ -337,14 +354,14 @@ HYPGEN_FN bool any_large(Float x) { return lanes::any(!(abs(x) <= Float(1048576.
 
 HYPGEN_FN Float sin(Float x) {
   if (HYPGEN_RARELY(any_large(x))) return lanes::each_lane<float>([](float y) { return sin(y); }, x);
-  return lanes::by_halves([](lanes::Doubles y) { return lanes::sin(y); }, x);
+  return lanes::as<float>(lanes::sin(lanes::as<double>(x)));
 }
 HYPGEN_FN Float cos(Float x) {
   if (HYPGEN_RARELY(any_large(x))) return lanes::each_lane<float>([](float y) { return cos(y); }, x);
-  return lanes::by_halves([](lanes::Doubles y) { return lanes::cos(y); }, x);
+  return lanes::as<float>(lanes::cos(lanes::as<double>(x)));
 }
 HYPGEN_FN Float atan2(Float y, Float x) {
-  return lanes::by_halves([](lanes::Doubles a, lanes::Doubles b) { return lanes::atan2(a, b); }, y, x);
+  return lanes::as<float>(lanes::atan2(lanes::as<double>(y), lanes::as<double>(x)));
 }
 HYPGEN_FN Float tan(Float x) {
   return lanes::each_lane<float>([](float y) { return tan(y); }, x);
@@ -362,7 +379,7 @@ HYPGEN_FN Float pow(Float a, Float b) {
   return lanes::each_lane<float>([](float x, float y) { return pow(x, y); }, a, b);
 }
 HYPGEN_FN Float normal_cdf(Float x) {
-  return lanes::by_halves([](lanes::Doubles y) { return lanes::normal_cdf(y); }, x);
+  return lanes::as<float>(lanes::normal_cdf(lanes::as<double>(x)));
 }
 
 }  // namespace hypgen::math

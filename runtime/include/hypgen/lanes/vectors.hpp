@@ -143,6 +143,8 @@ template <>
 struct Lanes<std::uint32_t> : Narrow<std::uint32_t> {
   Lanes() = default;
   HYPGEN_FN Lanes(std::uint32_t value) { v = value - Full<std::uint32_t>{}; }
+  Lanes(std::uint64_t value) = delete;  // a number of words may be one more than a word holds
+  HYPGEN_FN Lanes(std::int32_t value) : Lanes(static_cast<std::uint32_t>(value)) {}
   HYPGEN_FN explicit Lanes(Full<std::uint32_t> value) { v = value; }
 
   HYPGEN_LANES_NARROW(+)
@@ -302,6 +304,8 @@ struct Lanes<std::uint64_t> : Wide<std::uint64_t> {
   HYPGEN_LANES_WIDE(-)
   HYPGEN_LANES_WIDE(*)
   HYPGEN_LANES_WIDE(&)
+  HYPGEN_LANES_WIDE(|)
+  HYPGEN_LANES_WIDE(^)
   HYPGEN_LANES_WIDE(<<)
   HYPGEN_LANES_WIDE(>>)
   HYPGEN_LANES_COMPARE(==)
@@ -365,6 +369,13 @@ template <class A, class B>
 HYPGEN_FN auto select(bool condition, const A& a, const B& b) {
   using T = std::conditional_t<kHasLanes<A>, A, B>;
   return condition ? T(a) : T(b);
+}
+
+/// `value++` or `value--` in the lanes of `mask`: what it was before.
+HYPGEN_FN Lanes<std::int32_t> stepped(Mask mask, Lanes<std::int32_t>& value, std::int32_t by) {
+  const Lanes<std::int32_t> before = value;
+  value = select_lanes<std::int32_t>(mask, before + by, before);
+  return before;
 }
 
 /// Gives the lanes of `mask` a new value.

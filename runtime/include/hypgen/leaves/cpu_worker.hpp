@@ -92,7 +92,7 @@ class CpuWorker : LeafWork<M> {
     const std::size_t mass = scene.setup.weighted ? count * kScenarioMass : count;
     RootResult result{Status::kOk, empty_row(0, static_cast<std::uint32_t>(mass), false), -1};
     result.default_action = M::default_policy(params, scene.fixed[0], members[0].state, history, first);
-    if (rollout.in_lanes(0)) {
+    if (rollout.in_lanes(0, count)) {
       bound_root_in_lanes(count, result);
       count = 0;
     }
@@ -204,7 +204,7 @@ class CpuWorker : LeafWork<M> {
   template <bool rolls>
   [[gnu::noinline]] bool simulate(Span<const int> actions, std::size_t count, int depth) {
     if (M::kHasHistory && rolls && !make_histories(actions, count, depth)) return false;
-    const bool waits = rolls && rollout.in_lanes(depth + 1);
+    const bool waits = rolls && rollout.in_lanes(depth + 1, count * actions.size());
     std::size_t first_waiting = 0;  // member
     for (std::size_t i = 0; i < count; ++i) {
       if (waits && !rollout.has_room(actions.size())) {

@@ -31,6 +31,7 @@ struct EvaluatorOptions {
   std::size_t threads = 1;              // of the search
   bool may_weigh = false;               // some search may be weighted
   const hypgen_lanes::Kernel* lanes = nullptr;  // what the host rolls out by; null: one rollout at a time
+  bool measures_lanes = true;  // what is slower is left out; false, for checks: all rollouts go by lanes
   double patience = 10.0;               // seconds without an answer after which a device is lost
 };
 
