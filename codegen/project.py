@@ -148,10 +148,10 @@ def _header(
     moves = ValueMoves(interface) if redraw.moves_values(model) else None
     whole = {variable for table in derived for variable in table.variables} & names.bits.keys()
     whole |= groups.whole() if groups else set()
-    sections, functions = _sections(interface, partitioned, factors, moves, groups, derived)  # finds the masses
-    lanes, no_lanes = in_lanes(
-        model, names, packed, functions, model.lower is not None or relaxation.earned
-    )
+    sections, functions = _sections(
+        interface, partitioned, factors, moves, groups, derived
+    )  # finds the masses
+    lanes, no_lanes = in_lanes(model, names, packed, functions, model.lower is not None or relaxation.earned)
     return template_data.Header(
         banner=banner,
         name=names.model,

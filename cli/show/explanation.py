@@ -163,7 +163,7 @@ def _lanes(lanes: Facts) -> str:
     """Say whether CPUs roll out side by side, and why not."""
     if lanes["reason"]:
         return f"Rollouts on a CPU: one at a time, as {lanes['reason']}"
-    return "Rollouts on a CPU: side by side, 8 with AVX2 and 16 with AVX-512, where that is measured to be sooner done"
+    return "Rollouts on a CPU: side by side where that is sooner done, 8 with AVX2 and 16 with AVX-512"
 
 
 def _groups(groups: list[Facts]) -> list[str]:

@@ -14,7 +14,9 @@ from hypgen.codegen.tree.walks import mapped
 from hypgen.dsl.types import Bool, Enum, Float, Record, size_of
 
 
-def words_in_lanes(name: str, block: Block, getters: dict[str, str], setters: dict[str, str]) -> template_data.Words:
+def words_in_lanes(
+    name: str, block: Block, getters: dict[str, str], setters: dict[str, str]
+) -> template_data.Words:
     """Return a struct of words and the accessors of its variables."""
     members: list[str] = []
     for field in block.fields:
@@ -23,7 +25,9 @@ def words_in_lanes(name: str, block: Block, getters: dict[str, str], setters: di
 
 
 def _accessors(field: Field, get: str, set_: str) -> list[str]:
-    kind = "lanes::" + ("Mask" if isinstance(field.type, Bool) else "Float" if isinstance(field.type, Float) else "Int")
+    kind = "lanes::" + (
+        "Mask" if isinstance(field.type, Bool) else "Float" if isinstance(field.type, Float) else "Int"
+    )
     names = [f"i{n}" for n in range(len(field.indices))]
     template = [f"template <{', '.join(f'class I{n}' for n in range(len(names)))}>"] if names else []
     formals = [f"I{n} {name}" for n, name in enumerate(names)]
@@ -90,7 +94,9 @@ def enum_in_lanes(enum: Enum, names: Names) -> template_data.ValueType:
         if variant.argument is None:
             continue
         first, last = enum.offsets[variant.name], enum.offsets[variant.name] + size_of(variant.argument) - 1
-        lines += _function(members[variant.name], ["argument"], shifted(code_of("argument", variant.argument), first))
+        lines += _function(
+            members[variant.name], ["argument"], shifted(code_of("argument", variant.argument), first)
+        )
         inside = on_lanes("both", op("value", ">=", first), op("value", "<=", last))
         lines += _function(members[f"is {variant.name}"], ["value"], inside)
         lines += _function(
@@ -129,7 +135,8 @@ def _in_lanes(value: Expr) -> Expr:
             return Literal(f"lanes::{expr.text.replace('static_cast', 'as')}")
         return None
 
-    return mapped(value, change)
+    found: Expr = mapped(value, change)
+    return found
 
 
 def joint_in_lanes(components: int) -> tuple[str, ...]:
@@ -139,5 +146,3 @@ def joint_in_lanes(components: int) -> tuple[str, ...]:
         "template <class I>",
         "HYPGEN_FN lanes::Int operator[](I i) const { return lanes::at(components, i); }",
     )
-
-

@@ -5,8 +5,8 @@ Each lane has a scenario of its own, and lanes may take different ways through a
 branch are taken, each by the lanes of a mask, and an assignment leaves the other lanes' values alone. A lane
 that has returned, or has left a loop, is in no mask behind.
 
-What C++ evaluates for some values only (``?:``, ``&&``) is evaluated in all lanes: expressions change nothing,
-and tables give an entry whatever the position.
+What C++ evaluates for some values only (``?:``, ``&&``) is evaluated in all lanes: most expressions change
+nothing, and tables give an entry whatever the position.
 """
 
 from __future__ import annotations
@@ -260,6 +260,8 @@ class Predication:
         result, left = Block(), mask
         branches: list[tuple[Expr | None, Block]] = [*statement.branches]
         branches += [(None, statement.otherwise)] if statement.otherwise else []
+        while branches and not branches[-1][1]:
+            branches.pop()
         for n, (condition, block) in enumerate(branches):
             if condition is None:
                 own = left
@@ -269,8 +271,7 @@ class Predication:
                 result.append(const(f"lanes::{MASK}", own, test))
             if n + 1 < len(branches):
                 before, left = left, self._fresh("on")
-                if branches[n + 1][1] or n + 2 < len(branches):
-                    result.append(const(f"lanes::{MASK}", left, on_lanes("without", before, own)))
+                result.append(const(f"lanes::{MASK}", left, on_lanes("without", before, own)))
             inner = self.block(block, own, set())
             if all(map(_is_cheap, inner)) and len(inner) <= _CHEAP:
                 result += inner

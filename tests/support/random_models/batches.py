@@ -116,7 +116,7 @@ int run(const hypgen::ParamValues& values, const hypgen::TraceOptions& options,
   std::string error;
   if (M::load(values, params, error) && hypgen::Tracer<M>(params, options).write(error) &&
       schedule_holds<M>(params, error)) {{
-    const auto holds = [&](const hypgen_lanes::Kernel* kernel) {{ return lanes_hold<M>(params, *kernel, error); }};
+    const auto holds = [&](const auto* kernel) {{ return lanes_hold<M>(params, *kernel, error); }};
     if (std::all_of(kernels.begin(), kernels.end(), holds)) return 0;
   }}
   std::fprintf(stderr, "%s\\n", error.c_str());
@@ -239,7 +239,16 @@ def _build(
     main.write_text(
         MAIN.format(includes=includes, kernels=declared, cases="\n".join(cases), seed=SEED, lanes=LANES)
     )
-    command = [str(compiler.path), *FLAGS, f"-I{INCLUDE}", str(main), *objects, str(OUTPUT), "-o", str(program)]
+    command = [
+        str(compiler.path),
+        *FLAGS,
+        f"-I{INCLUDE}",
+        str(main),
+        *objects,
+        str(OUTPUT),
+        "-o",
+        str(program),
+    ]
     run = subprocess.run(command, capture_output=True, text=True)
     return None if run.returncode == 0 else f"the C++ compiler failed:\n{run.stderr[:3000]}"
 

@@ -106,7 +106,9 @@ class Draws {
 HYPGEN_FN Mask is_below(Word word, Double limit) { return as<double>(word) < limit; }
 
 /// Comparisons of words with numbers of words.
-HYPGEN_FN Mask operator<(Word word, std::uint64_t limit) { return is_below(word, Double(static_cast<double>(limit))); }
+HYPGEN_FN Mask operator<(Word word, std::uint64_t limit) {
+  return is_below(word, Double(static_cast<double>(limit)));
+}
 HYPGEN_FN Mask operator<(Word word, Lanes<std::uint64_t> limit) { return is_below(word, as<double>(limit)); }
 
 /// The threshold of a probability; what is no number or below 0 gives a limit that no word is below.
@@ -135,14 +137,13 @@ HYPGEN_FN Int uniform(Word word, std::int32_t count) { return uniform(word, Int(
 HYPGEN_FN Int reached(Word word, std::uint32_t bound) { return lanes::as<std::int32_t>(word >= Word(bound)); }
 
 HYPGEN_FN Int uniform_int(Word word, Int low, Int high, Int least, Int most) {
-  return lanes::each_lane<std::int32_t>(
-      [](std::uint32_t w, std::int32_t a, std::int32_t b, std::int32_t c, std::int32_t d) {
-        return uniform_int(w, a, b, c, d);
-      },
-      word, low, high, least, most);
+  return lanes::each_lane<std::int32_t>([](std::uint32_t w, std::int32_t a, std::int32_t b, std::int32_t c,
+                                           std::int32_t d) { return uniform_int(w, a, b, c, d); },
+                                        word, low, high, least, most);
 }
 
-HYPGEN_FN Int uniform_int(Word word, std::int32_t low, std::int32_t high, std::int32_t least, std::int32_t most) {
+HYPGEN_FN Int uniform_int(Word word, std::int32_t low, std::int32_t high, std::int32_t least,
+                          std::int32_t most) {
   return uniform_int(word, Int(low), Int(high), Int(least), Int(most));
 }
 
@@ -153,7 +154,9 @@ HYPGEN_FN Int noisy(Word word, Int value, Float p, std::int32_t count) {
 HYPGEN_FN Int noisy(Word word, std::int32_t value, float p, std::int32_t count) {
   return noisy(word, Int(value), Float(p), count);
 }
-HYPGEN_FN Int noisy(Word word, Int value, float p, std::int32_t count) { return noisy(word, value, Float(p), count); }
+HYPGEN_FN Int noisy(Word word, Int value, float p, std::int32_t count) {
+  return noisy(word, value, Float(p), count);
+}
 
 /// A draw with a second word, made lane by lane where a lane's word ties.
 struct FineLanes {
@@ -165,8 +168,8 @@ struct FineLanes {
   HYPGEN_FN Mask below(lanes::Lanes<std::uint64_t> mass) const {
     const Double high = lanes::as<double>(mass >> lanes::Lanes<std::uint64_t>(kLowBits));
     Mask found = lanes::is_below(first, high);
-    const Mask ties = both(lanes::as<double>(first) == high, (mass & lanes::Lanes<std::uint64_t>(kLow)) !=
-                                                                  lanes::Lanes<std::uint64_t>(0));
+    const Mask ties = both(lanes::as<double>(first) == high,
+                           (mass & lanes::Lanes<std::uint64_t>(kLow)) != lanes::Lanes<std::uint64_t>(0));
     if (HYPGEN_RARELY(any(ties))) {
       for (int i = 0; i < lanes::kLanes; ++i) {
         if (ties.v[i] == 0) continue;
@@ -178,9 +181,14 @@ struct FineLanes {
     return found;
   }
 };
-template <class I>
-HYPGEN_FN FineLanes fine(lanes::Draws& draws, std::uint32_t site, I index) {
+HYPGEN_FN FineLanes fine(lanes::Draws& draws, std::uint32_t site, std::int32_t index) {
   return {&draws, site, Int(index), draws.word(site, index)};
+}
+HYPGEN_FN FineLanes fine(lanes::Draws& draws, std::uint32_t site, std::uint32_t index) {
+  return fine(draws, site, static_cast<std::int32_t>(index));
+}
+HYPGEN_FN FineLanes fine(lanes::Draws& draws, std::uint32_t site, Int index) {
+  return {&draws, site, index, draws.word(site, index)};
 }
 HYPGEN_FN Mask bernoulli(const FineLanes& word, lanes::Lanes<std::uint64_t> mass) { return word.below(mass); }
 HYPGEN_FN Mask bernoulli(const FineLanes& word, std::uint64_t mass) { return word.below(mass); }
@@ -194,6 +202,9 @@ HYPGEN_FN Int noisy(const FineLanes& word, Int value, lanes::Lanes<std::uint64_t
   }
   return found;
 }
+HYPGEN_FN Int noisy(const FineLanes& word, std::int32_t value, std::uint64_t mass, std::int32_t count) {
+  return noisy(word, Int(value), lanes::Bits(mass), count);
+}
 HYPGEN_FN lanes::Bits mass(Float p) { return math::mass(p); }
 HYPGEN_FN lanes::Bits mass(Float p, Float complement) {
   const lanes::Bits rare = lanes::Bits(kWhole) - math::mass(complement);
@@ -203,9 +214,7 @@ HYPGEN_FN lanes::Bits mass(Float p, Float complement) {
 /// The likelihoods of values of tables, as Masses computes them.
 class MassesLanes {
  public:
-  HYPGEN_FN void take(Mask on, Float p, Mask is_value) {
-    take(on, math::mass(p), is_value);
-  }
+  HYPGEN_FN void take(Mask on, Float p, Mask is_value) { take(on, math::mass(p), is_value); }
   HYPGEN_FN void take(Mask on, lanes::Lanes<std::uint64_t> mass, Mask is_value) {
     const lanes::Lanes<std::uint64_t> got = select(mass < left_, mass, left_);
     lanes::assign(on, left_, left_ - got);

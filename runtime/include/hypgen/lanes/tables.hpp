@@ -41,11 +41,13 @@ HYPGEN_FN auto entries(const T* table, std::size_t count, Int position) {
   } else {
     // The aligned words that the entries lie in: none lies in two.
     const auto address = reinterpret_cast<std::uintptr_t>(table);
-    const Word byte = as<std::uint32_t>(place) * Word(sizeof(T)) + Word(static_cast<std::uint32_t>(address & 3));
-    const Word word = gather(reinterpret_cast<const void*>(address & ~std::uintptr_t{3}), as<std::int32_t>(byte >> 2U));
+    const Word byte = as<std::uint32_t>(place) * Word(std::uint32_t{sizeof(T)}) +
+                      Word(static_cast<std::uint32_t>(address & 3));
+    const Word word =
+        gather(reinterpret_cast<const void*>(address & ~std::uintptr_t{3}), as<std::int32_t>(byte >> 2U));
     const Word moved = word >> ((byte & 3U) << 3U);
     if constexpr (std::is_same_v<T, bool>) {
-      return (moved & 1U) != 0U;
+      return (moved & 1U) != Word(0U);
     } else if constexpr (std::is_unsigned_v<T>) {
       return as<std::int32_t>(moved & Word((1U << (8 * sizeof(T))) - 1));
     } else {
@@ -100,7 +102,8 @@ HYPGEN_FN auto at(const T (&table)[N], I first, Rest... rest) {
       return at(table[first], rest...);
     }
   } else {
-    return entries(reinterpret_cast<const Entry*>(table), Flat<T[N]>::kCount, Int(flat_position<T>(first, rest...)));
+    return entries(reinterpret_cast<const Entry*>(table), Flat<T[N]>::kCount,
+                   Int(flat_position<T>(first, rest...)));
   }
 }
 /// What is called with its position, or behind a pointer.
@@ -159,7 +162,6 @@ HYPGEN_FN void put(Mask mask, Word (&words)[N], Int word, S shift, std::uint32_t
   }
 }
 
-
 /// A whole word of the lanes of `mask`.
 template <std::size_t N, class W>
 HYPGEN_FN void put_word(Mask mask, Word (&words)[N], W word, Word value) {
@@ -173,7 +175,8 @@ HYPGEN_FN std::int32_t over(std::int32_t position) {
 }
 template <std::int32_t kSize>
 HYPGEN_FN Int over(Int position) {
-  return as<std::int32_t>(as<std::uint32_t>(position) >> Word(static_cast<std::uint32_t>(__builtin_ctz(kSize))));
+  return as<std::int32_t>(as<std::uint32_t>(position) >>
+                          Word(static_cast<std::uint32_t>(__builtin_ctz(kSize))));
 }
 template <std::int32_t kSize>
 HYPGEN_FN std::int32_t rest(std::int32_t position) {
