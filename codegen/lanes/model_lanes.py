@@ -11,6 +11,7 @@ from hypgen.codegen.cpp.function_builder import laid_out
 from hypgen.codegen.lanes.lane_text import NoLanes
 from hypgen.codegen.lanes.lane_types import enum_in_lanes, joint_in_lanes, record_in_lanes, words_in_lanes
 from hypgen.codegen.lanes.predication import predicated
+from hypgen.codegen.lanes.repeated_calls import without_repeated_calls
 from hypgen.codegen.layout.naming import Names
 from hypgen.codegen.layout.state_layout import Layout
 from hypgen.codegen.tree.statements import Function
@@ -44,7 +45,7 @@ def _lanes(
     has_history = bool(layout.history.fields)
     roots = _ROLLOUT | ({"roll_history"} if has_history else set())
     reached = calls(functions, roots)
-    found = predicated([f for f in functions if f.name in reached])
+    found = without_repeated_calls(predicated([f for f in functions if f.name in reached]))
     words = [
         words_in_lanes("Fixed", layout.fixed, names.variables, names.setters),
         words_in_lanes("State", layout.state, names.variables, names.setters),
