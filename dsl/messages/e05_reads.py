@@ -29,7 +29,7 @@ def hidden_state(
     """
     remedy = _LEGAL_BY_BELIEF if legality else "read visible variables only, or declare this one visible"
     if history:
-        remedy = "read visible variables, last(..) and memory, or declare this one visible"
+        remedy = "ask what the agent believes, belief(..), or read visible variables, last(..) and memory"
     message = f"{reader} cannot read hidden state: {route}"
     return Diagnostic("E0501", message, span, remedy, (*notes, declared))
 
