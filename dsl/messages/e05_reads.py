@@ -79,9 +79,11 @@ def history_outside_policy(function: str, owner: str, span: Span) -> Diagnostic:
     return Diagnostic("E0505", f"'{function}' is known to the policy only", span, remedy)
 
 
-def last_action_outside_policy(action: str, span: Span) -> Diagnostic:
-    """``last(act, ..)`` outside the policy, in what an element may keep as a variable."""
+def last_action_outside_policy(action: str, owner: str, span: Span) -> Diagnostic:
+    """``last(act, ..)`` outside the policy; ``owner`` is the kind of the declaration."""
     remedy = f"let a variable keep it: before' = {action}; in the next step before is what was done"
+    if owner == "function":
+        remedy = f"let the fn have an argument for it, which the policy gives: f(last({action}, ..))"
     return Diagnostic("E0505", "'last' is known to the policy only", span, remedy)
 
 
