@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from support import seen_episodes
 
-from hypgen.views import page_of, view_of
+from hypgen.views import page_of
 from hypgen.views.texts import number
 
 playwright = pytest.importorskip("playwright.sync_api", reason="needs playwright: pip install 'hypgen[test]'")
@@ -26,9 +26,7 @@ STEPS = 8
 
 def view(count: int = STEPS, nodes: int = 60, **more: Any) -> dict[str, Any]:
     steps = seen_episodes.steps(count, nodes)
-    return view_of(
-        seen_episodes.header(), steps, seen_episodes.end(), **({"scene": seen_episodes.scene()} | more)
-    )
+    return seen_episodes.view(steps, seen_episodes.end(), **({"scene": seen_episodes.scene()} | more))
 
 
 @pytest.fixture(scope="module")
