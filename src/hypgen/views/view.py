@@ -133,6 +133,8 @@ def _likeliest(marginal: Mapping[str, Any]) -> dict[str, Any]:
     found = dict(marginal)
     if "values" in found:
         found["values"] = sorted(found["values"], key=lambda one: -one["probability"])[:_LIKELIEST]
+        if (left_out := len(marginal["values"]) - _LIKELIEST) > 0:
+            found["values_left_out"] = left_out
     return found
 
 

@@ -77,6 +77,7 @@ def test_marginals_keep_their_likeliest_values() -> None:
     found = seen_episodes.view([step])["steps"][0]
     assert len(found["marginals"]) == 400 and found["marginals_left_out"] == 1
     assert [one["value"] for one in found["marginals"][0]["values"]] == ["7", "6", "5", "4", "3"]
+    assert found["marginals"][0]["values_left_out"] == 3
     assert found["believed"]["least"] == pytest.approx(1 / 28), "an improbable truth is not impossible"
 
 
