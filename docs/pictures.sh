@@ -21,7 +21,7 @@ done
 if [ -n "$pages" ]; then
   for model in examples/*.pomdp; do
     name=$(basename "$model" .pomdp)
-    case $name in # a decision of two robots, of 2,500 actions, takes long
+    case $name in # a decision of two robots takes long
       two_robot_rock_sample) few=(--trials 4 --steps 4) ;;
       *) few=(--trials 10 --steps 12) ;;
     esac

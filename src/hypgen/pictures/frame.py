@@ -117,7 +117,8 @@ def _curves(axes: Axes, steps: Sequence[Mapping[str, Any]], number: int, *, has_
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     left, low, wide, tall = axes.get_position().bounds  # the numbers stand left of it
     axes.set_position((left + 0.06, low + 0.02, wide - 0.06, 0.84 * tall - 0.02))  # and the names above
-    names = {"loc": "lower left", "bbox_to_anchor": (0, 1), "borderaxespad": 0.2, "ncols": 3}
-    axes.legend(fontsize=5, frameon=False, **names)
+    axes.legend(
+        fontsize=5, frameon=False, loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.2, ncols=3
+    )
     for side in axes.spines.values():
         side.set_color(GRID)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import itertools
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ VERSION = 1
 _LONGEST_LINE = 1 << 28  # bytes: a file of one longer line is no recording
 _START = re.compile(rb'\{"type":"start","episode":(\d+)[,}]')
 _STEP = b'{"type":"step",'
+_END = b'{"type":"episode",'
 
 
 class RecordingError(ValueError):
@@ -31,11 +32,15 @@ class _Place:
 
 @dataclass(frozen=True)
 class Recording:
-    """A file of episodes. ``cut_off`` tells whether its last line is not whole: that line is not read."""
+    """A file of episodes. ``cut_off`` tells whether its last line is not whole: that line is not read.
+
+    ``returns`` has the discounted return of each episode whose end is there.
+    """
 
     path: Path
     header: Header
     cut_off: bool
+    returns: Mapping[int, float]
     _places: dict[int, _Place]
 
     @property
@@ -84,6 +89,7 @@ def open_recording(path: Path, *, model_hash: str | None = None) -> Recording:
     ``model_hash``, raises ``RecordingError``. A file that cannot be read raises ``OSError``.
     """
     places: dict[int, _Place] = {}
+    returns: dict[int, float] = {}
     header: Header | None = None
     offset = 0
     with path.open("rb") as file:
@@ -92,6 +98,8 @@ def open_recording(path: Path, *, model_hash: str | None = None) -> Recording:
                 header = header_from(line, path)
             elif (episode := started(line)) is not None:
                 places[episode] = _Place(offset, number)
+            elif line.startswith(_END) and isinstance(end := part_of(line, f"{path}:{number}"), End):
+                returns[end.episode] = end.discounted_return
             offset += len(line)
         cut_off = file.seek(0, 2) > offset
     if header is None:
@@ -103,7 +111,7 @@ def open_recording(path: Path, *, model_hash: str | None = None) -> Recording:
             f"{path} was recorded with another model ({header.model} of {header.file}, hash "
             f"{header.hash[:12]}, and not {model_hash[:12]}); name its model, instance and settings"
         )
-    return Recording(path, header, cut_off, places)
+    return Recording(path, header, cut_off, returns, places)
 
 
 def _whole_lines(file: Any, path: Path) -> Iterator[bytes]:
