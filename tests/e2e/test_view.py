@@ -36,6 +36,8 @@ def test_each_mode_has_a_page(mode: str, tmp_path: Path) -> None:
     if mode == "default":
         assert step["lower"] is None
         assert step["why"].startswith(f"{step['action']} is what the default policy does.")
+    if mode == "rollout":
+        assert re.search(r"earned \S+ (more|less) .*than", step["why"])
     if mode == "pomcp":
         assert "mean return" in step["why"]
 
@@ -107,6 +109,14 @@ def test_a_run_is_watched_and_recorded(tmp_path: Path, capfd: pytest.CaptureFixt
     assert "live: http://127.0.0.1:" in said.err and "discounted return" in said.out
     kinds = [json.loads(line)["type"] for line in log.read_text().splitlines()]
     assert kinds == ["recording", "start", "step", "step", "episode"]
+
+
+@pytest.mark.cxx
+def test_a_run_becomes_a_log_for_robots(tmp_path: Path) -> None:
+    pytest.importorskip("mcap", reason="logs in MCAP need the extra mcap")
+    log = tmp_path / "rocks.mcap"
+    assert run(["run", ROCKS, *QUICK, "--runs=1", "--steps=2", "--record", str(log)]) == 0
+    assert log.read_bytes().startswith(b"\x89MCAP0") and list(tmp_path.iterdir()) == [log]
 
 
 @pytest.mark.cxx
