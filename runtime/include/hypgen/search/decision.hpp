@@ -135,4 +135,12 @@ struct RootAction {
   std::uint64_t visits = 0;                                // trials that took it
 };
 
+// What rollouts on common random numbers say of an action: its mean gain over the default policy's action.
+struct ComparedAction {
+  int action = -1;
+  double gain = 0.0;
+  double standard_error = 0.0;  // of the paired differences
+  std::uint64_t samples = 0;
+};
+
 }  // namespace hypgen
