@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Between tracks and a generated planner: the file to copy for a robot of your own.
 
-The planner has places for a few people, and a robot sees many who come and go. So the belief is kept by track, and
-nothing in the planner outlives a decision:
+The planner has places for a few people, and a robot sees many who come and go. So the belief is kept by track,
+and nothing in the planner outlives a decision:
 
-- `reset` carries in what is known: the car, the path, where people are, and the belief in each one's intention.
+- `reset` carries in what is known: the car, the path, where people are, and what is believed of each.
 - `update` takes in where they are a period later, by the exact posterior that the compiler has derived.
 - `belief` carries out the new belief, which stays with the track.
 
-Birth, death, and finding again are the tracks' matter: a track that takes or leaves a place takes its belief along.
+Birth, death, and finding again are the tracks' matter: a track that takes or leaves a place takes its belief
+along.
 """
 
 from __future__ import annotations
@@ -87,12 +88,14 @@ class Bridge:
         before = tracks.before[some]
         self._decisions += 1
         visible = self._ped(before[:, :2], before[:, 2:], tracks.pace[some], tracks.intent[some])
-        self.planner.reset(visible | self._places(), episode=self._decisions)
+        self.planner.reset(visible | self._places() | {"car.y": -NOBODY}, episode=self._decisions)
         seen = {"ped.x": self._filled(tracks.at[some, 0]), "ped.y": self._filled(tracks.at[some, 1])}
         self.odd_updates += self.planner.update("maintain", seen) != "ok"
-        believed = [belief for belief in self.planner.belief.values() if isinstance(belief, dict)]
-        for row, belief in zip(some, believed, strict=False):
-            found = np.maximum([belief.get(name, 0.0) for name in self.intents], LEAST * (self._prior > 0))
+        belief = self.planner.belief
+        for place, row in enumerate(some):
+            values = belief[f"ped.intent[{place}]"]
+            assert isinstance(values, dict)  # an enum has probabilities
+            found = np.maximum([values.get(name, 0.0) for name in self.intents], LEAST * (self._prior > 0))
             tracks.intent[row] = found / found.sum()
 
     def nearest(self, situation: Situation) -> npt.NDArray[np.int64]:

@@ -32,18 +32,23 @@ class Log:
 
 
 class Drive:
-    """A drive through a scene. ``watch`` is told of each situation and choice."""
+    """A drive through a scene. ``budget`` is the seconds of a decision; None: nearly all of the period.
+
+    ``watch`` is told of each situation and choice.
+    """
 
     def __init__(
         self,
         world: World,
         policy: Policy,
         hertz: float,
+        budget: float | None = None,
         watch: Callable[[Drive, Situation, policies.Choice], None] | None = None,
     ) -> None:
         self.world, self.policy, self.log = world, policy, Log()
         self.ticks = round(1 / (hertz * TICK))
         self.period = self.ticks * TICK
+        self._budget = self.period - KEEPS if budget is None else budget
         self._watch = watch
         self.tracks: Tracks = policy.tracks()
         path = hybrid_a_star.plan(world.scene, world.scene.start)
@@ -78,7 +83,7 @@ class Drive:
         situation = Situation(
             self.path, self.s + 0.5 * (pose.speed + speed) * later, speed, self.tracks, later
         )
-        choice = self.policy.decide(situation, start + self.period - KEEPS)
+        choice = self.policy.decide(situation, start + self._budget)
         self.log.seconds.append(policies.now() - start)
         self.log.statuses[choice.status] = self.log.statuses.get(choice.status, 0) + 1
         self.log.trials += choice.trials

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hybrid A* (Dolgov et al., 2008): a forward path that the car's turning radius allows, over a grid of clearances."""
+"""Hybrid A* (Dolgov et al., 2008): a forward path that the car's turning radius allows, over a grid."""
 
 from __future__ import annotations
 

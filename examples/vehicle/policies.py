@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import json
+import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -145,7 +147,12 @@ def make(name: str, solver: Solver | None, exits: Floats, period: float, seed: i
     if solver is None:
         raise ValueError(f"{name}: needs the model's library")
     planner = solver.planner(
-        params={"first_dt": period}, time=period, depth=30, memory=512, seed=seed, **SOLVERS[name]
+        params={"first_dt": period, **json.loads(os.environ.get("VP", "{}"))},
+        time=period,
+        depth=20,
+        memory=512,
+        seed=seed,
+        **SOLVERS[name],
     )
     return Planned(Bridge(planner, exits, period=period))
 

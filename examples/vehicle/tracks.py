@@ -83,7 +83,7 @@ class Tracks:
         )
 
     def _pairs(self, scan: Scan) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        """Return tracks and their detections, the best pairs first; a label that agrees makes a pair better."""
+        """Return tracks and their detections, the best pairs first; an equal label makes a pair better."""
         away = np.hypot(self.at[:, None, 0] - scan.at[None, :, 0], self.at[:, None, 1] - scan.at[None, :, 1])
         deviation = np.sqrt(self.variance[:, :1] + SENSES**2)
         first, second = np.nonzero(away < np.minimum(GATE * deviation + 0.1, FAR))
