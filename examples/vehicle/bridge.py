@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Between tracks and a generated planner: the file to copy for a robot of your own.
 
-The planner has places for a few people, and a robot sees many who come and go. So the belief is kept by track,
-and nothing in the planner outlives a decision:
+The planner has places for a few people, and a robot sees many who come and go. So the belief is kept by
+track, and nothing in the planner outlives a decision:
 
 - `reset` carries in what is known: the car, the path, where people are, and what is believed of each.
 - `update` takes in where they are a period later, by the exact posterior that the compiler has derived.

@@ -139,17 +139,25 @@ def _path(nodes: list[tuple[float, float, float, int, float]], number: int) -> P
         chain.append(nodes[number])
         number = nodes[number][3]
     chain.reverse()
-    points, headings, bends = [chain[0][:2]], [chain[0][2]], [0.0]
+    points, headings = [chain[0][:2]], [chain[0][2]]
     for (x, y, heading, _, _), (*_, bend) in zip(chain, chain[1:], strict=False):
         for k in range(1, round(ARC / SPACING) + 1):
             at = _arc(x, y, heading, bend, k * SPACING)
             points.append(at[:2])
             headings.append(at[2])
-            bends.append(bend)
-    curves = np.maximum(np.abs(np.array(bends)) / car.TURN, 1e-6)
-    limit = np.minimum(car.TOP, np.sqrt(SIDEWAYS / curves))
+    return path_of(np.array(points), np.array(headings))
+
+
+def path_of(points: Floats, headings: Floats | None = None) -> Path:
+    """Return the path through points that are SPACING apart, with what its curves allow."""
+    if headings is None:
+        steps = np.diff(points, axis=0)
+        headings = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+        headings = np.append(headings, headings[-1])
+    bend = np.abs(np.diff(headings, prepend=headings[0])) / SPACING
+    limit = np.minimum(car.TOP, np.sqrt(SIDEWAYS / np.maximum(bend, 1e-6)))
     limit = np.array([limit[max(0, i - 2) : i + 6].min() for i in range(len(limit))])  # before the curve, too
-    return Path(np.array(points), np.array(headings), limit)
+    return Path(points, headings, limit)
 
 
 def steer(path: Path, pose: car.Pose, s: float) -> float:

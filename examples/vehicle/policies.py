@@ -3,8 +3,7 @@
 
 from __future__ import annotations
 
-import json
-import os
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -30,6 +29,9 @@ class Choice:
     pull: float
     status: str = ""
     trials: int = 0
+    name: str = ""
+    lower: float | None = None  # the bounds of the search
+    upper: float | None = None
 
 
 class Policy(Protocol):
@@ -56,7 +58,8 @@ class Planned:
     def decide(self, situation: Situation, deadline: float) -> Choice:
         """Plan until the deadline."""
         found = self.bridge.decide(situation, deadline)
-        return Choice(PULLS[found.name], found.status, found.trials)
+        bounds = [None if math.isnan(b) else b for b in (found.lower, found.upper)]
+        return Choice(PULLS[found.name], found.status, found.trials, found.name, *bounds)
 
 
 class Reactive:
@@ -147,7 +150,7 @@ def make(name: str, solver: Solver | None, exits: Floats, period: float, seed: i
     if solver is None:
         raise ValueError(f"{name}: needs the model's library")
     planner = solver.planner(
-        params={"first_dt": period, **json.loads(os.environ.get("VP", "{}"))},
+        params={"first_dt": period},
         time=period,
         depth=20,
         memory=512,

@@ -36,8 +36,8 @@ def row(name: str, lines: list[Line]) -> str:
     arrived = np.array([bool(line["arrived"]) for line in lines])
     front, metres, seconds = column("front_hits"), column("metres"), column("seconds")
     kept = 1 - column("late").sum() / column("decisions").sum()
-    rate = 1000 * front.sum() / metres.sum()
-    spread = 1000 * 1.96 * np.sqrt(((front - rate / 1000 * metres) ** 2).sum()) / metres.sum()
+    rate = 1000 * front.sum() / max(metres.sum(), 1.0)
+    spread = 1000 * 1.96 * np.sqrt(((front - rate / 1000 * metres) ** 2).sum()) / max(metres.sum(), 1.0)
     late = 1000 * max(0.0, column("latest").max())
     cells = [
         *(name, str(len(lines)), f"{100 * arrived.mean():.0f} %", interval(front)),
