@@ -76,7 +76,8 @@ def main() -> None:
         lines = (json.loads(line) for line in args.out.read_text().splitlines() if line.endswith("}"))
         known = {tuple(line[name] for name in KEY) for line in lines}
     missing = [cell for cell in cells(args) if tuple(cell[name] for name in KEY) not in known]
-    library = args.library or _compiled(args.rows)
+    needs = set(args.rows.split(",")) - set(policies.RULES)
+    library = args.library or (compiled() if needs else None)
     os.environ["OMP_NUM_THREADS"] = "1"  # NumPy's threads would take the planner's cores
     count = len(missing)
     with args.out.open("a") as out, ProcessPoolExecutor(args.jobs) as pool:
@@ -94,9 +95,8 @@ def _watched(lines: Iterable[dict[str, object]], count: int) -> Iterable[dict[st
     return track(lines, "drives", count)
 
 
-def _compiled(rows: str) -> str | None:
-    if not set(rows.split(",")) - set(policies.RULES):
-        return None
+def compiled() -> str:
+    """Return the path of the model's library; only this needs the compiler."""
     import hypgen
 
     model = hypgen.load(Path(__file__).with_name("vehicle.pomdp"))

@@ -79,7 +79,7 @@ def test_a_cycle_takes_topics_and_commands_an_acceleration() -> None:
     first, seen, last = calls[0][1], calls[3][1], calls[5][1]
     assert first["visible_given"] and first["car_exit_x"][:2] == [0.0, 40.0]
     assert first["car_px"][0] == pytest.approx(1.5, abs=0.2)
-    assert first["ped_x"][0] == pytest.approx(6.3, abs=0.3)
+    assert first["ped_x"][0] == pytest.approx(6.75, abs=0.3)
     assert seen["action"] == 0 and seen["ped_x"][1] == 1000.0
     assert np.array(last["ped_prior"]).reshape(8, 8)[0, 3] == pytest.approx(0.75, abs=0.01)
 
