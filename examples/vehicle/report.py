@@ -16,7 +16,7 @@ import numpy as np
 
 Line = dict[str, object]
 HEAD = (
-    "| policy | drives | arrived | front collisions a drive | a km | flank contacts | near misses "
+    "| policy | drives | arrived | front collisions a drive | a km | at over 0.5 m/s | flank contacts | near misses "
     "| time to goal, s | speed, m/s | hard brakings | deadlines kept | latest, ms | NIS |"
 )
 
@@ -42,6 +42,7 @@ def row(name: str, lines: list[Line]) -> str:
     cells = [
         *(name, str(len(lines)), f"{100 * arrived.mean():.0f} %", interval(front)),
         f"{rate:.1f} ± {spread:.1f}",
+        interval(column("fast_hits")),
         interval(column("hits") - front),
         interval(column("near")),
         interval(seconds[arrived]) if arrived.any() else "",

@@ -15,6 +15,7 @@ from vehicle.sensor import Scan, Sensor
 
 TICK = 1 / 30  # s
 HITS_AT, NEAR_AT = 0.1, 0.5  # m/s: a slower car hits nobody, and comes near nobody
+FAST = 0.5  # m/s
 NEAR = 0.25  # m
 HARD = 1.5  # m/s^2: braking that throws who stands in the car
 AGAIN = 3.0  # s: contact with one person counts once in this time
@@ -28,6 +29,7 @@ class Counts:
     metres: float = 0.0
     hits: int = 0  # people that the moving car touched
     front_hits: int = 0  # of these, with its front
+    fast_hits: int = 0  # of these, at more than FAST
     near: int = 0  # people within NEAR of the moving car, not touched
     hard_brakings: int = 0
     nearest: float = 100.0  # m, of the moving car to a person
@@ -81,7 +83,9 @@ class World:
         hit = (gaps < 0) & (speed > HITS_AT)
         new = hit & (now - self._hit > AGAIN)
         counts.hits += int(new.sum())
-        counts.front_hits += int((new & (along > cars.FRONT - 0.3)).sum())
+        front = int((new & (along > cars.FRONT - 0.3)).sum())
+        counts.front_hits += front
+        counts.fast_hits += front if speed > FAST else 0
         self._hit[hit] = now
         near = (gaps < NEAR) & (speed > NEAR_AT)
         counts.near += int((near & ~hit & (now - np.maximum(self._near, self._hit) > AGAIN)).sum())

@@ -80,4 +80,5 @@ def test_contact_counts_once_and_by_where_it_is() -> None:
     world.car.pose = Pose(*scene.start, 1.0)
     for _ in range(3):
         world._count(0.0)
-    assert (world.counts.hits, world.counts.front_hits, world.counts.near) == (2, 1, 0)
+    counts = world.counts
+    assert (counts.hits, counts.front_hits, counts.fast_hits, counts.near) == (2, 1, 1, 0)
