@@ -19,7 +19,6 @@ from vehicle.drives import PEOPLE, compiled
 from vehicle.policies import Choice, Policy
 from vehicle.world import World
 
-
 GOALS = ((31.0, 28.0), (14.0, 32.0), (7.0, 14.0), (27.0, 9.0))  # round the fountain
 
 

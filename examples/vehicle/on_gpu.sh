@@ -9,7 +9,7 @@ set -euo pipefail
 project=$1 out=$2
 shift 2
 root=$(cd "$(dirname "$0")/../.." && pwd)
-cmake -S "$project" -B "$project/build" -DCMAKE_BUILD_TYPE=Release -DHYPGEN_CUDA=ON
+cmake -S "$project" -B "$project/build" -DCMAKE_BUILD_TYPE=Release -DHYPGEN_CUDA="${HYPGEN_CUDA:-ON}"
 cmake --build "$project/build" --parallel
 library=$(find "$(cd "$project" && pwd)/build" -name libvehicle.so | head -n 1)
 PYTHONPATH="$root/src:$root/examples" "${PYTHON:-python3}" -m vehicle.drives \

@@ -134,11 +134,11 @@ def _room(situation: Situation, people: Floats, most: float) -> float:
 
 
 # The rows of the table: settings of the generated solver by name.
-SOLVERS: dict[str, dict[str, str | int]] = {
+SOLVERS: dict[str, dict[str, str | int | bool]] = {
     "default": {"mode": "default"},
     "despot": {"mode": "despot", "scenarios": 100},
     "parallel": {"mode": "parallel", "scenarios": 500},
-    "hyp": {"mode": "hyp", "scenarios": 1000},
+    "hyp": {"mode": "hyp", "scenarios": 1000, "require_gpu": True},
 }
 RULES: dict[str, Callable[[], Policy]] = {"reactive": Reactive, "ttc": TimeToCollision}
 

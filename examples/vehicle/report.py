@@ -16,8 +16,8 @@ import numpy as np
 
 Line = dict[str, object]
 HEAD = (
-    "| policy | drives | arrived | front collisions a drive | a km | at over 0.5 m/s | flank contacts | near misses "
-    "| time to goal, s | speed, m/s | hard brakings | deadlines kept | latest, ms | NIS |"
+    "| policy | drives | arrived | front collisions a drive | a km | at over 0.5 m/s | flank contacts "
+    "| near misses | time to goal, s | speed, m/s | hard brakings | deadlines kept | latest, ms | NIS |"
 )
 
 
