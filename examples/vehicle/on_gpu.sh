@@ -10,7 +10,7 @@ project=$1 out=$2
 shift 2
 root=$(cd "$(dirname "$0")/../.." && pwd)
 cmake -S "$project" -B "$project/build" -DCMAKE_BUILD_TYPE=Release -DHYPGEN_CUDA="${HYPGEN_CUDA:-ON}"
-cmake --build "$project/build" --parallel
+cmake --build "$project/build" --parallel "$(nproc)"
 library=$(find "$(cd "$project" && pwd)/build" -name libvehicle.so | head -n 1)
 PYTHONPATH="$root/src:$root/examples" "${PYTHON:-python3}" -m vehicle.drives \
   --library "$library" --out "$out" "$@"
