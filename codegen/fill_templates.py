@@ -94,6 +94,7 @@ def render_ros2(project: template_data.Project, ros: Packages) -> dict[str, str]
             "msg/Observation.msg",
             "msg/Status.msg",
             "action/Plan.action",
+            "srv/Belief.srv",
             "srv/Reset.srv",
         )
     }

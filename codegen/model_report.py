@@ -44,6 +44,7 @@ def explain(model: ir.Model) -> dict[str, Any]:
         "policy": _policy(model),
         "lanes": {"reason": lower(model)[0].no_lanes},
         "belief": _belief(model),
+        "drawings": _drawings(model),
     }
 
 
@@ -180,6 +181,22 @@ def _draws(model: ir.Model) -> list[dict[str, Any]]:
         }
         for site, dist, binders, span, when in sites
         if not isinstance(dist, ir.Certain)
+    ]
+
+
+def _drawings(model: ir.Model) -> list[dict[str, Any]]:
+    """Return what pictures show: shapes, for how many members each, and what variables they follow."""
+    hidden = {v.name for v in model.variables if not v.visible}
+    return [
+        {
+            "name": drawing.name,
+            "shape": drawing.shape,
+            "members": length_of(tuple(b.type for b in drawing.binders)),
+            "reads": sorted(drawing.reads),
+            "believed": bool(drawing.reads & hidden),
+            "line": drawing.span.line,
+        }
+        for drawing in model.drawings
     ]
 
 

@@ -145,6 +145,12 @@ def _view(log: Path, loaded: Loaded, model: Path, episode: int | None, first: in
             raise RecordingError(f"{log} has no episode")
         if recording.cut_off:
             say(f"note: {log} is cut off: its last line is not read")
+        if episode is None and len(set(recording.returns.values())) > 1:
+            worst = min(recording.returns, key=lambda one: recording.returns[one])
+            say(
+                f"note: {log} has {len(recording.episodes)} episodes; the lowest return, "
+                f"{recording.returns[worst]:.4g}, is that of --episode {worst}"
+            )
         number = recording.episodes[0] if episode is None else episode
         return view_of_recording(recording, loaded.model, number, first=first, file=model.name)
     except OSError as error:

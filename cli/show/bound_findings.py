@@ -87,9 +87,15 @@ def findings(model: ir.Model, compared: Compared) -> list[Diagnostic]:
 def table(compared: Compared) -> str:
     """Return a row for each bound: where it was compared, where it failed, and how far it lies off."""
     rows = [COLUMNS]
+    names = {"upper": "upper, in use", DECLARED: "upper, as written"} if DECLARED in compared else {}
     for name, figures in compared.items():
         rows.append(
-            (name, f"{figures['beliefs']:,}", f"{figures['violations']:,}", f"{figures['mean_room']:.4g}")
+            (
+                names.get(name, name),
+                f"{figures['beliefs']:,}",
+                f"{figures['violations']:,}",
+                f"{figures['mean_room']:.4g}",
+            )
         )
     widths = [max(len(row[i]) for row in rows) for i in range(len(COLUMNS))]
     return "\n".join(

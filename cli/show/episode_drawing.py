@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import sys
+from typing import Any
 
 from hypgen.cli.show.scene_text import scene_lines
 from hypgen.dsl.interpret.episode import Episode
@@ -21,16 +22,19 @@ class EpisodeDrawing:
         self._episode = episode
         self._hidden = hidden
         self._scenes = Scenes(episode.model)
-        self._scene = self._scenes.scene()
+        self.scene = self._scenes.scene()
+        """What holds for the whole episode, as ``Scenes.scene`` gives it; None without drawings."""
+
+    def moment(self) -> dict[str, Any]:
+        """Return the shapes of where the episode stands: ``truth``, and what ``Scenes.belief`` gives."""
+        values = self._episode.values()
+        sampled = factor_samples(self._episode.model, self._episode.belief(), _SAMPLES)
+        truth = self._scenes.truth(values, hidden=self._hidden)
+        return self._scenes.belief(values, sampled) | {"truth": truth}
 
     def lines(self) -> list[str]:
         """Return the lines of where the episode stands, in colour for a terminal; none without drawings."""
-        if self._scene is None:
+        if self.scene is None:
             return []
-        values = self._episode.values()
-        sampled = factor_samples(self._episode.model, self._episode.belief(), _SAMPLES)
-        moment = self._scenes.belief(values, sampled) | {
-            "truth": self._scenes.truth(values, hidden=self._hidden)
-        }
         coloured = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
-        return scene_lines(self._scene, moment, coloured=coloured)
+        return scene_lines(self.scene, self.moment(), coloured=coloured)

@@ -38,6 +38,8 @@ def describe(facts: Facts) -> Iterator[tuple[str, list[str]]]:
     yield _lanes(facts["lanes"]), []
     yield _policy(facts["policy"]), _layout(facts["policy"]["history"]["variables"])
     yield _belief(facts["belief"]), _factors(facts["belief"])
+    if facts["drawings"]:
+        yield "Picture: what `hypgen view` and `hypgen sim` draw", _drawings(facts["drawings"])
 
 
 def _title(facts: Facts) -> str:
@@ -121,6 +123,21 @@ def _warps(shares: list[Facts]) -> list[str]:
 def _draws(draws: list[Facts]) -> list[str]:
     rows = [(d["site"], str(d["draws"]), d["when"], f"line {d['line']}") for d in draws]
     return _table(("site", "draws", "when", ""), rows)
+
+
+def _drawings(drawings: list[Facts]) -> list[str]:
+    rows = [
+        (
+            d["name"] + (f" x {d['members']}" if d["members"] > 1 else ""),
+            d["shape"],
+            ", ".join(d["reads"]) or "nothing: it is static",
+            "truth and belief" if d["believed"] else "",
+            f"line {d['line']}",
+        )
+        for d in drawings
+        if d["shape"] != "area"
+    ]
+    return _table(("drawing", "shape", "reads", "shows", ""), rows)
 
 
 def _terms(terms: list[Facts]) -> list[str]:

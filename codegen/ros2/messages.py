@@ -11,7 +11,7 @@ from hypgen.codegen.ros2.ros_names import RosScope, header
 from hypgen.dsl import ir
 from hypgen.dsl.types import Bool, Enum, Float, Record, Type, length_of, low_of, size_of
 
-OWN_MESSAGES = ("Decision", "Observation", "Plan", "Reset", "Status")  # that every model has
+OWN_MESSAGES = ("Belief", "Decision", "Observation", "Plan", "Reset", "Status")  # that every model has
 
 
 class Messages:

@@ -7,6 +7,7 @@ Names are judged by the text as it was written; a library's are not, for others 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from functools import partial
@@ -33,6 +34,10 @@ def warnings(file: ast.ModelFile, model: ir.Model, program: Program) -> list[Dia
     """Return the warnings for a model without mistakes, by position; ``file`` is as the author wrote it."""
     found = [*_unused(file), *_float_equalities(program), *_reversible(model), *_idle(model)]
     found += [*_behind(model), *_endless(model), *_rounded(file)]
+    if not model.rewards:
+        start = file.span
+        head = replace(start, end_line=start.line, end_column=start.column + len(f"model {file.name}"))
+        found.append(w_warnings.nothing_to_earn(head))
     return sorted(dict.fromkeys(found), key=lambda d: (d.span is not None and d.span, d.code))
 
 

@@ -23,6 +23,9 @@ from hypgen.dsl.types.palette import COLOUR
 MOST_SHAPES = 400
 """How many shapes a belief is cut to."""
 
+MOST_CELLS = 400
+"""How many cells wide and tall a picture has; a larger one is a plane."""
+
 Shape = dict[str, Any]
 _DEFAULTS = {"label": "black", "gauge": "blue"}
 _DIGITS = 5  # of a position in the data
@@ -49,7 +52,8 @@ class Scenes:
         """Return what holds for a whole episode: ``extent`` and ``static``; None where nothing is drawn.
 
         ``extent`` has the ends of ``x`` and ``y``; with ``cells`` these are the first and last cell, each of
-        size 1 around its number. It is None where only gauges are drawn.
+        size 1 around its number; without, what is drawn as a cell is a square in a plane. It is None where
+        only gauges are drawn.
         """
         if not self._fixed and not self._moving:
             return None
@@ -188,7 +192,7 @@ class Scenes:
         cells = any(d.shape == "cell" for d in self.model.drawings)
         areas = [d for d in self.model.drawings if d.shape == _AREA]
         drawn = areas or list(self.model.drawings)
-        extent: dict[str, Any] = {"cells": cells}
+        extent: dict[str, Any] = {}
         for axis in "xy":
             found = [
                 ends(e.type)
@@ -199,6 +203,12 @@ class Scenes:
             if not found:
                 return None
             extent[axis] = [min(low for low, _ in found), max(high for _, high in found)]
+        # Fractions have no cells of their own, and a grid of a million squares is nothing to look at.
+        extent["cells"] = cells and all(
+            isinstance(end, int) and extent[axis][1] - extent[axis][0] < MOST_CELLS
+            for axis in "xy"
+            for end in extent[axis]
+        )
         return extent
 
 

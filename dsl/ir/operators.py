@@ -28,6 +28,7 @@ from hypgen.dsl.types import (
     Record,
     Type,
     intervals,
+    is_finite,
     units,
 )
 from hypgen.dsl.types.units import Unit
@@ -374,7 +375,8 @@ def field(record: Record, name: str, e: ir.Expr) -> ir.Expr:
 
 def make_record(record: Record, values: tuple[ir.Expr, ...]) -> ir.Expr:
     """Return a record of its fields' values."""
-    return _computed(ir.MakeRecord(record, record, values))
+    e = ir.MakeRecord(record, record, values)
+    return _computed(e) if is_finite(record) else e
 
 
 def _computed(e: ir.Expr) -> ir.Expr:

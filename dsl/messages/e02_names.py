@@ -126,9 +126,13 @@ def unknown_variant(enum: Enum, name: str, span: Span) -> Diagnostic:
     return Diagnostic("E0205", f"enum '{enum}' has no variant '{name}'", span, remedy)
 
 
-def unknown_member(element: str, name: str, known: Iterable[str], span: Span) -> Diagnostic:
-    """A variable or let that an element lacks."""
+def unknown_member(
+    element: str, name: str, known: Iterable[str], other: str | None, span: Span
+) -> Diagnostic:
+    """A variable or let that an element lacks; ``other`` is what an element called ``name`` has, if any."""
     remedy = did_you_mean(name, known) or f"declare it in element {element}"
+    if other is not None:
+        remedy = f"'{name}' is an element itself: read one of its variables, as in {other}"
     return Diagnostic("E0205", f"element '{element}' has no variable or let '{name}'", span, remedy)
 
 

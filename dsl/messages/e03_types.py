@@ -26,6 +26,12 @@ def mismatch(what: str, target: Type, found: Type, span: Span) -> Diagnostic:
     return Diagnostic("E0301", message, span, remedy)
 
 
+def probability_for_draw(what: str, span: Span) -> Diagnostic:
+    """A draw of a truth value that is written as its probability."""
+    message = f"{what} must be of type bool, but this is a float"
+    return Diagnostic("E0301", message, span, "write bernoulli(..), which is true with this probability")
+
+
 def float_for_int(what: str, span: Span) -> Diagnostic:
     """A float where an int is asked for."""
     message = f"{what} must be an int, but this is a float"

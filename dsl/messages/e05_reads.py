@@ -29,7 +29,7 @@ def hidden_state(
     """
     remedy = _LEGAL_BY_BELIEF if legality else "read visible variables only, or declare this one visible"
     if history:
-        remedy = "read visible variables, last(..) and memory, or declare this one visible"
+        remedy = "ask what the agent believes, belief(..), or read visible variables, last(..) and memory"
     message = f"{reader} cannot read hidden state: {route}"
     return Diagnostic("E0501", message, span, remedy, (*notes, declared))
 
@@ -79,9 +79,11 @@ def history_outside_policy(function: str, owner: str, span: Span) -> Diagnostic:
     return Diagnostic("E0505", f"'{function}' is known to the policy only", span, remedy)
 
 
-def last_action_outside_policy(action: str, span: Span) -> Diagnostic:
-    """``last(act, ..)`` outside the policy, in what an element may keep as a variable."""
+def last_action_outside_policy(action: str, owner: str, span: Span) -> Diagnostic:
+    """``last(act, ..)`` outside the policy; ``owner`` is the kind of the declaration."""
     remedy = f"let a variable keep it: before' = {action}; in the next step before is what was done"
+    if owner == "function":
+        remedy = f"let the fn have an argument for it, which the policy gives: f(last({action}, ..))"
     return Diagnostic("E0505", "'last' is known to the policy only", span, remedy)
 
 

@@ -48,6 +48,12 @@ def idle_reward(reward: str, span: Span) -> Diagnostic:
     )
 
 
+def nothing_to_earn(span: Span) -> Diagnostic:
+    """A model without any reward."""
+    message = "the model has no reward, so that all policies are worth the same"
+    return Diagnostic("W11", message, span, "add what is to be reached or avoided: reward name = ..")
+
+
 def rounded_probability(number: str, nearest: str, span: Span) -> Diagnostic:
     """A probability of which rounding loses what it says of a rare outcome."""
     return Diagnostic(

@@ -161,11 +161,12 @@ HYPGEN_API hypgen_status hypgen_action_name(hypgen_planner* planner, int32_t act
                                             char** error);
 
 /* The tree that the last plan decided by, as a JSON object: `depth` levels of actions, and the `top` actions of each
- * node that trials took most, and the `top` groups of each action that most scenarios are in. Bounds are those of
- * what the node itself is worth. Where "pruning" is above 0 they are less that for each node below, divided by the
- * node's discount and its share of all scenarios. At most 100 levels. */
-HYPGEN_API hypgen_status hypgen_tree(hypgen_planner* planner, int32_t depth, int32_t top, char** json,
-                                     char** error);
+ * node that trials took most, and the `top` groups of each action that most scenarios are in. It has `nodes` beliefs
+ * and actions at most: what is below those beliefs that most trials entered. Bounds are those of what the node itself
+ * is worth. Where "pruning" is above 0 they are less that for each node below, divided by the node's discount and its
+ * share of all scenarios. At most 100 levels. */
+HYPGEN_API hypgen_status hypgen_tree(hypgen_planner* planner, int32_t depth, int32_t top, int32_t nodes,
+                                     char** json, char** error);
 
 /* The belief in all hidden variables: a JSON array of objects with "variable" and either "values" and their
  * probabilities, or "mean" and "deviation" of a float. */

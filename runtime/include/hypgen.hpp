@@ -152,7 +152,9 @@ class Planner {
     return found;
   }
 
-  std::string tree(std::int32_t depth, std::int32_t top) { return text_of(hypgen_tree, depth, top); }
+  std::string tree(std::int32_t depth, std::int32_t top, std::int32_t nodes) {
+    return text_of(hypgen_tree, depth, top, nodes);
+  }
   std::string belief() { return text_of(hypgen_belief); }
   double probability(const std::string& variable, const std::string& value) {
     double found = 0.0;

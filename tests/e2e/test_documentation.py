@@ -10,7 +10,8 @@ from hypgen.cli import main
 from hypgen.dsl.types import builtin_names
 
 ROOT = Path(__file__).parent.parent.parent
-PAGES = ("README.md", "docs/reference/language.md")
+GUIDES = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs" / "guide").glob("*.md"))
+PAGES = ("README.md", "docs/reference/language.md", *GUIDES)
 LEFT_OUT = {"action": "action unused_action: bool", "discount": "discount 0.5"}
 
 

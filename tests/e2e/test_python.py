@@ -81,6 +81,12 @@ def test_the_tree_says_what_it_has_seen(planner: hypgen.Planner) -> None:
     assert agrees(tree) > 3
     assert "actions" not in planner.tree(depth=0)
     assert planner.tree(top=2)["actions_left_out"] == len(tree["actions"]) - 2
+    assert planner.tree(nodes=1)["actions_left_out"] == len(tree["actions"])
+
+    def count(node: dict[str, Any]) -> int:
+        return 1 + sum(count(one) for kind in ("actions", "groups") for one in node.get(kind, ()))
+
+    assert 50 < count(planner.tree(depth=9, top=30, nodes=100)) <= 100 < count(tree)
 
 
 def test_the_belief_has_columns(planner: hypgen.Planner) -> None:

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parent.parent.parent
 SUPPORT = ROOT / "tests" / "support" / "ros2"
 
 HYPGEN = [sys.executable, "-c", "from hypgen.cli.main import main; main()"]
-EXAMPLES = ("crowd_driving", "light_dark", "tiger", "two_robot_rock_sample")
+EXAMPLES = ("crowd_driving", "light_dark", "tiger", "two_robot_rock_sample", "vehicle/vehicle")
 
 
 def hypgen(*arguments: str) -> subprocess.CompletedProcess[str]:

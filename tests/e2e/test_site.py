@@ -3,6 +3,7 @@
 
 import functools
 import http.server
+import json
 import os
 import shutil
 import subprocess
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urldefrag
 
+import browser as browser_calls
 import pytest
 from support.npm import require_npm
 
@@ -25,8 +27,23 @@ pytest.importorskip("furo", reason="needs hypgen[docs]")
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    if built := os.environ.get("HYPGEN_SITE"):
+        return Path(built)
     out = tmp_path_factory.mktemp("site")
-    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-c", "docs/site", ".", str(out)]
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-j",
+        "auto",
+        "-W",
+        "--keep-going",
+        "-q",
+        "-c",
+        "docs/site",
+        ".",
+    ]
+    command.append(str(out))
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return out
@@ -136,4 +153,35 @@ def test_the_playground_checks_in_a_browser(browser: Any, playground: Path, addr
     page.wait_for_function(told.format("OK: Tag"), timeout=60_000)
     page.click("#explain")
     page.wait_for_function("document.getElementById('result').textContent.startsWith('Tag: discount')")
+    assert not wrong
+
+
+def test_the_playground_draws_an_episode(
+    browser: Any, playground: Path, address: str, tmp_path: Path
+) -> None:
+    # NumPy for Pyodide is out of reach of tests: Python answers beforehand, in the place of the worker.
+    played = browser_calls.play((ROOT / "examples" / "rock_sample.pomdp").read_text(), "rocks.pomdp", 7)
+    answers = {
+        "check": {"line": "OK", "diagnostics": []},
+        "play": played,
+        "act": browser_calls.act("2"),
+    }
+    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    wrong: list[str] = []
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    worker = "onmessage = ({ data }) => postMessage({ id: data.id, answer: ANSWERS[data.call] });"
+    body = worker.replace("ANSWERS", json.dumps(answers))
+    page.route("**/worker.js", lambda route: route.fulfill(body=body, content_type="text/javascript"))
+    page.goto(f"{address}/playground/index.html")
+    page.wait_for_function("document.getElementById('status').textContent === 'OK'")
+    page.click("#start")
+    page.wait_for_selector("#world svg.world .truth .shape")
+    before = page.inner_html("#world .truth")
+    page.click("[data-act=policy]")
+    page.wait_for_function("document.getElementById('result').textContent.includes('step 0:')")
+    assert page.inner_html("#world .truth") != before
+    for width in (1280, 390):
+        page.set_viewport_size({"width": width, "height": 900})
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        page.screenshot(path=tmp_path / f"episode-{width}.png", full_page=True)
     assert not wrong

@@ -3,6 +3,10 @@
 
 import json
 import re
+import signal
+import subprocess
+import sys
+import urllib.request
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +36,8 @@ def test_each_mode_has_a_page(mode: str, tmp_path: Path) -> None:
     if mode == "default":
         assert step["lower"] is None
         assert step["why"].startswith(f"{step['action']} is what the default policy does.")
+    if mode == "rollout":
+        assert re.search(r"earned \S+ (more|less) .*than", step["why"])
     if mode == "pomcp":
         assert "mean return" in step["why"]
 
@@ -93,3 +99,55 @@ def test_what_cannot_be_shown_is_refused_in_words(
     page = () if "-o" in options else ("-o", str(tmp_path / "page.html"))
     assert run(["view", ROCKS, *options, *page]) == 2
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.cxx
+def test_a_run_is_watched_and_recorded(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    log = tmp_path / "rocks.jsonl"
+    assert run(["run", ROCKS, "--live", *QUICK, "--runs=1", "--steps=2", "--record", str(log)]) == 0
+    said = capfd.readouterr()
+    assert "live: http://127.0.0.1:" in said.err and "discounted return" in said.out
+    kinds = [json.loads(line)["type"] for line in log.read_text().splitlines()]
+    assert kinds == ["recording", "start", "step", "step", "episode"]
+
+
+@pytest.mark.cxx
+def test_a_run_becomes_a_log_for_robots(tmp_path: Path) -> None:
+    pytest.importorskip("mcap", reason="logs in MCAP need the extra mcap")
+    log = tmp_path / "rocks.mcap"
+    assert run(["run", ROCKS, *QUICK, "--runs=1", "--steps=2", "--record", str(log)]) == 0
+    assert log.read_bytes().startswith(b"\x89MCAP0") and list(tmp_path.iterdir()) == [log]
+
+
+@pytest.mark.cxx
+def test_ctrl_c_ends_a_run_that_is_watched() -> None:
+    told = [sys.executable, "-c", "from hypgen.cli.main import main; main()", "run", ROCKS, "--live", *QUICK]
+    with subprocess.Popen(
+        [*told, "--runs=1000"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
+    ) as watched:
+        assert watched.stderr is not None
+        address = next(line for line in watched.stderr if line.startswith("live: ")).split()[1]
+        with urllib.request.urlopen(address, timeout=20) as page:
+            assert page.status == 200
+        watched.send_signal(signal.SIGINT)
+        assert "Traceback" not in watched.stderr.read()
+    assert watched.returncode == 130
+    with pytest.raises(OSError, match="refused"):
+        urllib.request.urlopen(address, timeout=20)
+
+
+@pytest.mark.cxx
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--nonsense",), "unknown option --nonsense"),
+        (("--record", "-"), "--record: expected a file"),
+        (("--record", "/nowhere/log.jsonl"), "/nowhere/log.jsonl cannot be written: No such file"),
+        (("--serve",), "--serve plays no episodes that --live could show"),
+    ],
+)
+def test_what_cannot_be_watched_is_refused_in_words(
+    options: tuple[str, ...], said: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["run", ROCKS, "--live", *QUICK, *options]) == 2
+    assert said in capfd.readouterr().err

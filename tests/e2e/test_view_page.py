@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from support import seen_episodes
 
-from hypgen.views import page_of, view_of
+from hypgen.views import page_of
 from hypgen.views.texts import number
 
 playwright = pytest.importorskip("playwright.sync_api", reason="needs playwright: pip install 'hypgen[test]'")
@@ -26,9 +26,7 @@ STEPS = 8
 
 def view(count: int = STEPS, nodes: int = 60, **more: Any) -> dict[str, Any]:
     steps = seen_episodes.steps(count, nodes)
-    return view_of(
-        seen_episodes.header(), steps, seen_episodes.end(), **({"scene": seen_episodes.scene()} | more)
-    )
+    return seen_episodes.view(steps, seen_episodes.end(), **({"scene": seen_episodes.scene()} | more))
 
 
 @pytest.fixture(scope="module")
@@ -205,11 +203,30 @@ def test_what_is_seen_stays_where_the_truth_is_hidden(opened: Any) -> None:
     assert (one.count("#world .truth .true"), one.count("#world .truth .seen")) == (0, 1)
 
 
+def test_shapes_outside_the_picture_are_cut_off(opened: Any) -> None:
+    shown = view()
+    for step in shown["steps"]:
+        step["truth"] = [*step["truth"], seen_episodes.marker(10**6, -50) | {"name": "far"}]
+    one = opened(shown)
+    wide = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+    assert one.page.evaluate(wide) == 0
+    assert one.page.evaluate("getComputedStyle(document.querySelector('svg.world')).overflow") == "hidden"
+
+
 def test_names_cannot_end_the_script(opened: Any) -> None:
     one = opened()
     assert seen_episodes.HOSTILE in one.text("h1")
     assert seen_episodes.HOSTILE in one.text("#decision")
     assert one.page.title() != "taken" and one.count("script") == 2
+
+
+def test_values_that_are_left_out_are_counted(opened: Any) -> None:
+    shown = view()
+    values = [{"value": str(n), "probability": 0.125} for n in range(5)]
+    shown["steps"][0]["marginals"][0] |= {"values": values, "values_left_out": 3}
+    one = opened(shown)
+    last = one.page.locator("#variables tr[data-variable]").first.locator(".bar").last.text_content()
+    assert last == "3 others0.375"
 
 
 def test_a_history_shows_where_the_belief_was_wrong(opened: Any) -> None:

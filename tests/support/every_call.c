@@ -51,7 +51,7 @@ static int plans(const hypgen_model* model) {
   MUST(hypgen_plan(planner, NAN, &decision, NULL) >= HYPGEN_FAILED);
   for (int step = 0; step < 3; ++step) {
     MUST(hypgen_plan(planner, 60.0, &decision, NULL) < HYPGEN_FAILED);
-    GIVES(hypgen_tree(planner, 2, 3, &text, &error));
+    GIVES(hypgen_tree(planner, 2, 3, 100, &text, &error));
     MUST(hypgen_encode_named(planner, "{\"reading\": \"nothing\"}", &key, 1, NULL) == HYPGEN_OK);
     GIVES(hypgen_decode(planner, &key, 1, &text, NULL));
     MUST(hypgen_update(planner, 0, &key, 1, NULL) < HYPGEN_FAILED);

@@ -52,7 +52,7 @@ int plans() {
   MUST(planner.action_name(decision.action) == std::string(decision.action_name));
   MUST(planner.find_action(decision.action_name) == decision.action);
   MUST(throws(HYPGEN_WRONG_ARGUMENT, "sing", [&] { planner.find_action("sing"); }));
-  MUST(planner.tree(1, 2).front() == '{');
+  MUST(planner.tree(1, 2, 100).front() == '{');
   MUST(planner.plan_until(std::chrono::steady_clock::now()).status == HYPGEN_DEADLINE_DEFAULT);
   planner.cancel();
 

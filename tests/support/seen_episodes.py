@@ -4,7 +4,10 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+from hypgen.views import most_nodes, shown_step, view_of
 
 HOSTILE = "</script><script>document.title='taken'</script><!-- & \"quoted\""
 DISCOUNT = 0.95
@@ -22,6 +25,17 @@ def header() -> dict[str, Any]:
         "episode": 3,
         "ended": "terminal",
     }
+
+
+def view(
+    of: Sequence[Mapping[str, Any]],
+    *more: Any,
+    entries: Mapping[str, Sequence[str]] | None = None,
+    **said: Any,
+) -> dict[str, Any]:
+    """Return what a page shows of steps; further arguments are those of ``view_of``, from its end on."""
+    given = said.pop("header", header())
+    return view_of(given, [shown_step(one, most_nodes(len(of)), entries) for one in of], *more, **said)
 
 
 def steps(count: int, nodes: int = 60) -> list[dict[str, Any]]:

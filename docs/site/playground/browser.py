@@ -46,16 +46,17 @@ def explain(text: str, path: str) -> str:
 
 
 class Play:
-    """An episode on the page: what ``hypgen sim`` prints, and the actions that can be taken next."""
+    """An episode on the page: what ``hypgen sim`` prints, what the model draws, and the legal actions."""
 
     def __init__(self, text: str, path: str, seed: int) -> None:
-        from hypgen.cli.show.sim_report import (
-            TextReport,
-        )  # these need NumPy, which comes when it is asked for
+        # These need NumPy, which comes when it is asked for.
+        from hypgen.cli.show.episode_drawing import EpisodeDrawing
+        from hypgen.cli.show.sim_report import TextReport
         from hypgen.dsl.interpret.episode import Episode
 
         self._episode = Episode(load.load(path, given=_given(text, path)).model, seed)
         self._report = TextReport(self._episode, show_hidden=True)
+        self._drawing = EpisodeDrawing(self._episode, hidden=True)
         self._seed = seed
 
     def start(self) -> dict[str, Any]:
@@ -84,7 +85,14 @@ class Play:
             tell()
         action = self._episode.model.action
         legal = [[str(code), action_text(code, action)] for code in self._episode.legal()]
-        return {"text": printed.getvalue(), "legal": legal, "ended": self._episode.now.terminal}
+        scene = self._drawing.scene
+        return {
+            "text": printed.getvalue(),
+            "legal": legal,
+            "ended": self._episode.now.terminal,
+            "scene": scene,
+            "moment": None if scene is None else self._drawing.moment(),
+        }
 
 
 _played: list[Play] = []
@@ -96,7 +104,7 @@ def play(text: str, path: str, seed: int) -> dict[str, Any]:
     try:
         _played.append(Play(text, path, seed))
     except ModelError as error:
-        return {"text": _wrong(error), "legal": [], "ended": True}
+        return {"text": _wrong(error), "legal": [], "ended": True, "scene": None, "moment": None}
     return _played[0].start()
 
 

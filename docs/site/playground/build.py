@@ -11,8 +11,11 @@ import zipfile
 from importlib.util import find_spec
 from pathlib import Path
 
+from hypgen.dsl.types.palette import PALETTE
+
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
+VIEWS = ROOT / "src" / "hypgen" / "views"
 PYODIDE, CODEMIRROR = "314.0.7", "5.65.19"
 _TAKEN = {
     f"pyodide@{PYODIDE}": {
@@ -28,6 +31,7 @@ _TAKEN = {
         "editor": ("lib/codemirror.js", "lib/codemirror.css", "addon/mode/simple.js", "LICENSE")
     },
 }
+_DRAWING = ("values.js", "world.js")  # of the page of `hypgen view`
 _PACKAGES = ("dsl", "codegen", "cli")  # of hypgen; what is compiled is no part of the page
 
 
@@ -39,6 +43,9 @@ def build(out: Path) -> None:
             _fetch(package, files, out / folder)
     for name in ("index.html", "page.css", "page.js"):
         shutil.copyfile(HERE / name, out / name)
+    for name in _DRAWING:
+        shutil.copyfile(VIEWS / name, out / name)
+    (out / "world.css").write_text(_style(), encoding="utf-8")
     worker = (HERE / "worker.js").read_text(encoding="utf-8")
     (out / "worker.js").write_text(worker.replace("%PYODIDE%", PYODIDE), encoding="utf-8")
     (out / "models.json").write_text(json.dumps(_models()), encoding="utf-8")
@@ -75,6 +82,15 @@ def _models() -> dict[str, object]:
         "words": [word for word in colours.reserved_words() if word not in types],
         "types": types,
     }
+
+
+def _style() -> str:
+    """Return the look of what is drawn: that of the page of `hypgen view`, for one element of this page."""
+    colours = (VIEWS.parent / "colours.css").read_text(encoding="utf-8")
+    names = "".join(f"--c-{name}: {light}; " for name, (light, _) in PALETTE.items())
+    # The page around it has one look, by day and by night.
+    bright = colours.partition("@media")[0] + f":root {{ --believed: #1d5fbf; {names}}}\n"
+    return bright + f"#world {{\n{(VIEWS / 'page.css').read_text(encoding='utf-8')}}}\n"
 
 
 def _python() -> list[tuple[Path, str]]:

@@ -72,9 +72,11 @@ async function show(task) {
   }
 }
 
-function episode({ text, legal, ended }, isNew) {
+function episode({ text, legal, ended, scene, moment }, isNew) {
   $("result").textContent = (isNew ? "" : $("result").textContent) + text;
   $("result").scrollTop = $("result").scrollHeight;
+  $("world").hidden = !scene;
+  if (scene) worldOf({ scene, steps: [moment] }, $("world")).draw(moment);
   const last = $("actions").value;
   $("actions").replaceChildren(...legal.map(([code, name]) => new Option(name, code)));
   if (legal.some(([code]) => code === last)) $("actions").value = last;
@@ -85,7 +87,7 @@ function episode({ text, legal, ended }, isNew) {
 
 $("explain").onclick = () =>
   show(async () => {
-    $("moves").hidden = true;
+    $("moves").hidden = $("world").hidden = true;
     $("result").textContent = await python("explain", editor.getValue(), $("examples").value);
   });
 $("start").onclick = () =>
@@ -104,7 +106,7 @@ editor.on("change", () => {
   pause = setTimeout(() => show(check), PAUSE);
 });
 $("examples").onchange = () => {
-  $("moves").hidden = true;
+  $("moves").hidden = $("world").hidden = true;
   editor.setValue(examples[$("examples").value]);
 };
 const asked = decodeURIComponent(location.hash.slice(1));

@@ -24,7 +24,7 @@ from hypgen.dsl.ir.nodes import placed
 from hypgen.dsl.messages import e03_calls, e03_types, e07_draws
 from hypgen.dsl.messages.report import Mistake, gather, unreachable
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.types import BOOL, PROB, Enum, Int, Type, builtin_names
+from hypgen.dsl.types import BOOL, PROB, Enum, Float, Int, Type, builtin_names
 
 _SUM_TOLERANCE = 1e-6
 # Reads whose range is declared, not found by analysis.
@@ -49,7 +49,11 @@ def right_side(rhs: ast.Rhs, scope: Scope, target: Type | None, what: str) -> ir
     if not rhs.draw and is_draw(rhs.expr, scope):
         refuse_fields(rhs.expr, target)
         raise Mistake(e07_draws.draw_behind_equals(rhs.span))
-    dist = check(rhs.expr, scope, target, what)
+    try:
+        dist = check(rhs.expr, scope, target, what)
+    except Mistake:
+        _refuse_probability(rhs, scope, target, what)
+        raise
     refuse_unlimited(dist, rhs.expr.span)
     return dist
 
@@ -119,6 +123,18 @@ def _check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.D
         raise AssertionError(node)  # is_draw told it for a draw
     _refuse_row(node, scope, target)
     return ir.Certain(target, check_as(node, scope, target, what))
+
+
+def _refuse_probability(rhs: ast.Rhs, scope: Scope, target: Type | None, what: str) -> None:
+    """Raise if a draw of a truth value is written as its probability: one mistake, however many branches."""
+    if not rhs.draw or target != BOOL or is_draw(rhs.expr, scope):
+        return
+    try:
+        value = scope.check(rhs.expr)
+    except Mistake:
+        return
+    if isinstance(value.type, Float):
+        raise Mistake(e03_types.probability_for_draw(what, rhs.expr.span)) from None
 
 
 def _refuse_row(node: ast.Expr, scope: Scope, target: Type) -> None:

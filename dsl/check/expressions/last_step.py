@@ -40,7 +40,7 @@ def last(node: ast.Call, scope: Scope) -> ir.Expr:
     if not scope.history:
         done = node.arguments[0]
         if isinstance(done, ast.Name) and done.name in scope.program.symbols.actions:
-            raise Mistake(e05_reads.last_action_outside_policy(done.name, node.span))
+            raise Mistake(e05_reads.last_action_outside_policy(done.name, scope.kind, node.span))
         raise Mistake(e05_reads.history_outside_policy("last", scope.kind, node.span))
     if scope.primed:
         raise Mistake(e04_variables.next_last(node.span))

@@ -227,7 +227,9 @@ def _element_member(
         raise observation_read(f"{element}.{name}", span, scope)
     if element in scope.program.symbols.clashing:
         raise Mistake  # it may be a member of the other element of that name
-    raise Mistake(e02_names.unknown_member(element, name, members, span))
+    own = next(iter(scope.program.symbols.members.get(name, ())), None)
+    other = None if own is None else f"{name}.{own}"
+    raise Mistake(e02_names.unknown_member(element, name, members, other, span))
 
 
 def observation_read(path: str, span: Span, scope: Scope) -> Mistake:

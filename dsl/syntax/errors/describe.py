@@ -37,7 +37,7 @@ _FORMS = {
     "CHOOSE": "choose = expression` or `choose ~ distribution",
     "POLICY": "policy default = expression",
     "BOUND": "bound upper = expression",
-    "DRAW": "draw name = marker { x = value, y = value, colour = blue }",
+    "DRAW": "draw name[i in Type where condition] = marker { x = value, y = value, colour = blue }",
     "DISCOUNT": "discount 0.95",
     "HORIZON": "horizon 100",
     "TERMINAL": "terminal when condition",

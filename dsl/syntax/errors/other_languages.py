@@ -54,6 +54,9 @@ def _type_before_name(s: Situation) -> Diagnostic | None:
         if not (let or declares):
             return None
         type_, name, at_span = str(previous), str(s.token), s.span(previous).to(s.span())
+        if name[0].isupper() > type_[0].isupper():  # `visible at Cell`: types are written large
+            message = "between a name and its type stands a colon"
+            return Diagnostic("E0147", message, at_span, f"write `{type_}: {name}`")
     else:
         return None
     return Diagnostic("E0147", "a type follows its name", at_span, f"write `{name}: {type_}`")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Syntax mistakes in `e is variant` and `p with { x = 1 }`."""
+"""Syntax mistakes in `e is variant`, `p with { x = 1 }` and `{ a: p, else b }`."""
 
 from __future__ import annotations
 
@@ -39,4 +39,12 @@ def _fields_behind_with(s: Situation) -> Diagnostic | None:
     return Diagnostic("E0154", "'with' gives a field its new value by '='", s.span(), remedy)
 
 
-SMALL_FORM_MISTAKES = (_value_behind_is, _fields_behind_with)
+def _colon_behind_else(s: Situation) -> Diagnostic | None:
+    """Know `{ a: 0.5, else: b }`."""
+    if s.token.type != "COLON" or not s.follows("ELSE") or s.open_bracket is None:
+        return None
+    message = "the value of the rest follows 'else' without a ':'"
+    return Diagnostic("E0154", message, s.span(), "write `else value`: it takes the probability that is left")
+
+
+SMALL_FORM_MISTAKES = (_value_behind_is, _fields_behind_with, _colon_behind_else)

@@ -295,8 +295,8 @@ Status Agent::sample_belief(std::uint64_t seed, std::size_t count, std::int32_t*
 }
 
 Status Agent::describe_tree(const TreeExtent& extent, std::string& text, std::string& error) {
-  if (extent.depth < 0 || extent.depth > TreeExtent::kMostDepth || extent.most < 1)
-    return refuse("depth or top: expected a depth from 0 to 100, and a top of 1 or more", error);
+  if (extent.depth < 0 || extent.depth > TreeExtent::kMostDepth || extent.most < 1 || extent.nodes < 1)
+    return refuse("depth, top or nodes: expected a depth from 0 to 100, and 1 or more of the others", error);
   const Tree& tree = planner_->tree_at_rest();
   if (!has_tree_ || tree.is_empty()) return refuse("the last plan has left no tree", error);
   const auto walk = instance_->walk(planner_->scenarios(), planner_->search_key());

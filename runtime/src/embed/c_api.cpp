@@ -385,13 +385,14 @@ hypgen_status hypgen_action_name(hypgen_planner* planner, int32_t action, const 
   });
 }
 
-hypgen_status hypgen_tree(hypgen_planner* planner, int32_t depth, int32_t top, char** json, char** error) {
+hypgen_status hypgen_tree(hypgen_planner* planner, int32_t depth, int32_t top, int32_t nodes, char** json,
+                          char** error) {
   if (json != nullptr) *json = nullptr;
   return hypgen::with_agent(planner, error, [&](Agent& agent, std::string& text) {
     if (json == nullptr) return text = "json: is NULL", Status::kWrongArgument;
     std::string found;
-    const auto most = static_cast<std::size_t>(std::max(0, top));
-    const Status status = agent.describe_tree({depth, most}, found, text);
+    const auto count = [](int32_t given) { return static_cast<std::size_t>(std::max(0, given)); };
+    const Status status = agent.describe_tree({depth, count(top), count(nodes)}, found, text);
     if (status == Status::kOk) *json = hypgen::copied(found);
     return status;
   });

@@ -175,6 +175,13 @@ void Planner::halve() {
   for (const Candidate& candidate : candidates_) actions_.push_back(candidate.action);
 }
 
+std::vector<ComparedAction> Planner::compared() const {
+  std::vector<ComparedAction> found;
+  for (const Candidate& one : candidates_)
+    found.push_back({one.action, one.mean(), one.standard_error(), one.samples});
+  return found;
+}
+
 const Planner::Candidate& Planner::best_candidate() const {
   return *std::max_element(candidates_.begin(), candidates_.end(),
                            [](const Candidate& a, const Candidate& b) { return a.mean() < b.mean(); });

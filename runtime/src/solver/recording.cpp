@@ -160,6 +160,17 @@ void Recording::keep(const Belief& belief, Planner& planner, const Decision& dec
   const Json default_action =
       action < 0 ? Json(nullptr) : Json(model.descriptor.action_names[static_cast<std::size_t>(action)]);
   kept_ += ",\"marginals\":" + marginals_json.dump() + ",\"default_action\":" + default_action.dump();
+  Json compared = nullptr;
+  if (decision.compared_actions > 0) {
+    compared = Json::array();
+    for (const ComparedAction& one : planner.compared()) {
+      compared.push_back({{"name", model.descriptor.action_names[static_cast<std::size_t>(one.action)]},
+                          {"gain", one.gain},
+                          {"standard_error", one.standard_error},
+                          {"samples", one.samples}});
+    }
+  }
+  kept_ += ",\"compared\":" + compared.dump();
   TreeText text{"null", 0};
   std::size_t size = 0;
   if (decision.keeps_tree && !planner.tree_at_rest().is_empty()) {

@@ -22,7 +22,7 @@ class TreeWriter {
   TreeWriter(const EmbeddedModel& model, const KeyCodec& codec, const Tree& tree, ScenarioWalk& walk,
              const TreeExtent& extent)
       : model_(model), codec_(codec), tree_(tree), walk_(walk), extent_(extent) {
-    if (extent_.nodes != SIZE_MAX) choose_open();
+    choose_open();
   }
 
   std::size_t shown() const { return shown_; }
@@ -95,7 +95,7 @@ class TreeWriter {
     const Expansion* const expansion = node.expanded();
     if (expansion == nullptr || node.depth >= extent_.depth) return json;
     json["actions"] = Json::array();
-    if (extent_.nodes != SIZE_MAX && open_.count(&node) == 0) {
+    if (open_.count(&node) == 0) {
       json["actions_left_out"] = expansion->action_count;
       return json;
     }
@@ -117,9 +117,11 @@ class TreeWriter {
   std::vector<std::uint32_t> most_visited(const Expansion& expansion) const {
     std::vector<std::uint32_t> places(expansion.action_count);
     std::iota(places.begin(), places.end(), 0U);
+    std::vector<std::uint64_t> counts(places.size());
+    for (const std::uint32_t place : places) counts[place] = visits(expansion, place);
     std::stable_sort(places.begin(), places.end(), [&](std::uint32_t a, std::uint32_t b) {
-      const std::uint64_t first = visits(expansion, a), second = visits(expansion, b);
-      return first != second ? first > second : expansion.uppers()[a].load() > expansion.uppers()[b].load();
+      return counts[a] != counts[b] ? counts[a] > counts[b]
+                                    : expansion.uppers()[a].load() > expansion.uppers()[b].load();
     });
     places.resize(std::min(places.size(), extent_.most));
     return places;
@@ -183,7 +185,7 @@ class TreeWriter {
   const Tree& tree_;
   ScenarioWalk& walk_;
   const TreeExtent& extent_;
-  std::unordered_set<const Node*> open_;  // whose actions are told, where the extent counts nodes
+  std::unordered_set<const Node*> open_;  // whose actions are told
   std::size_t shown_ = 0;
 };
 

@@ -186,8 +186,11 @@ class Planner:
             for one in found
         }
 
-    def tree(self, *, depth: int = 2, top: int = 10) -> dict[str, Any]:
+    def tree(self, *, depth: int = 2, top: int = 10, nodes: int = 5000) -> dict[str, Any]:
         """Return the tree that the last plan decided by, to so many levels of actions.
+
+        It has at most so many ``nodes``, beliefs and actions: what is below the beliefs that most trials
+        entered. What is left out is counted by ``actions_left_out`` and ``groups_left_out``.
 
         Each node has ``lower`` and ``upper``, the bounds of what it is worth itself, ``scenarios`` and
         ``visits``. It has ``actions``, the ``top`` that trials took most. An action has ``groups``: nodes by
@@ -196,8 +199,9 @@ class Planner:
         """
         levels = ctypes.c_int32(in_range("depth", depth, 0, 2**31 - 1))
         most = ctypes.c_int32(in_range("top", top, 1, 2**31 - 1))
+        room = ctypes.c_int32(in_range("nodes", nodes, 1, 2**31 - 1))
         with self._open() as handle:
-            found: dict[str, Any] = self._library.json("tree", handle, levels, most)
+            found: dict[str, Any] = self._library.json("tree", handle, levels, most, room)
         return found
 
     def sample_belief(self, count: int, *, seed: int = 0) -> dict[str, npt.NDArray[Any]]:

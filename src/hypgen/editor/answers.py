@@ -1,20 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Answers about a document that need no protocol: hovers, references, renames, completions, signatures."""
+"""Answers about a document that need no protocol: hovers, references, completions, signatures."""
 
 from __future__ import annotations
 
-import os
 import re
 from dataclasses import dataclass
-from pathlib import Path
 
-from hypgen.dsl.load import Loaded, decode_source, read_source
-from hypgen.dsl.messages.diagnostic import ModelError
+from hypgen.dsl.load import Loaded
 from hypgen.dsl.messages.source import Source
 from hypgen.dsl.syntax import ast
-from hypgen.dsl.syntax.parse import parse
 from hypgen.editor.document import Declared, Document
 from hypgen.editor.facts import facts
+from hypgen.editor.forms import FORMS, VALUES
 from hypgen.editor.words import Lexeme, lexemes, words
 
 SNIPPETS = {
@@ -42,20 +39,6 @@ class Item:
     snippet: str = ""
 
 
-@dataclass(frozen=True)
-class Edit:
-    """A text in the place of that between two offsets of a file."""
-
-    path: str
-    start: int
-    end: int
-    text: str
-
-
-class RenameRefused(Exception):
-    """A rename would change what the model means, or cannot be known not to."""
-
-
 def at(document: Document, offset: int) -> list[Declared]:
     """Return the declarations that the name at an offset may stand for, the likeliest first."""
     token = document.lexeme_at(offset)
@@ -81,15 +64,33 @@ def hover(document: Document, offset: int) -> str:
         span = found[0].node.span
         line = document.text_of(span.file).split("\n")[span.line - 1]
         return line.strip() if found[0].word != "binder" else line[span.column - 1 :][:60].split(":")[0]
-    return f"`{token.text}` of the language" if token.kind in ("functions", "values") else ""
+    if form := FORMS.get(token.text):
+        return "\n".join((*form.calls, f"# {form.gives}"))
+    return VALUES.get(token.text, "")
+
+
+def meant(document: Document, token: Lexeme) -> Declared | None:
+    """Return the declaration that a name stands for, or None where two fit alike or none fits."""
+    found = [d for d in document.declared() if d.name == token.text]
+    owner = _owner(document.text, token)
+    inside = document.item_at(document.text.count("\n", 0, token.start) + 1)
+    fitting = [d for d in found if d.holder == (owner or inside)]
+    if not fitting:
+        held = ("field",) if owner else ()  # of a record in a variable
+        fitting = [d for d in found if d.holder is None or d.word in ("variant", *held)]
+    return fitting[0] if len(fitting) == 1 else None
 
 
 def references(document: Document, offset: int) -> list[Lexeme]:
-    """Return each token of the text with the name at an offset."""
+    """Return each token of the text that stands, or may stand, for what the name at an offset stands for."""
     token = document.lexeme_at(offset)
     if token is None or token.kind != "NAME":
         return []
-    return [t for t in lexemes(document.text) if t.kind == "NAME" and t.text == token.text]
+    named = [t for t in lexemes(document.text) if t.kind == "NAME" and t.text == token.text]
+    target = meant(document, token)
+    if target is None:
+        return named
+    return [t for t in named if (other := meant(document, t)) is None or other.node is target.node]
 
 
 def references_in_libraries(document: Document, offset: int) -> list[tuple[Source, Lexeme]]:
@@ -104,36 +105,6 @@ def references_in_libraries(document: Document, offset: int) -> list[tuple[Sourc
 def is_elsewhere(document: Document, declared: Declared) -> bool:
     """Return whether a declaration stands in another file than the document's."""
     return declared.node.span.file != document.path
-
-
-def rename(document: Document, offset: int, new: str) -> list[Edit]:
-    """Return the edits that rename a name here and in instances beside; raises ``RenameRefused``.
-
-    A name that is declared once is renamed token by token, and the result has to pass the checker.
-    """
-    token = document.lexeme_at(offset)
-    declared = at(document, offset)
-    if token is None or not declared:
-        raise RenameRefused("there is no name of the model here")
-    if [t.kind for t in lexemes(new)] != ["NAME"]:
-        raise RenameRefused(f"'{new}' cannot be a name")
-    if any(d.severity == "error" for d in document.current().found):
-        raise RenameRefused("the model has mistakes: correct them first")
-    if len(declared) > 1:
-        raise RenameRefused(f"'{token.text}' is declared in {len(declared)} places: rename them by hand")
-    if is_elsewhere(document, declared[0]) or not isinstance(document.tree, ast.ModelFile):
-        raise RenameRefused(f"'{token.text}' belongs to a library, which other models may import")
-    if any(t.text == new for t in lexemes(document.text)) or any(d.name == new for d in document.declared()):
-        raise RenameRefused(f"'{new}' is taken")
-    edits = [Edit(document.path, t.start, t.end, new) for t in references(document, offset)]
-    renamed = document.text
-    for edit in reversed(edits):
-        renamed = renamed[: edit.start] + new + renamed[edit.end :]
-    if any(d.severity == "error" for d in document.diagnostics_of(renamed)):
-        raise RenameRefused(f"the model would have mistakes with '{new}'")
-    if declared[0].word == "param":
-        edits += _in_instances(document, token.text, new)
-    return edits
 
 
 def completions(document: Document, offset: int) -> list[Item]:
@@ -152,7 +123,7 @@ def completions(document: Document, offset: int) -> list[Item]:
     ]
     table = words()
     known = [Item(w, "keyword", SNIPPETS.get(w, "")) for w in sorted(table.reserved)]
-    known += [Item(f, "function", f"{f}($0)") for f in table.functions]
+    known += [Item(f, FORMS[f].gives if f in FORMS else "function", f"{f}($0)") for f in table.functions]
     known += [Item(v, "value") for v in table.values]
     return list({i.label: i for i in (*known, *names)}.values())
 
@@ -170,7 +141,7 @@ def signature(document: Document, offset: int) -> tuple[str, list[str], int] | N
             name = tokens[number - 1].text
             node = next((d.node for d in document.declared() if d.name == name and d.word in _CALLED), None)
             if node is None:
-                return None
+                return _of_the_language(name, commas)
             parts = node.formals if isinstance(node, ast.Function) else getattr(node, "fields", ())
             lines = document.text_of(node.span.file).split("\n")
             formals = [lines[p.span.line - 1][p.span.column - 1 : p.span.end_column - 1] for p in parts]
@@ -179,6 +150,15 @@ def signature(document: Document, offset: int) -> tuple[str, list[str], int] | N
             return None
         elif text == "," and not depth:
             commas += 1
+    return None
+
+
+def _of_the_language(name: str, commas: int) -> tuple[str, list[str], int] | None:
+    """Return the first form of a function of the language that has enough arguments."""
+    for call in FORMS[name].calls if name in FORMS else ():
+        formals = call[len(name) + 1 : -1].split(", ")
+        if len(formals) > commas:
+            return call, formals, commas
     return None
 
 
@@ -199,26 +179,3 @@ def _owner_before(text: str) -> str | None:
         if not depth and token.text not in "[]'":
             return token.text
     return None
-
-
-def _in_instances(document: Document, old: str, new: str) -> list[Edit]:
-    """Return the edits of the instance files in a model's folder."""
-    path, edits = document.path, []
-    for other in sorted(Path(path).parent.glob("*.pomdp")):
-        content = document.edited.get(os.path.realpath(other))
-        try:
-            source = read_source(str(other)) if content is None else decode_source(str(other), content)
-            file = parse(source)
-        except ModelError:
-            continue
-        if (
-            isinstance(file, ast.InstanceFile)
-            and (other.parent / file.model).resolve() == Path(path).resolve()
-        ):
-            tokens = list(lexemes(source.text))
-            edits += [
-                Edit(str(other), t.start, t.end, new)
-                for t, after in zip(tokens, tokens[1:], strict=False)
-                if t.text == old and after.text == "="
-            ]
-    return edits

@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Any
 
 from hypgen.dsl.load import Loaded, LoadedLibrary, load_any
 from hypgen.dsl.messages import e00_files
@@ -38,6 +39,7 @@ _WORDS: dict[type[ast.Node], str] = {
     ast.Bound: "bound",
     ast.Binder: "binder",
 }
+_OWNERS = (ast.Element, ast.EnumDecl, ast.RecordDecl, ast.Function, ast.Policy)
 
 
 @dataclass(frozen=True)
@@ -170,9 +172,14 @@ class Document:
 
     def element_at(self, line: int) -> str | None:
         """Return the element that a line, counted from 1, stands in."""
-        items = getattr(self.tree, "items", ())
-        inside = (i for i in items if isinstance(i, ast.Element) and i.span.line <= line <= i.span.end_line)
-        return next((i.name for i in inside), None)
+        return self.item_at(line, (ast.Element,))
+
+    def item_at(self, line: int, kinds: tuple[type[Any], ...] = _OWNERS) -> str | None:
+        """Return the item with names of its own that a line, counted from 1, stands in."""
+        for item in getattr(self.tree, "items", ()):
+            if isinstance(item, kinds) and item.span.line <= line <= item.span.end_line:
+                return str(item.name)
+        return None
 
 
 def citation(checked: Checked, path: str, file: str) -> tuple[int, int] | None:
@@ -208,8 +215,7 @@ def _declared(node: ast.Node, holder: str | None) -> Iterator[Declared]:
     name = getattr(node, "name", None)
     if word is not None and name is not None:
         yield Declared(word, name, node, holder)
-    own = isinstance(node, (ast.Element, ast.EnumDecl, ast.RecordDecl, ast.Function, ast.Policy))
-    inner = name if own else holder
+    inner = name if isinstance(node, _OWNERS) else holder
     children = list(walk_once(node))
     for child in children:
         yield from _declared(child, inner)

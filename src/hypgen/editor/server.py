@@ -20,7 +20,7 @@ from hypgen.dsl.load import Loaded
 from hypgen.dsl.messages.diagnostic import Diagnostic, ModelError
 from hypgen.dsl.messages.source import Source, Span
 from hypgen.dsl.syntax import ast
-from hypgen.editor import answers
+from hypgen.editor import answers, renames
 from hypgen.editor.document import Checked, Declared, Document, citation
 from hypgen.editor.facts import facts
 from hypgen.editor.fixes import fixes
@@ -251,8 +251,8 @@ def _answer_positions(server: Server) -> None:
     def rename(params: lsp.RenameParams) -> lsp.WorkspaceEdit:
         uri, document, offset = asked(params)
         try:
-            edits = answers.rename(document, offset, params.new_name)
-        except answers.RenameRefused as error:
+            edits = renames.rename(document, offset, params.new_name)
+        except renames.RenameRefused as error:
             raise JsonRpcInvalidParams(str(error)) from None
         changes: dict[str, list[lsp.TextEdit]] = {}
         for edit in edits:

@@ -38,7 +38,8 @@ def frame(view: Mapping[str, Any], number: int) -> Figure:
     if rows:
         draw_gauges(areas[2], gauges)
     if _has_curves(steps):
-        _curves(areas[3], steps, number)
+        # What a step limit cuts off has earned less than the bounds speak of.
+        _curves(areas[3], steps, number, has_earned=view.get("ended") != "step_limit")
     return figure
 
 
@@ -104,9 +105,10 @@ def _has_curves(steps: Sequence[Mapping[str, Any]]) -> bool:
     return any(step.get("upper") is not None or step.get("lower") is not None for step in steps)
 
 
-def _curves(axes: Axes, steps: Sequence[Mapping[str, Any]], number: int) -> None:
+def _curves(axes: Axes, steps: Sequence[Mapping[str, Any]], number: int, *, has_earned: bool) -> None:
     """Draw the bounds of each decision, and what was earned from there."""
-    for name, colour in (("upper", "#0072b2"), ("lower", "#d55e00"), ("earned", INK)):
+    colours = {"upper": "#0072b2", "lower": "#d55e00"} | ({"earned": INK} if has_earned else {})
+    for name, colour in colours.items():
         known = [(i, s[name]) for i, s in enumerate(steps) if s.get(name) is not None]
         if known:
             axes.plot(*zip(*known, strict=True), color=colour, linewidth=1, label=name)
@@ -114,7 +116,9 @@ def _curves(axes: Axes, steps: Sequence[Mapping[str, Any]], number: int) -> None
     axes.tick_params(labelsize=5, length=2, pad=1)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     left, low, wide, tall = axes.get_position().bounds  # the numbers stand left of it
-    axes.set_position((left + 0.06, low + 0.02, wide - 0.06, tall - 0.02))
-    axes.legend(fontsize=5, loc="upper left", ncols=3, frameon=False)
+    axes.set_position((left + 0.06, low + 0.02, wide - 0.06, 0.84 * tall - 0.02))  # and the names above
+    axes.legend(
+        fontsize=5, frameon=False, loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.2, ncols=3
+    )
     for side in axes.spines.values():
         side.set_color(GRID)

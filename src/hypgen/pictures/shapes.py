@@ -96,12 +96,18 @@ def _draw(axes: Axes, shape: Shape, unit: float, level: int, *, outlined: bool) 
         case "line":
             ends = [x, shape["x2"]], [y, shape["y2"]]
             axes.plot(*ends, color=colour, alpha=alpha, linewidth=2, zorder=level)
-    if shape.get("text") and alpha is None:
+    # The library cannot render letters that are far outside.
+    if shape.get("text") and alpha is None and _is_inside(axes, x, y):
         light = shape["shape"] == "label" or shape["colour"] in ("white", "yellow", "sky", "orange", "grey")
         axes.text(
             x, y, shape["text"], color=INK if light else GROUND, fontsize=_size(axes, unit), ha="center",
             va="center", clip_on=True, zorder=level,
         )  # fmt: skip
+
+
+def _is_inside(axes: Axes, x: float, y: float) -> bool:
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    return left <= x <= right and low <= y <= high
 
 
 def _marker(axes: Axes, shape: Shape, unit: float, style: Mapping[str, Any]) -> None:

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,8 @@ from hypgen.recordings.recording import End, Header, Start, Step, end_of, header
 VERSION = 1
 _LONGEST_LINE = 1 << 28  # bytes: a file of one longer line is no recording
 _START = re.compile(rb'\{"type":"start","episode":(\d+)[,}]')
+_STEP = b'{"type":"step",'
+_END = b'{"type":"episode",'
 
 
 class RecordingError(ValueError):
@@ -29,11 +32,15 @@ class _Place:
 
 @dataclass(frozen=True)
 class Recording:
-    """A file of episodes. ``cut_off`` tells whether its last line is not whole: that line is not read."""
+    """A file of episodes. ``cut_off`` tells whether its last line is not whole: that line is not read.
+
+    ``returns`` has the discounted return of each episode whose end is there.
+    """
 
     path: Path
     header: Header
     cut_off: bool
+    returns: Mapping[int, float]
     _places: dict[int, _Place]
 
     @property
@@ -46,30 +53,33 @@ class Recording:
 
         An episode that the file lacks, and a line that is broken, raise ``RecordingError``.
         """
-        if episode not in self._places:
-            known = ", ".join(map(str, self.episodes[:10])) or "none"
-            raise RecordingError(f"{self.path} has no episode {episode}; it has {known}")
-        place = self._places[episode]
+        place = self._place(episode)
         with self.path.open("rb") as file:
             file.seek(place.offset)
             for number, text in enumerate(_whole_lines(file, self.path), place.line):
-                part = self._part(text, number)
+                part = part_of(text, f"{self.path}:{number}")
                 if part.episode != episode:
                     return
                 yield part
                 if isinstance(part, End):
                     return
 
-    def _part(self, text: bytes, number: int) -> Start | Step | End:
-        try:
-            line = json.loads(text)
-            if line["type"] == "start":
-                return Start(line["episode"], line["visible"])
-            return step_of(line) if line["type"] == "step" else end_of(line)
-        except (ValueError, KeyError, TypeError) as error:
-            raise RecordingError(
-                f"{self.path}:{number}: this line of the recording is broken ({error!r})"
-            ) from None
+    def steps(self, episode: int) -> int:
+        """Return how many steps of an episode the file has, without taking their lines apart.
+
+        An episode that the file lacks raises ``RecordingError``.
+        """
+        place = self._place(episode)
+        with self.path.open("rb") as file:
+            file.seek(place.offset)
+            lines = itertools.islice(_whole_lines(file, self.path), 1, None)
+            return sum(1 for _ in itertools.takewhile(lambda line: line.startswith(_STEP), lines))
+
+    def _place(self, episode: int) -> _Place:
+        if episode not in self._places:
+            known = ", ".join(map(str, self.episodes[:10])) or "none"
+            raise RecordingError(f"{self.path} has no episode {episode}; it has {known}")
+        return self._places[episode]
 
 
 def open_recording(path: Path, *, model_hash: str | None = None) -> Recording:
@@ -79,14 +89,17 @@ def open_recording(path: Path, *, model_hash: str | None = None) -> Recording:
     ``model_hash``, raises ``RecordingError``. A file that cannot be read raises ``OSError``.
     """
     places: dict[int, _Place] = {}
+    returns: dict[int, float] = {}
     header: Header | None = None
     offset = 0
     with path.open("rb") as file:
         for number, line in enumerate(_whole_lines(file, path), 1):
             if header is None:
-                header = _header(path, line)
-            elif (start := _START.match(line)) is not None:
-                places[int(start[1])] = _Place(offset, number)
+                header = header_from(line, path)
+            elif (episode := started(line)) is not None:
+                places[episode] = _Place(offset, number)
+            elif line.startswith(_END) and isinstance(end := part_of(line, f"{path}:{number}"), End):
+                returns[end.episode] = end.discounted_return
             offset += len(line)
         cut_off = file.seek(0, 2) > offset
     if header is None:
@@ -98,7 +111,7 @@ def open_recording(path: Path, *, model_hash: str | None = None) -> Recording:
             f"{path} was recorded with another model ({header.model} of {header.file}, hash "
             f"{header.hash[:12]}, and not {model_hash[:12]}); name its model, instance and settings"
         )
-    return Recording(path, header, cut_off, places)
+    return Recording(path, header, cut_off, returns, places)
 
 
 def _whole_lines(file: Any, path: Path) -> Iterator[bytes]:
@@ -111,7 +124,25 @@ def _whole_lines(file: Any, path: Path) -> Iterator[bytes]:
         yield line
 
 
-def _header(path: Path, text: bytes) -> Header:
+def started(line: bytes) -> int | None:
+    """Return the number of the episode that a line starts, and None for other lines."""
+    start = _START.match(line)
+    return None if start is None else int(start[1])
+
+
+def part_of(text: bytes, place: str) -> Start | Step | End:
+    """Return what a line after the header says; a broken one raises ``RecordingError`` with its place."""
+    try:
+        line = json.loads(text)
+        if line["type"] == "start":
+            return Start(line["episode"], line["visible"])
+        return step_of(line) if line["type"] == "step" else end_of(line)
+    except (ValueError, KeyError, TypeError) as error:
+        raise RecordingError(f"{place}: this line of the recording is broken ({error!r})") from None
+
+
+def header_from(text: bytes, path: Path) -> Header:
+    """Return the header that the first line of ``path`` is; ``RecordingError`` where it is none."""
     none = f"{path} is no recording: its first line is not a header; --record FILE of a solver writes one"
     try:
         line = json.loads(text)

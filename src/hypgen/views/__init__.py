@@ -3,6 +3,6 @@
 
 from hypgen.views.page import page_of
 from hypgen.views.recorded import view_of_recording
-from hypgen.views.view import entries_of, view_of
+from hypgen.views.view import entries_of, most_nodes, shown_step, view_of
 
-__all__ = ["entries_of", "page_of", "view_of", "view_of_recording"]
+__all__ = ["entries_of", "most_nodes", "page_of", "shown_step", "view_of", "view_of_recording"]

@@ -7,7 +7,7 @@ const CURVE = { wide: 340, tall: 150, left: 60, right: 8, top: 10, bottom: 22 };
 function curvesOf(view, element, go) {
   const panels = [
     { name: "Bounds, and what was earned from there", unit: number,
-      band: ["lower", "upper"], lines: [["earned", (one) => one.earned, "strong"]] },
+      band: ["lower", "upper"], lines: [[view.ended === "step_limit" ? "earned before the limit" : "earned", (one) => one.earned, "strong"]] },
     { name: "Reward of each step", unit: number, zero: true, lines: [["reward", (one) => one.reward, "strong"]] },
     { name: "Belief: probability of what is true", unit: number, zero: true, lines: [
       ["mean", (one) => one.believed && one.believed.mean, "strong"],

@@ -14,7 +14,8 @@ function decisionOf(view, element) {
     if (typeof step.lower === "number")
       facts.push(["bounds", `${number(step.lower)} to ${number(step.upper)}`, "of what the belief is worth"]);
     facts.push(["reward", number(step.reward), termsText(step)]);
-    if (step.earned !== undefined) facts.push(["earned from here", number(step.earned), "discounted, to the end"]);
+    if (step.earned !== undefined) facts.push(["earned from here", number(step.earned),
+      view.ended === "step_limit" ? "discounted, to the step limit" : "discounted, to the end"]);
     facts.push(["saw after it", seenText(step), ""]);
     if (step.status) facts.push(["search", step.status, searchText(step)]);
     parts.push(html("dl", { class: "facts" }, ...facts.map(([name, value, note]) => html("div", { "data-fact": name },

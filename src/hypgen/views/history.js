@@ -6,8 +6,8 @@ const ROW = 18; // pixels, of names and fields alike
 
 function historyOf(view, element, go) {
   const rows = historiesOf(view.steps);
+  element.closest("section").hidden = !rows.length;
   if (!rows.length) {
-    element.closest("section").hidden = true;
     return { draw: () => {} };
   }
   const shown = rows.slice(0, MOST_HISTORIES);

@@ -15,7 +15,10 @@ from hypgen import __version__
 from hypgen.dsl.types.palette import PALETTE
 from hypgen.views.texts import number
 
-_SCRIPTS = ("values", "world", "variables", "decision", "tree", "curves", "history", "time_line", "start")
+_SCRIPTS = (
+    *("values", "world", "variables", "decision", "tree"),
+    *("curves", "history", "time_line", "live", "start"),
+)
 
 _TEMPLATES = jinja2.Environment(
     loader=jinja2.PackageLoader("hypgen", "."),
@@ -28,7 +31,10 @@ _TEMPLATES.filters["number"] = number
 
 
 def page_of(view: Mapping[str, Any]) -> str:
-    """Return the page that shows what ``view_of`` gives."""
+    """Return the page that shows what ``view_of`` gives.
+
+    With a member ``live`` it asks its server for what is new, and for nothing else.
+    """
     return _TEMPLATES.get_template("views/page.html.j2").render(
         view=view,
         version=__version__,
@@ -55,16 +61,16 @@ def _palette() -> Markup:
 
 def as_json(value: Any) -> Markup:
     """Return data as JSON that may stand in an element of script: no text in it ends the element."""
-    text = json.dumps(_finite(value), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    text = json.dumps(finite(value), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     return Markup(text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029"))
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
     """Return data without numbers that JSON lacks: they are unknown."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):
-        return {key: _finite(one) for key, one in value.items()}
+        return {key: finite(one) for key, one in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(one) for one in value]
+        return [finite(one) for one in value]
     return value

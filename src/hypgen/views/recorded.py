@@ -8,8 +8,17 @@ from typing import Any
 
 from hypgen.dsl import ir
 from hypgen.dsl.interpret.scenes import Scenes
-from hypgen.recordings import End, Header, Recording, RecordingError, Step, params_of, reward_terms
-from hypgen.views.view import entries_of, view_of
+from hypgen.recordings import (
+    End,
+    Header,
+    Recording,
+    RecordingError,
+    Start,
+    Step,
+    params_of,
+    reward_terms,
+)
+from hypgen.views.view import entries_of, most_nodes, shown_step, view_of
 
 _APART = ("action", "action_name", "type", "episode", "sampled", "particles_total")
 
@@ -23,65 +32,92 @@ def view_of_recording(
     kept in memory. ``RecordingError`` where the file lacks the episode, its steps, or step ``first``, and
     where a line of it is broken.
     """
-    header = recording.header
-    scenes = Scenes(model, params_of(model, header))
-    steps: list[dict[str, Any]] = []
-    notes: list[str] = []
-    end: End | None = None
+    shown = RecordedEpisode(model, recording.header, episode, recording.steps(episode), file)
     for part in recording.read(episode):
-        if isinstance(part, Step):
-            steps.append(_step(part, scenes) | _terms(part, model, header, notes))
-        elif isinstance(part, End):
-            end = part
+        shown.add(part)
+    steps = shown.steps
     if not steps:
         raise RecordingError(f"{recording.path}: episode {episode} has no whole step")
     if not any(step["step"] == first for step in steps):
         raise RecordingError(
             f"--step {first}: the episode has the steps {steps[0]['step']} to {steps[-1]['step']}"
         )
-    if end is None:
-        notes.append(
+    if not shown.has_ended:
+        shown.notes.append(
             f"The recording ends after step {steps[-1]['step']}: "
             "what came later, and what it earned, is not known."
         )
-    return view_of(
-        {
-            "name": header.model,
-            "hash": header.hash,
-            "file": file or header.file,
-            "discount": header.discount,
-            "options": _options(header),
-            "episode": episode,
-            "ended": None if end is None else _ending(end, header),
-            "first": first,
-        },
-        steps,
-        None if end is None else {"state": end.state, "truth": scenes.truth(end.state)},
-        scene=scenes.scene(),
-        entries=entries_of(model),
-        notes=notes,
-    )
+    return shown.view(first)
 
 
-def _step(step: Step, scenes: Scenes) -> dict[str, Any]:
-    """Return a step with its shapes instead of its sampled states."""
-    kept = {name: value for name, value in step.line.items() if name not in _APART}
-    belief = {} if step.sampled is None else scenes.belief(step.state, step.sampled)
-    return kept | belief | {"action": step.action_name, "truth": scenes.truth(step.state)}
+class RecordedEpisode:
+    """An episode whose parts come one by one. A step is kept as it is shown.
 
+    ``length`` is how many steps may come: their trees share the room of a page. ``notes`` say what is
+    missing.
+    """
 
-def _terms(step: Step, model: ir.Model, header: Header, notes: list[str]) -> dict[str, Any]:
-    """Return the rewards of a step by term, or say once why they are not known."""
-    if any(note.startswith(_NO_TERMS) for note in notes):
-        return {}
-    try:
-        return {"terms": reward_terms(model, header, step)}
-    except RecordingError as error:
-        notes.append(f"{_NO_TERMS} from step {step.step} on: {error}.")
-        return {}
+    def __init__(self, model: ir.Model, header: Header, episode: int, length: int, file: str = "") -> None:
+        self.episode = episode
+        self.steps: list[dict[str, Any]] = []
+        self.notes: list[str] = []
+        self._model, self._header, self._file = model, header, file
+        self._scenes = Scenes(model, params_of(model, header))
+        self._scene = self._scenes.scene()
+        self._entries = entries_of(model)
+        self._most = most_nodes(length)
+        self._end: End | None = None
+        self._has_terms = True
 
+    @property
+    def has_ended(self) -> bool:
+        """Return whether the end has come."""
+        return self._end is not None
 
-_NO_TERMS = "Rewards by term are missing"
+    def add(self, part: Start | Step | End) -> None:
+        """Take the next part."""
+        if isinstance(part, Step):
+            step = self._with_shapes(part) | self._terms(part)
+            self.steps.append(shown_step(step, self._most, self._entries))
+        elif isinstance(part, End):
+            self._end = part
+
+    def view(self, first: int = 0) -> dict[str, Any]:
+        """Return what a page shows of the parts that have come; ``first`` is the step that is shown first."""
+        header, end = self._header, self._end
+        return view_of(
+            {
+                "name": header.model,
+                "hash": header.hash,
+                "file": self._file or header.file,
+                "discount": header.discount,
+                "options": _options(header),
+                "episode": self.episode,
+                "ended": None if end is None else _ending(end, header),
+                "first": first,
+            },
+            self.steps,
+            None if end is None else {"state": end.state, "truth": self._scenes.truth(end.state)},
+            scene=self._scene,
+            notes=self.notes,
+        )
+
+    def _with_shapes(self, step: Step) -> dict[str, Any]:
+        """Return a step with its shapes instead of its sampled states."""
+        kept = {name: value for name, value in step.line.items() if name not in _APART}
+        belief = {} if step.sampled is None else self._scenes.belief(step.state, step.sampled)
+        return kept | belief | {"action": step.action_name, "truth": self._scenes.truth(step.state)}
+
+    def _terms(self, step: Step) -> dict[str, Any]:
+        """Return the rewards of a step by term, or say once why they are not known."""
+        if not self._has_terms:
+            return {}
+        try:
+            return {"terms": reward_terms(self._model, self._header, step)}
+        except RecordingError as error:
+            self._has_terms = False
+            self.notes.append(f"Rewards by term are missing from step {step.step} on: {error}.")
+            return {}
 
 
 def _ending(end: End, header: Header) -> str | None:

@@ -3,11 +3,11 @@
 
 const SPEEDS = [0.5, 1, 2, 5, 10]; // steps a second
 
-// `count` places; `show` is called with the place whenever it changes. `keys` has more keys of the page.
-function timeLineOf(count, names, show, keys) {
+// `show` is called with the place whenever it changes, and `moved` where the reader has changed it. `keys` has more
+// keys of the page.
+function timeLineOf(names, show, moved, keys) {
   const slider = byId("slider"), play = byId("play"), speed = byId("speed");
-  let at = 0, timer = null, isPlaying = false;
-  slider.max = count - 1;
+  let count = 1, at = 0, timer = null, isPlaying = false;
   speed.replaceChildren(...SPEEDS.map((one) => html("option", { value: one, selected: one === 1 }, `${one} a second`)));
 
   function go(place) {
@@ -18,6 +18,13 @@ function timeLineOf(count, names, show, keys) {
     byId("back").disabled = byId("first").disabled = at === 0;
     byId("forward").disabled = byId("last").disabled = at === count - 1;
     show(at);
+  }
+
+  // There are so many places now.
+  function grow(places) {
+    count = places;
+    slider.max = count - 1;
+    go(at);
   }
 
   function setPlaying(wanted) {
@@ -46,10 +53,16 @@ function timeLineOf(count, names, show, keys) {
 
   function byHand(place) {
     setPlaying(false);
+    moved();
     go(place);
   }
 
-  play.addEventListener("click", () => setPlaying(!isPlaying));
+  function pressPlay() {
+    moved();
+    setPlaying(!isPlaying);
+  }
+
+  play.addEventListener("click", pressPlay);
   slider.addEventListener("input", () => byHand(Number(slider.value)));
   byId("first").addEventListener("click", () => byHand(0));
   byId("back").addEventListener("click", () => byHand(at - 1));
@@ -57,7 +70,7 @@ function timeLineOf(count, names, show, keys) {
   byId("last").addEventListener("click", () => byHand(count - 1));
 
   const pressed = {
-    " ": () => setPlaying(!isPlaying), ArrowLeft: () => byHand(at - 1), ArrowRight: () => byHand(at + 1),
+    " ": pressPlay, ArrowLeft: () => byHand(at - 1), ArrowRight: () => byHand(at + 1),
     Home: () => byHand(0), End: () => byHand(count - 1), "+": () => faster(1), "-": () => faster(-1), ...keys,
   };
   document.addEventListener("keydown", (event) => {
@@ -71,5 +84,5 @@ function timeLineOf(count, names, show, keys) {
     event.preventDefault();
     action();
   });
-  return { go: byHand };
+  return { go: byHand, show: go, grow };
 }

@@ -2,6 +2,8 @@
 // The search tree of a decision. Leaves take a row each, and a node stands beside its first child.
 
 const BOX = { wide: 264, tall: 48, gap: 46, row: 56 };
+const NARROW = { wide: 196, gap: 18 }; // on a telephone, so that a part of two levels is in sight
+const LETTER = 9.8; // pixels of a title
 const FIRST_CHILDREN = 8; // shown of a node until more are asked for
 const MOST_OPENED = 40; // nodes that a search opens
 
@@ -32,6 +34,7 @@ function treeOf(element) {
     if (!root) return;
     const all = visible(root);
     if (!all.includes(focus)) focus = root;
+    if (document.documentElement.clientWidth < 544) Object.assign(BOX, NARROW);
     const rows = layOut(root);
     const wide = (Math.max(...all.map((one) => one.level)) + 1) * (BOX.wide + BOX.gap) - BOX.gap + 4;
     const links = all.filter((one) => one.parent).map(link);
@@ -215,7 +218,7 @@ function box(node, hasFocus, press, domain) {
   const right = node.kind === "action" ? `${node.data.visits} ×` : node.parent ? percent(node.data.share) : "";
   group.append(svg("title", {}, hint(node, title)),
     svg("rect", { class: "hull", width: BOX.wide, height: BOX.tall, rx: node.kind === "action" ? 6 : 20 }),
-    svg("text", { x: 12, y: 18, class: "title" }, shortened(title, node.kind === "action" ? 27 : 29)),
+    svg("text", { x: 12, y: 18, class: "title" }, shortened(title, Math.round(BOX.wide / LETTER) + (node.kind === "action" ? 0 : 2))),
     svg("text", { x: BOX.wide - 22, y: 18, class: "right" }, right),
     svg("text", { x: 12, y: 34, class: "figures" }, boundsText(node)));
   if (node.isDefault) group.append(svg("g", { class: "tag" }, svg("rect", { x: BOX.wide - 104, y: -9, width: 88, height: 15, rx: 7 }),
@@ -227,7 +230,7 @@ function box(node, hasFocus, press, domain) {
 
 function titleOf(node) {
   if (node.kind === "action") return `${node.isBest ? "★ " : ""}${node.data.name}`;
-  if (!node.parent) return "belief before this step";
+  if (!node.parent) return "belief at this step";
   if (node.data.terminal) return "the end";
   const seen = node.data.seen ? Object.values(node.data.seen).map((one) => valueText(one)).join(", ") : "";
   return seen ? `sees ${seen}` : "sees nothing";

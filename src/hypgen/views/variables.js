@@ -83,7 +83,12 @@ function trueOf(marginal) {
 
 function barsOf(marginal, truth) {
   const likely = isBool(marginal) ? [trueOf(marginal)] : marginal.values.filter((one) => one.probability >= 0.0005);
-  return likely.slice(0, MOST_VALUES).map((one) => {
+  const shown = likely.slice(0, MOST_VALUES);
+  if (marginal.values_left_out) shown.push({
+    value: `${marginal.values_left_out} ${marginal.values_left_out === 1 ? "other" : "others"}`,
+    probability: Math.max(0, 1 - marginal.values.reduce((sum, one) => sum + one.probability, 0)),
+  });
+  return shown.map((one) => {
     const isTrue = String(one.value) === truth;
     return html("div", { class: isTrue ? "bar true" : "bar", title: isTrue ? "the truth" : null },
       html("span", { class: "value" }, (isTrue ? "◆ " : "") + valueText(one.value)),

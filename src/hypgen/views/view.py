@@ -47,30 +47,28 @@ def view_of(
     end: Mapping[str, Any] | None = None,
     *,
     scene: Mapping[str, Any] | None = None,
-    entries: Mapping[str, Sequence[str]] | None = None,
     notes: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Return what a page shows of an episode.
 
-    ``header`` and ``steps`` are those of a recording; steps have the shapes of the scene as ``truth`` and
-    ``belief``. ``end`` has the ``state`` and shapes after the last step. Without ``scene`` the page shows
-    variables alone. ``entries`` has the names of each array's entries, row-major. ``notes`` say what is
+    ``header`` is that of a recording, and ``steps`` are those of ``shown_step``. ``end`` has the ``state``
+    and shapes after the last step. Without ``scene`` the page shows variables alone. ``notes`` say what is
     missing.
     """
-    most = max(1, min(MOST_NODES, ALL_NODES // max(1, len(steps))))
     discount = header.get("discount", 1.0)
     later = None if header.get("ended") is None else 0.0  # what is not recorded is not known
     earned = _earned([step.get("reward") for step in steps], discount, later)
-    shown = [_step(step, later, most, entries or {}) for step, later in zip(steps, earned, strict=True)]
+    shown = [{**step, "earned": one} for step, one in zip(steps, earned, strict=True)]
     said = list(notes)
-    if any(one["tree"] and one["tree_shown"] < one["tree_total"] for one in shown):
-        said.append(f"Trees are cut to their most visited nodes, {most} at most.")
+    if cut := [one["tree_shown"] for one in shown if one["tree"] and one["tree_shown"] < one["tree_total"]]:
+        said.append(f"Trees are cut to their most visited nodes, {max(cut)} at most.")
     if header.get("ended") == "step_limit":
         said.append("The episode was cut off by its step limit: what it would have earned later is missing.")
     if not any(one["tree"] for one in shown):
         said.append("No step has a search tree.")
     if scene is None:
         said.append("The model has no draw declarations: its variables stand in a table.")
+    said.append("Bounds are those of the search: they hold up to the error of its scenarios.")
     return {
         "version": VERSION,
         "model": {key: header.get(key) for key in ("name", "hash", "file")},
@@ -86,14 +84,23 @@ def view_of(
     }
 
 
-def _step(
-    step: Mapping[str, Any], earned: float | None, most: int, entries: Mapping[str, Sequence[str]]
+def most_nodes(steps: int) -> int:
+    """Return to how many nodes each tree of a page of so many steps is cut."""
+    return max(1, min(MOST_NODES, ALL_NODES // max(1, steps)))
+
+
+def shown_step(
+    step: Mapping[str, Any], most: int, entries: Mapping[str, Sequence[str]] | None = None
 ) -> dict[str, Any]:
-    """Return what a page shows of a step: its tree cut, its marginals beside what is true."""
+    """Return what a page shows of a step: its tree cut to ``most`` nodes, its marginals beside what is true.
+
+    ``step`` is that of a recording, with the shapes of the scene as ``truth`` and ``belief``. ``entries`` has
+    the names of each array's entries, row-major.
+    """
     found: dict[str, Any] = {key: step[key] for key in _KEPT if key in step}
     tree = step.get("tree")
     size = trees.size(tree) if tree else 0
-    truth = _truth(step.get("state", {}), entries)
+    truth = _truth(step.get("state", {}), entries or {})
     found["tree"] = tree if tree is None or size <= most else trees.cut(tree, most)
     found["tree_total"], found["tree_shown"] = max(size, step.get("tree_total", 0)), min(size, most)
     marginals = [_beside_truth(one, truth) for one in step.get("marginals") or ()]
@@ -103,7 +110,6 @@ def _step(
         found["marginals_left_out"] = len(marginals) - _MARGINALS
     found["seconds"] = {"update": step.get("update_seconds"), "search": step.get("search_seconds")}
     found["effective"] = step.get("effective_sample_size")
-    found["earned"] = earned
     found["why"] = why(step)
     return found
 
@@ -127,6 +133,8 @@ def _likeliest(marginal: Mapping[str, Any]) -> dict[str, Any]:
     found = dict(marginal)
     if "values" in found:
         found["values"] = sorted(found["values"], key=lambda one: -one["probability"])[:_LIKELIEST]
+        if (left_out := len(marginal["values"]) - _LIKELIEST) > 0:
+            found["values_left_out"] = left_out
     return found
 
 

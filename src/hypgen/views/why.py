@@ -20,9 +20,9 @@ def why(step: Mapping[str, Any]) -> str:
     actions: Sequence[Mapping[str, Any]] = root.get("actions", ())
     own = next((one for one in actions if one["name"] == chosen), None)
     if own is None:
-        return _without_tree(step)
+        return " ".join([_without_tree(step), *_compared(step)])
     others = [one for one in actions if one is not own]
-    said = [*_first(own, others, default), *_default(chosen, default, own, others)]
+    said = [*_first(own, others, default), *_default(chosen, default, own, others), *_compared(step)]
     if left_out := root.get("actions_left_out", 0):
         said.append(
             f"{_count(left_out, 'action')} that fewer trials took {_are(left_out)} not compared here."
@@ -38,6 +38,29 @@ def _without_tree(step: Mapping[str, Any]) -> str:
     if chosen == default:
         return f"{chosen} is what the default policy does. No tree was searched.{ended}"
     return f"There is no tree that says why {chosen} was taken.{ended}"
+
+
+def _compared(step: Mapping[str, Any]) -> list[str]:
+    """Say what paired rollouts found: gains over the default policy's action, in units of their errors."""
+    default = step.get("default_action")
+    compared = [one for one in step.get("compared") or () if one["name"] != default]
+    if not compared or default is None:
+        return []
+    order = sorted(compared, key=lambda one: float(one["gain"]), reverse=True)
+    own = next((one for one in compared if one["name"] == step["action"]), None)
+    second = next((one for one in order if one is not own), None)
+    said = []
+    if own is not None:
+        said.append(f"In paired rollouts it earned {_gain(own)} than {default}.")
+    if second is not None:
+        said.append(f"{second['name']} earned {_gain(second)} than {default}.")
+    return said
+
+
+def _gain(one: Mapping[str, Any]) -> str:
+    gain, error = float(one["gain"]), one.get("standard_error")
+    size = f"{number(abs(gain))} {'more' if gain >= 0 else 'less'}"
+    return f"{size} ({number(abs(gain) / error)} standard errors)" if error else size
 
 
 def _first(own: Mapping[str, Any], others: Sequence[Mapping[str, Any]], default: str | None) -> list[str]:

@@ -4,12 +4,11 @@
 const WIDE = 560; // of the drawing, in its own units
 const TALL = 460;
 
-// Gives a function that draws the shapes of a moment into an element.
-function worldOf(view, element) {
+// Gives a function that draws the shapes of a moment into an element. `layers` says which of them are shown.
+function worldOf(view, element, layers) {
   const scene = view.scene;
   const moments = view.end ? [...view.steps, view.end] : view.steps;
   const hidden = new Set(moments.flatMap((one) => (one.belief || []).map((shape) => shape.name)));
-  const layers = { truth: true, belief: true };
   const extent = scene.extent || extentOf([scene.static || [], ...moments.map((one) => one.truth || [])].flat());
   const frame = frameOf(extent);
   const ground = svg("g", { class: "ground" }, ...(extent.cells ? gridLines(frame) : []));
@@ -44,7 +43,7 @@ function switches(layers, draw, hasBelief) {
   const names = hasBelief ? ["truth", "belief"] : [];
   return html("div", { class: "switches" }, ...names.map((name) =>
     html("label", {}, html("input", {
-      type: "checkbox", checked: true, "data-layer": name,
+      type: "checkbox", checked: layers[name], "data-layer": name,
       onchange: (event) => { layers[name] = event.target.checked; draw(); },
     }), ` ${name}`)));
 }

@@ -218,6 +218,7 @@ def model(seed: int, attempt: int = 0) -> Node:
     observed = _declare_step(build, [MODEL, *owners], step)
     observed += _declare_sensors(build, [MODEL, *owners], step, f"{seed} {attempt}")
     _declare_policy(build, Reach(before=step.before, functions=step.functions), observed, joint)
+    _declare_drawings(build, Reach(before=step.before), f"{seed} {attempt}")
 
     parts: list[str | Node] = [f"model Random{seed}\n", "\n".join(types.declarations), "\n"]
     for owner in owners:
@@ -319,6 +320,34 @@ def _declare_sensors(build: _Builder, owners: list[Owner], step: Reach, seed: st
             observed.append(Variable(owner.name, owner.member, f"w{i}", FLOAT, indices))
     build.make = old
     return tuple(observed)
+
+
+def _declare_drawings(build: _Builder, known: Reach, seed: str) -> None:
+    """Add a picture to some models; it has random numbers of its own, as ``_looked_at``."""
+    rng = random.Random(f"drawings of {seed}")
+    if rng.random() > 0.5:
+        return
+    old, make = build.make, Maker(rng, build.types)
+    make.action_member, build.make = old.action_member, make
+    build.inside(MODEL)
+    build.add(MODEL, "draw world = area { x = -999999, y = -999999, x2 = 999999, y2 = 999999 }")
+    with make.reading(known):
+        for i in range(rng.randint(1, 3)):
+            shape, more = rng.choice(
+                [("cell", ()), ("marker", ()), ("rectangle", ("width", "height")), ("line", ("x2", "y2"))]
+            )
+            families = rng.random() < 0.5
+            with make.loop(build.types.small) if families else nullcontext("") as name:
+                head = (f"[{name} in Small where ", make.truth(DEPTH), "]") if families else ()
+                fields: list[str | Node] = []
+                for field_name in ("x", "y", *more):
+                    number = (
+                        make.integer(DEPTH) if shape == "cell" or rng.random() < 0.5 else make.number(DEPTH)
+                    )
+                    fields += [f"{field_name} = ", number, ", "]
+                colour = ("if ", make.truth(1), " then red else blue")
+            build.add(MODEL, f"draw d{i}", *head, f" = {shape} {{ ", *fields, "colour = ", *colour, " }")
+    build.make = old
 
 
 def _declare_memory(build: _Builder, known: Reach, indices: tuple[Sort, ...]) -> Reach:

@@ -19,6 +19,7 @@ using rock_sample_msgs::msg::Decision;
 using rock_sample_msgs::msg::Observation;
 using rock_sample_msgs::msg::Reading;
 using rock_sample_msgs::msg::Status;
+using rock_sample_msgs::srv::Belief;
 using rock_sample_msgs::srv::Reset;
 using rock_sample_planner::PlannerNode;
 using Server = rclcpp_action::Server<Plan>;
@@ -84,6 +85,12 @@ struct Node {
     return response.status;
   }
 
+  Belief::Response belief() const {
+    const auto service = node->test_find<rclcpp::Service<Belief>>("~/belief");
+    service->test_call(Belief::Request());
+    return next(service->test_responses).second;
+  }
+
   std::shared_ptr<PlannerNode> node;
 };
 
@@ -117,6 +124,7 @@ void an_inactive_node_takes_nothing() {
   node.see(Observation());
   expect(drive::last_line(node.node->get_logger()).find("not active") != std::string::npos, "no warning");
   expect_text(node.reset(Reset::Request()), "not active");
+  expect_text(node.belief().status, "not active");
 }
 
 void a_goal_has_a_decision() {
@@ -138,6 +146,7 @@ void observations_update_the_belief() {
   expect_text(node.update(Reading::NOTHING, 99), "action");
   expect_text(node.update(Reading::NOTHING, -2), "action");
   expect(node.update(Reading::NOTHING, 2).code == Status::OK, "another action was done");
+  expect(node.belief().json.find("rock.good[3]") != std::string::npos, node.belief().json);
   node.plan();
   Reset::Request request;
   request.episode = 4;

@@ -40,11 +40,11 @@ def test_bounds_that_hold_have_a_row(capsys: pytest.CaptureFixture[str]) -> None
     assert main.run(["check", TIGER, "--bounds", "1000"]) == 0
     assert capsys.readouterr().out.splitlines() == [
         "tiger.pomdp: bounds at 1,000 beliefs, seed 0: nothing wrong",
-        "bound           beliefs  violations  mean room",
-        "upper             1,000           0        2.5",
-        "declared upper    1,000           0        2.5",
-        "lower             1,000           0        2.5",
-        "tail              1,000           0        2.5",
+        "bound              beliefs  violations  mean room",
+        "upper, in use        1,000           0        2.5",
+        "upper, as written    1,000           0        2.5",
+        "lower                1,000           0        2.5",
+        "tail                 1,000           0        2.5",
     ]
 
 

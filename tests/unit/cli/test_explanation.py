@@ -47,6 +47,16 @@ def test_layout_and_stages() -> None:
     ) in shown
 
 
+def test_what_is_drawn() -> None:
+    shown = text(load(EXAMPLES / "rock_sample.pomdp").model)
+    picture = shown[shown.index("Picture: ") :].splitlines()
+    assert picture[1].split() == ["drawing", "shape", "reads", "shows"]
+    rows = [line.split("  ") for line in picture[2:]]
+    assert any("truth and belief" in row and any("rock.good" in part for part in row) for row in rows)
+    assert any("nothing: it is static" in row for row in rows)
+    assert "Picture" not in text(load(EXAMPLES / "tiger.pomdp").model)
+
+
 def test_facts_are_plain_data() -> None:
     for model in (ir_samples.tiger(), ir_samples.rocks(), ir_samples.wanderer()):
         facts = explain(model)

@@ -12,10 +12,12 @@ from typing import Any
 import pytest
 
 from hypgen.dsl.load import Loaded
-from hypgen.editor import answers
+from hypgen.dsl.types import builtin_names
+from hypgen.editor import answers, renames
 from hypgen.editor.document import Document, Stopped
 from hypgen.editor.facts import facts
 from hypgen.editor.fixes import fixes
+from hypgen.editor.forms import FORMS, VALUES
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 TIGER = (EXAMPLES / "tiger.pomdp").read_text()
@@ -63,19 +65,65 @@ def test_fixes_take_mistakes_away(tmp_path: Path, before: str, after: str, title
 def test_a_name_that_is_declared_twice_is_not_renamed(tmp_path: Path) -> None:
     twice = TIGER.replace("element room {", "element hall {\n  hidden tiger: Door\n}\nelement room {")
     document = opened(tmp_path, twice, TIGER)
-    with pytest.raises(answers.RenameRefused):
-        answers.rename(document, twice.index("tiger: Door"), "beast")
+    with pytest.raises(renames.RenameRefused):
+        renames.rename(document, twice.index("tiger: Door"), "beast")
     document = opened(tmp_path)
     for taken in ("listen", "model", "a b", ""):
-        with pytest.raises(answers.RenameRefused):
-            answers.rename(document, TIGER.index("tiger: Door"), taken)
+        with pytest.raises(renames.RenameRefused):
+            renames.rename(document, TIGER.index("tiger: Door"), taken)
+
+
+HALL = """
+element hall {
+  hidden tiger: Door
+  init tiger ~ uniform(Door)
+  tiger' = if tiger == room.tiger then tiger else left
+}
+fn same(tiger: Door): bool = tiger == left
+reward both = if same(hall.tiger) then 1 else 0
+"""
+
+
+def test_a_name_of_two_elements_is_renamed_in_one(tmp_path: Path) -> None:
+    text = TIGER + HALL
+    document = opened(tmp_path, text)
+    edits = renames.rename(document, text.index("room.tiger'") + 5, "beast")
+    changed = text
+    for edit in sorted(edits, key=lambda e: -e.start):
+        changed = changed[: edit.start] + edit.text + changed[edit.end :]
+    assert "  beast' ~ if act == listen then beast else" in changed and "if room.beast == left" in changed
+    assert HALL.replace("room.tiger", "room.beast") in changed
+    assert {e.start for e in edits} == {
+        t.start for t in answers.references(document, text.index("hidden tiger") + 7)
+    }
+
+
+def test_a_name_of_a_library_is_renamed_in_all_that_import_it(tmp_path: Path) -> None:
+    library = "library Lib\nfn twice(x: int): int = 2 * x\n"
+    user = TIGER.replace("model Tiger\n", 'model Tiger\nimport "lib.pomdp"\n') + "reward more = twice(%s)\n"
+    own = "if act == listen then 1 else 0"
+    (tmp_path / "lib.pomdp").write_text(library)
+    (tmp_path / "other.pomdp").write_text(user % own)
+    (tmp_path / "third.pomdp").write_text(TIGER)
+    document = opened(tmp_path, user % own)
+    edits = renames.rename(document, document.text.index("twice"), "double")
+    assert sorted(Path(e.path).name for e in edits) == ["lib.pomdp", "model.pomdp", "other.pomdp"]
+    inside = Document(str(tmp_path / "lib.pomdp"), library)
+    inside.check()
+    assert {Path(e.path).name for e in renames.rename(inside, library.index("twice"), "double")} == {
+        "lib.pomdp",
+        "other.pomdp",
+    }
+    (tmp_path / "other.pomdp").write_text(user % own + "const double: int = 2\n")
+    with pytest.raises(renames.RenameRefused, match="taken in other.pomdp"):
+        renames.rename(document, document.text.index("twice"), "double")
 
 
 def test_a_param_is_renamed_in_instances_too(tmp_path: Path) -> None:
     document = opened(tmp_path)
     (tmp_path / "model.pomdp").write_text(TIGER)
     (tmp_path / "deaf.pomdp").write_text('instance deaf of "model.pomdp" { hearing = 0.5 }\n')
-    edits = answers.rename(document, TIGER.index("hearing"), "ears")
+    edits = renames.rename(document, TIGER.index("hearing"), "ears")
     assert [Path(e.path).name for e in edits] == ["model.pomdp", "model.pomdp", "deaf.pomdp"]
 
 
@@ -95,6 +143,17 @@ def test_signatures_name_formals(tmp_path: Path) -> None:
     assert answers.signature(document, len(text)) == ("pay(a: Act, b: Door)", ["a: Act", "b: Door"], 1)
 
 
+def test_forms_are_those_of_the_language(tmp_path: Path) -> None:
+    assert set(FORMS) == builtin_names.RESERVED_CALLS and set(VALUES) == builtin_names.RESERVED_VALUES
+    assert all(call.startswith(f"{name}(") for name, form in FORMS.items() for call in form.calls)
+    text = TIGER + "\nreward late = clamp(3, "
+    document = opened(tmp_path, text, TIGER)
+    assert answers.signature(document, len(text)) == ("clamp(x, low, high)", ["x", "low", "high"], 1)
+    shown = answers.hover(document, text.index("noisy("))
+    assert shown == "noisy(value, p)\n# a draw: the value with probability p, else another one"
+    assert answers.hover(document, text.index("gamma")).startswith("gamma  # the discount")
+
+
 def test_fixes_are_tried_once_each_and_leave_no_other_mistake(tmp_path: Path) -> None:
     document = opened(tmp_path, TIGER.replace(OPEN_LEFT, ""))
     (fix,) = fixes(document, document.checked.found[0])
@@ -108,22 +167,27 @@ def test_hovers_name_units_and_ranges(tmp_path: Path) -> None:
     shown = answers.hover(document, text.index("drift: float"))
     assert shown == "hidden fixed boat.drift: float<m/s>"
     assert answers.hover(document, text.index("fast:")) == "const fast: float<m/s> = 2"
-    assert answers.hover(document, text.index("hearing")) == "param hearing: prob"
+    assert answers.hover(document, text.index("hearing")) == "param hearing: prob = 0.85"
+    assert answers.hover(document, text.index("heard: Door")) == "observe heard: Door, 1 bit"
 
 
 def test_hints_of_rewards_are_the_values_that_they_reach(tmp_path: Path) -> None:
-    document = opened(tmp_path)
-    assert isinstance(document.loaded, Loaded)
+    more = "element late { let twice = if act == listen then 2 else -2  let slip ~ bernoulli(0.1) }\n"
+    document = opened(tmp_path, TIGER + more)
+    assert isinstance(document.loaded, Loaded), document.checked.found
     hints = {f.name: f.hint for f in facts(document.loaded)}
+    assert (hints["late.twice"], hints["late.slip"], hints["heard"]) == ("-2 .. 2", "bool", "1 bit")
     assert hints["outcome"] == "-100 .. 10" and hints["room.tiger"] == "1 bit"
 
 
-def test_references_reach_all_scopes_and_no_comments(tmp_path: Path) -> None:
+def test_references_keep_to_their_scope_and_reach_no_comments(tmp_path: Path) -> None:
     text = TIGER + "\nfn same(tiger: Door): bool = tiger == left  # the tiger\n"
     document = opened(tmp_path, text)
     found = [t.start for t in answers.references(document, text.index("tiger: Door"))]
     lines = {text[:at].count("\n") for at in found}
-    assert len(found) == 9 and len(lines) == 7
+    assert len(found) == 7 and len(lines) == 6
+    formals = answers.references(document, text.index("tiger: Door)"))
+    assert [t.start for t in formals] == [text.index("tiger: Door)"), text.index("tiger == left  # the")]
     assert not any("#" in text[text.rfind("\n", 0, at) + 1 : at] for at in found)
 
 
@@ -188,7 +252,7 @@ def test_random_edits_end_no_answer(tmp_path: Path, edits: int) -> None:
         if found and number % 4 == 0:
             fixed += len(fixes(document, rng.choice(found)))
         try:
-            renamed += len(answers.rename(document, rng.randrange(len(document.text) + 1), "fresh"))
-        except answers.RenameRefused:
+            renamed += len(renames.rename(document, rng.randrange(len(document.text) + 1), "fresh"))
+        except renames.RenameRefused:
             continue
     assert edits < 1000 or (fixed > 20 and renamed > 20)

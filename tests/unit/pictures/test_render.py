@@ -85,3 +85,18 @@ def test_a_model_without_drawings_shows_words_and_curves(tmp_path: Path) -> None
 def test_a_step_that_there_is_not_is_refused(tmp_path: Path, step: int) -> None:
     with pytest.raises(ValueError, match="the episode has the steps 0 to 2, and its end"):
         render_png(view(), step, tmp_path / "a.png")
+
+
+def test_shapes_outside_the_picture_are_cut_off(tmp_path: Path) -> None:
+    far = [shape | {"x": 1e6, "y": -50} for shape in TRUTH] + [
+        {"shape": "label", "name": "far", "x": 40, "y": 0, "colour": "black", "text": "far"},
+        {"shape": "line", "name": "long", "x": 0, "y": 0, "x2": 1e6, "y2": 0, "colour": "red"},
+    ]
+    sizes = []
+    for name, truth in (("near.png", TRUTH), ("far.png", far)):
+        shown = view(1)
+        shown["steps"][0] |= {"truth": truth, "belief": []}
+        render_png(shown, 0, tmp_path / name)
+        with Image.open(tmp_path / name) as image:
+            sizes.append(image.size)
+    assert sizes[0] == sizes[1]

@@ -165,3 +165,19 @@ def test_pictures_without_their_packages_say_how_to_get_them(
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert run(["view", str(recorded.model_file(tmp_path)), "--png", "a.png"]) == 2
     assert "pip install 'hypgen[draw]'" in capsys.readouterr().err
+
+
+def test_the_episode_that_earned_least_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model = recorded.model_file(tmp_path)
+    lines = recorded.lines_of(model, episodes=(3, 4, 5))
+    for line, earned in zip(
+        [one for one in lines if one["type"] == "episode"], (2.0, -7.5, 1.0), strict=True
+    ):
+        line["discounted_return"] = earned
+    log = recorded.write(tmp_path / "log.jsonl", lines)
+    told = ["view", str(model), "--log", str(log), "-o", str(tmp_path / "page.html")]
+    assert run(told) == 0
+    note = "log.jsonl has 3 episodes; the lowest return, -7.5, is that of --episode 4"
+    assert note in capsys.readouterr().err
+    assert run([*told, "--episode", "5"]) == 0
+    assert "lowest" not in capsys.readouterr().err

@@ -9,7 +9,7 @@ import pytest
 from support import seen_episodes
 
 from hypgen.dsl.load import load
-from hypgen.views import entries_of, page_of, view_of
+from hypgen.views import entries_of, page_of
 from hypgen.views import view as view_module
 from hypgen.views.texts import number
 
@@ -18,7 +18,7 @@ EXAMPLES = Path(__file__).parents[3] / "examples"
 
 def view(count: int = 4, nodes: int = 60) -> dict[str, Any]:
     steps = seen_episodes.steps(count, nodes)
-    return view_of(seen_episodes.header(), steps, seen_episodes.end(), scene=seen_episodes.scene())
+    return seen_episodes.view(steps, seen_episodes.end(), scene=seen_episodes.scene())
 
 
 def test_what_is_earned_from_a_step_on_is_the_discounted_sum_of_rewards() -> None:
@@ -30,7 +30,7 @@ def test_what_is_earned_from_a_step_on_is_the_discounted_sum_of_rewards() -> Non
 def test_nothing_is_earned_where_a_reward_is_unknown() -> None:
     steps = seen_episodes.steps(3)
     steps[1]["reward"] = None
-    assert [one["earned"] is None for one in view_of(seen_episodes.header(), steps)["steps"]] == [
+    assert [one["earned"] is None for one in seen_episodes.view(steps)["steps"]] == [
         True,
         True,
         False,
@@ -39,16 +39,16 @@ def test_nothing_is_earned_where_a_reward_is_unknown() -> None:
 
 def test_marginals_stand_beside_the_truth() -> None:
     names = {"rock.good": ["rock.good[0]", "rock.good[1]"]}
-    shown = view_of(seen_episodes.header(), seen_episodes.steps(1), entries=names)["steps"][0]
+    shown = seen_episodes.view(seen_episodes.steps(1), entries=names)["steps"][0]
     truths = {one["variable"]: one.get("true") for one in shown["marginals"]}
     assert truths == {"robot.x": 0, "rock.good[0]": True, "robot.angle": None}
 
 
 def test_a_belief_is_measured_by_what_is_true() -> None:
     names = {"rock.good": ["rock.good[0]", "rock.good[1]"]}
-    shown = view_of(seen_episodes.header(), seen_episodes.steps(2), entries=names)["steps"]
+    shown = seen_episodes.view(seen_episodes.steps(2), entries=names)["steps"]
     assert shown[0]["believed"] == {"mean": (0.75 + 0.125) / 2, "least": 0.125, "variable": "rock.good[0]"}
-    assert view_of(seen_episodes.header(), [{"step": 0, "action": "go(0)"}])["steps"][0]["believed"] is None
+    assert seen_episodes.view([{"step": 0, "action": "go(0)"}])["steps"][0]["believed"] is None
 
 
 def test_entries_have_the_names_that_solvers_print() -> None:
@@ -66,7 +66,7 @@ def test_trees_share_the_room_of_a_page(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_what_a_recording_left_out_of_a_tree_is_counted() -> None:
     steps = [one | {"tree_total": 9000} for one in seen_episodes.steps(1)]
-    found = view_of(seen_episodes.header(), steps)
+    found = seen_episodes.view(steps)
     assert (found["steps"][0]["tree_shown"], found["steps"][0]["tree_total"]) == (60, 9000)
 
 
@@ -74,17 +74,18 @@ def test_marginals_keep_their_likeliest_values() -> None:
     values = [{"value": str(n), "probability": n / 28} for n in range(8)]
     marginals = [{"variable": f"x[{n}]", "values": values} for n in range(401)]
     step = seen_episodes.steps(1)[0] | {"marginals": marginals, "state": {"x[0]": 1}}
-    found = view_of(seen_episodes.header(), [step])["steps"][0]
+    found = seen_episodes.view([step])["steps"][0]
     assert len(found["marginals"]) == 400 and found["marginals_left_out"] == 1
     assert [one["value"] for one in found["marginals"][0]["values"]] == ["7", "6", "5", "4", "3"]
+    assert found["marginals"][0]["values_left_out"] == 3
     assert found["believed"]["least"] == pytest.approx(1 / 28), "an improbable truth is not impossible"
 
 
 def test_a_page_says_what_is_missing() -> None:
     steps = [one | {"tree": None} for one in seen_episodes.steps(2)]
-    notes = view_of(seen_episodes.header() | {"ended": "step_limit"}, steps, notes=["A line was cut off."])[
-        "notes"
-    ]
+    notes = seen_episodes.view(
+        steps, header=seen_episodes.header() | {"ended": "step_limit"}, notes=["A line was cut off."]
+    )["notes"]
     assert notes[0] == "A line was cut off."
     for start in ("The episode was cut off by its step limit", "No step has", "The model has no draw"):
         assert any(note.startswith(start) for note in notes), start

@@ -63,3 +63,28 @@ def test_it_says_how_many_actions_are_not_compared() -> None:
     given = step(BEST, OTHER)
     given["tree"]["actions_left_out"] = 2
     assert why(given).endswith("2 actions that fewer trials took are not compared here.")
+
+
+def compared(name: str, gain: float, error: float = 0.5) -> dict[str, Any]:
+    return {"name": name, "gain": gain, "standard_error": error, "samples": 100}
+
+
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [
+        (
+            [compared("open", 0.0), compared("listen", 1.5), compared("wait", -0.25)],
+            "In paired rollouts it earned 1.5 more (3 standard errors) than open. "
+            "wait earned 0.25 less (0.5 standard errors) than open.",
+        ),
+        ([compared("wait", 0.25, 0.0)], "wait earned 0.25 more than open."),
+        ([compared("open", 0.0)], ""),
+        (None, ""),
+    ],
+)
+@pytest.mark.parametrize("tree", [{"tree": None}, {}])
+def test_gains_are_in_units_of_the_paired_error(
+    found: list[dict[str, Any]] | None, said: str, tree: dict[str, Any]
+) -> None:
+    text = why(step(BEST, OTHER, compared=found) | tree)
+    assert text.endswith(said) and (said != "" or "earned" not in text)

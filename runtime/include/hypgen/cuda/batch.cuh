@@ -104,15 +104,15 @@ struct WeighedItems {
   static constexpr std::size_t kShared = ScenarioShares<M>::kMostShared;
 
   // Of device memory, for a member.
-  static constexpr std::size_t kBytes = sizeof(typename M::State) * (kKeyHoldsState<M> ? 1 + kShared : 1) +
-                                        sizeof(double) + kShared * (sizeof(double) + sizeof(std::uint32_t)) +
-                                        kNumbers * sizeof(std::uint32_t);
+  static constexpr std::size_t kBytes =
+      sizeof(typename M::State) * (kKeyHoldsState<M> ? 1 + kShared : 1) + sizeof(std::uint64_t) +
+      kShared * (sizeof(double) + sizeof(std::uint32_t)) + kNumbers * sizeof(std::uint32_t);
 
   typename M::State* nexts;
   typename M::State* group_nexts;  // by member and group; unused unless the key holds state
   double* posteriors;              // by member and group
   std::uint32_t* shares;           // by member and group
-  double* weights;
+  std::uint64_t* sums;
   std::uint32_t* numbers;  // kNumbers for each
 };
 

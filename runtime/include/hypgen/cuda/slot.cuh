@@ -250,10 +250,10 @@ class Slot {
     gather_weighted<M><<<leaves_, kBlock, 0, stream_>>>(batch);
     launch_simulate<Pass::kFirstSteps>(batch, items_);
     choose_rolled<M><<<leaves_, kBlock, 0, stream_>>>(batch);
-    const unsigned grid = blocks((units_ + kWarps - 1) / kWarps, shape_.reduce_blocks);
-    weigh<M><<<grid, kBlock, 0, stream_>>>(batch);
+    weigh<M><<<blocks(units_, shape_.reduce_blocks), kWeighBlock, 0, stream_>>>(batch);
     launch_simulate<Pass::kWeighted>(batch, rolled_items_);
-    reduce_weighted<M><<<grid, kBlock, 0, stream_>>>(batch);
+    reduce_weighted<M>
+        <<<blocks((units_ + kWarps - 1) / kWarps, shape_.reduce_blocks), kBlock, 0, stream_>>>(batch);
   }
 
   // `items`: how many the pass has, at most.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The kernels of a weighted search: members by shares, the shares of each action, and rows by them.
 //
-// `ScenarioShares` is the text that the host runs too. A warp evaluates the densities, which cost most; one lane
-// does the rest.
+// `ScenarioShares` is the text that the host runs too. A block evaluates the densities, which cost most; its first
+// warp does the rest.
 #pragma once
 
 #include "hypgen/cuda/batch.cuh"
@@ -13,6 +13,8 @@
 #include "hypgen/model/model.hpp"
 
 namespace hypgen::cuda {
+
+constexpr int kWeighBlock = 128;  // threads of a block that works on one action
 
 // A node's members after an action, each as if alone: where they are, what they see, and whether they ended.
 template <class M>
@@ -58,42 +60,87 @@ struct SteppedMembers {
   }
 };
 
-// For one warp: parts the members into groups. `shares` is in memory that the warp shares.
+// The threads of a warp as a team of `ScenarioShares`.
+struct Warp {
+  static constexpr std::uint32_t size = kWarp;
+
+  __device__ std::uint32_t rank() const { return threadIdx.x % kWarp; }
+  __device__ void wait() const { __syncwarp(); }
+  template <class T>
+  __device__ T sum(T value) const {
+    for (unsigned offset = kWarp / 2; offset > 0; offset /= 2) value += __shfl_xor_sync(kAll, value, offset);
+    return value;
+  }
+  __device__ WideSum sum(WideSum value) const {
+    for (unsigned offset = kWarp / 2; offset > 0; offset /= 2) {
+      const auto low = static_cast<std::uint64_t>(value), high = static_cast<std::uint64_t>(value >> 64);
+      value += static_cast<WideSum>(__shfl_xor_sync(kAll, high, offset)) << 64 |
+               __shfl_xor_sync(kAll, low, offset);
+    }
+    return value;
+  }
+  template <class T>
+  __device__ T sum_up_to(T value) const {
+    for (unsigned offset = 1; offset < kWarp; offset *= 2) {
+      const T other = __shfl_up_sync(kAll, value, offset);
+      if (rank() >= offset) value += other;
+    }
+    return value;
+  }
+  __device__ double largest(double value) const {
+    for (unsigned offset = kWarp / 2; offset > 0; offset /= 2) {
+      const double other = __shfl_xor_sync(kAll, value, offset);
+      value = other > value ? other : value;
+    }
+    return value;
+  }
+  __device__ std::uint32_t least(std::uint32_t value) const {
+    for (unsigned offset = kWarp / 2; offset > 0; offset /= 2)
+      value = min(value, __shfl_xor_sync(kAll, value, offset));
+    return value;
+  }
+};
+
+// For a block: steps the members and parts them into groups. `shares` is in memory that the block shares.
 template <class M>
 __device__ void part(const SteppedMembers<M>& members, const SharesMemory<typename M::State>& memory,
                      ScenarioShares<M>& shares) {
-  const unsigned lane = threadIdx.x % kWarp;
-  if (lane == 0) {
-    shares.begin(memory, members.count);
-    for (std::uint32_t i = 0; i < members.count; ++i) {
-      if (members.terminals[i] == 0) shares.enter(i);
+  const bool is_first_warp = threadIdx.x < kWarp;
+  const Warp warp;
+  for (std::uint32_t i = threadIdx.x; i < members.count; i += blockDim.x) members.step(i);
+  if (threadIdx.x == 0) shares.begin(memory, members.count);
+  __syncthreads();
+  if (is_first_warp) {
+    std::uint32_t live = 0;
+    for (std::uint32_t first = 0; first < members.count; first += kWarp) {
+      const std::uint32_t i = first + warp.rank();
+      const std::uint32_t own = i < members.count && members.terminals[i] == 0 ? 1 : 0;
+      const std::uint32_t n = live + warp.sum_up_to(own) - own;
+      if (own != 0) shares.enter_alone(i, n);
+      live += warp.sum(own);
     }
+    if (threadIdx.x == 0) shares.end_entering(live);
   }
-  __syncwarp();
+  __syncthreads();
   const std::uint32_t draws = shares.draws(), classes = shares.classes();
   typename M::State unused;
-  for (std::uint32_t n = 0; n < draws; ++n) {
-    const std::uint32_t from = shares.drawn(n);
-    const typename M::Key key = members.keys[from];
-    for (std::uint32_t c = lane; c < classes; c += kWarp) {
-      typename M::State& next = kKeyHoldsState<M> ? shares.next_in_work(c) : unused;
-      shares.weight(c) = members.weigh(shares.scenario_of(c), key, next);
-    }
-    __syncwarp();
-    if (lane == 0) shares.add(from);
-    __syncwarp();
+  for (std::uint32_t at = threadIdx.x; at < draws * classes; at += blockDim.x) {
+    const std::uint32_t n = at / classes, c = at % classes;
+    typename M::State& next = kKeyHoldsState<M> ? shares.next_seen(n, c) : unused;
+    shares.weight(n, c) = members.weigh(shares.scenario_of(c), members.keys[shares.drawn(n)], next);
   }
-  for (std::uint32_t c = lane; c < classes; c += kWarp) shares.share_out(c);
-  __syncwarp();
-  if (lane == 0) {
-    shares.group_the_rest([&](std::uint32_t i) {
+  __syncthreads();
+  if (is_first_warp) {
+    for (std::uint32_t n = 0; n < draws; ++n) shares.add(warp, n, shares.drawn(n));
+    shares.share_out(warp);
+    shares.group_the_rest(warp, [&](std::uint32_t i) {
       std::uint32_t known = 0;
       while (known < shares.rest() && !(members.keys[shares.first_of_rest(known)] == members.keys[i]))
         ++known;
       return known;
     });
   }
-  __syncwarp();
+  __syncthreads();
 }
 
 // Members of several nodes after an action, one after the other: those of parents, or a batch's items.
@@ -106,7 +153,7 @@ __device__ SharesMemory<typename M::State> memory_at(const WeighedItems<M>& item
   return {kKeyHoldsState<M> ? items.group_nexts + at * kShared : nullptr,
           items.posteriors + at * kShared,
           items.shares + at * kShared,
-          items.weights + at,
+          items.sums + at,
           numbers,
           numbers + count,
           numbers + 2 * count,
@@ -131,24 +178,21 @@ __device__ void draw_members(const Batch<M>& batch, int leaf, std::uint32_t firs
                                   room.nexts + first_item,
                                   batch.parent_keys + first_item,
                                   batch.parent_terminals + first_item};
-  for (std::uint32_t i = threadIdx.x; i < task.parent_count; i += blockDim.x) members.step(i);
-  __syncthreads();
-  if (threadIdx.x < kWarp) part(members, memory_at(room, first_item, task.parent_count), shares);
-  __syncthreads();
+  part(members, memory_at(room, first_item, task.parent_count), shares);
   std::uint32_t* const own = block_of<M>(batch.members, task.base);
   if (threadIdx.x == 0) {
     group = shares.named(task.first);
-    if (group < shares.count()) {
-      const std::uint32_t word =
-          PhiloxDraws(batch.search.key, task.first, static_cast<std::uint32_t>(task.depth - 1))
-              .word(kMembersSite, static_cast<std::uint32_t>(task.action));
-      shares.draw(group, task.count, word, [&](std::size_t i, std::uint32_t pick) { own[i] = pick; });
-    } else {
-      atomicOr(&batch.flags[leaf], kMembersFlag);
-    }
+    if (group == shares.count()) atomicOr(&batch.flags[leaf], kMembersFlag);
   }
   __syncthreads();
   const bool is_known = group < shares.count();
+  if (is_known && threadIdx.x < kWarp) {
+    const std::uint32_t word =
+        PhiloxDraws(batch.search.key, task.first, static_cast<std::uint32_t>(task.depth - 1))
+            .word(kMembersSite, static_cast<std::uint32_t>(task.action));
+    shares.draw(Warp(), group, task.count, word, [&](std::size_t i, std::uint32_t pick) { own[i] = pick; });
+  }
+  __syncthreads();
   for (std::uint32_t i = threadIdx.x; i < task.count; i += blockDim.x) {
     const std::uint32_t pick = is_known ? own[i] : 0;
     const typename M::State* const next = is_known ? shares.next(group, pick) : nullptr;
@@ -248,42 +292,37 @@ __device__ void bound_elsewhere(const Batch<M>& batch, int leaf, const SteppedMe
   }
 }
 
-// Between the passes: parts the members of each action into groups. A warp an action.
+// Between the passes: parts the members of each action into groups. A block an action.
 template <class M>
-__global__ void __launch_bounds__(kBlock) weigh(const __grid_constant__ Batch<M> batch) {
+__global__ void __launch_bounds__(kWeighBlock) weigh(const __grid_constant__ Batch<M> batch) {
   __shared__ LeafOffsets items, actions;
   items.fill(batch.leaves, [&](int leaf) { return items_of(batch, leaf); });
   actions.fill(batch.leaves, [&](int leaf) { return batch.legal_count[leaf]; });
-  const unsigned lane = threadIdx.x % kWarp;
-  const std::uint32_t warps = gridDim.x * blockDim.x / kWarp;
-  for (std::uint32_t at = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp; at < actions.starts[batch.leaves];
-       at += warps) {
+  for (std::uint32_t at = blockIdx.x; at < actions.starts[batch.leaves]; at += gridDim.x) {
     const int leaf = actions.leaf_of(at, batch.leaves);
     const std::uint32_t a = at - actions.starts[leaf], count = batch.tasks[leaf].count;
     const std::uint32_t first = items.starts[leaf] + a * count;
     const SteppedMembers<M> members = stepped_items(batch, leaf, a, first);
-    for (std::uint32_t i = lane; i < count; i += kWarp) members.step(i);
-    __syncwarp();
     ScenarioShares<M>& shares = batch.action_shares[std::size_t(leaf) * batch.max_actions + a];
     part(members, memory_at(batch.items, first, count), shares);
     const bool rolls = members.depth + 1 >= batch.search.depth_limit || is_rolled(batch, leaf, a);
-    for (std::uint32_t i = lane; i < count; i += kWarp) {
+    for (std::uint32_t i = threadIdx.x; i < count; i += blockDim.x) {
       if (members.terminals[i] != 0) continue;
       if constexpr (M::kHasHistory) batch.seen_by[first + i] = shares.first(shares.likeliest(i));
       if constexpr (kKeyHoldsState<M>) bound_elsewhere(batch, leaf, members, shares, first, i, rolls);
     }
-    __syncwarp();
   }
 }
 
-// Third kernel: rows of each action by shares. A warp an action, a lane a group.
+// Third kernel: rows of each action by shares. A warp an action.
 template <class M>
 __global__ void __launch_bounds__(kBlock) reduce_weighted(const __grid_constant__ Batch<M> batch) {
   constexpr std::size_t kShared = ScenarioShares<M>::kMostShared;
   __shared__ LeafOffsets items, actions;
   items.fill(batch.leaves, [&](int leaf) { return items_of(batch, leaf); });
   actions.fill(batch.leaves, [&](int leaf) { return batch.legal_count[leaf]; });
-  const unsigned lane = threadIdx.x % kWarp;
+  const Warp warp;
+  const unsigned lane = warp.rank();
   const std::uint32_t warps = gridDim.x * blockDim.x / kWarp;
   for (std::uint32_t at = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp; at < actions.starts[batch.leaves];
        at += warps) {
@@ -300,10 +339,10 @@ __global__ void __launch_bounds__(kBlock) reduce_weighted(const __grid_constant_
       continue;
     }
     // Of each group: its shares, and then its bounds. The shares up to a group give its mass.
-    for (std::uint32_t g = lane; g < shares.count(); g += kWarp) {
+    for (std::uint32_t g = 0; g < shares.count(); ++g) {
       std::uint64_t sum = 0;
       WideSum upper = 0, lower = 0;
-      for (std::uint32_t i = 0; i < count; ++i) {
+      for (std::uint32_t i = lane; i < count; i += kWarp) {
         const std::uint32_t share = batch.terminals[first + i] != 0 ? 0 : shares.share(g, i);
         if (share == 0) continue;
         std::int64_t most = batch.uppers[first + i], least = batch.lowers[first + i];
@@ -315,22 +354,27 @@ __global__ void __launch_bounds__(kBlock) reduce_weighted(const __grid_constant_
         upper += static_cast<WideSum>(most) * share;
         lower += static_cast<WideSum>(least) * share;
       }
+      sum = warp.sum(sum);
+      upper = warp.sum(upper);
+      lower = warp.sum(lower);
+      if (lane != 0) continue;
       ChildRow row = empty_row(shares.first(g), 0, false);
       row.upper_sum = spread(upper, task.mass, whole);
       row.lower_sum = spread(lower, task.mass, whole);
       batch.child_rows[first + g] = row;
       batch.group_sums[first + g] = sum;
     }
-    __syncwarp();
+    WideSum rewards = 0;
+    std::uint32_t ended = count;
+    for (std::uint32_t i = lane; i < count; i += kWarp) {
+      rewards += batch.rewards[first + i];
+      if (batch.terminals[first + i] != 0 && ended == count) ended = i;
+    }
+    rewards = warp.sum(rewards);
+    ended = warp.least(ended);
     if (lane == 0) {
       ActionRow row{};
       row.action = batch.legal[place];
-      WideSum rewards = 0;
-      std::uint32_t ended = count;
-      for (std::uint32_t i = 0; i < count; ++i) {
-        rewards += batch.rewards[first + i];
-        if (batch.terminals[first + i] != 0 && ended == count) ended = i;
-      }
       row.reward_sum = spread(rewards, task.mass, count);
       std::uint64_t reached = 0, before = 0;
       const auto mass_after = [&](std::uint64_t shares_of_group) {

@@ -18,16 +18,16 @@ class WeighedArrays {
     return nexts_.allocate(count, error) &&
            group_nexts_.allocate(kKeyHoldsState<M> ? count * kShared : 1, error) &&
            posteriors_.allocate(count * kShared, error) && shares_.allocate(count * kShared, error) &&
-           weights_.allocate(count, error) && numbers_.allocate(count * WeighedItems<M>::kNumbers, error);
+           sums_.allocate(count, error) && numbers_.allocate(count * WeighedItems<M>::kNumbers, error);
   }
   WeighedItems<M> items() const {
-    return {nexts_.get(),  group_nexts_.get(), posteriors_.get(),
-            shares_.get(), weights_.get(),     numbers_.get()};
+    return {nexts_.get(), group_nexts_.get(), posteriors_.get(), shares_.get(), sums_.get(), numbers_.get()};
   }
 
  private:
   DeviceArray<typename M::State> nexts_, group_nexts_;
-  DeviceArray<double> posteriors_, weights_;
+  DeviceArray<double> posteriors_;
+  DeviceArray<std::uint64_t> sums_;
   DeviceArray<std::uint32_t> shares_, numbers_;
 };
 

@@ -27,7 +27,7 @@ struct SharesMemory {
   State* nexts;               // by group and class; unused unless the key holds state
   double* posteriors;         // by group and class: of one scenario of the class
   std::uint32_t* shares;      // the same
-  double* weights;            // by class, of the observation in work
+  std::uint64_t* sums;        // by scenario that has not ended: the shares in a group up to it
   std::uint32_t* key_of;      // by scenario: the group of those that see the same, or kShared
   std::uint32_t* key_firsts;  // by such a group
   std::uint32_t* live;        // the scenarios that have not ended
@@ -45,10 +45,28 @@ HYPGEN_FN std::uint32_t members_for(std::uint32_t mass, std::uint32_t parent_cou
   return own < least ? least : own > limit ? limit : own;
 }
 
+// One thread that does all the work of a method. The threads of a warp share it in `cuda::Warp`.
+struct Alone {
+  static constexpr std::uint32_t size = 1;
+
+  HYPGEN_FN std::uint32_t rank() const { return 0; }
+  HYPGEN_FN void wait() const {}
+  template <class T>
+  HYPGEN_FN T sum(T value) const {
+    return value;
+  }
+  // Of the threads up to this one.
+  template <class T>
+  HYPGEN_FN T sum_up_to(T value) const {
+    return value;
+  }
+  HYPGEN_FN double largest(double value) const { return value; }
+};
+
 // The same on every target, bit for bit: sums are of integers, so that their order does not matter.
 //
-// Its calls come in this order: `begin`, `enter` for each scenario, for each drawn observation all weights and then
-// `add`, `share_out` for each class, and `group_the_rest`.
+// Its calls come in this order: `begin`, `enter` for each scenario, all weights, `add` for each drawn observation,
+// `share_out`, and `group_the_rest`. Those that take a team are called by each of its threads.
 template <class M>
 class ScenarioShares {
  public:
@@ -77,13 +95,14 @@ class ScenarioShares {
     ++memory_.size_of[known];
   }
 
-  // The same for a scenario that stands for itself.
-  HYPGEN_FN void enter(std::uint32_t i) {
-    memory_.first_of[classes_] = i;
-    memory_.size_of[classes_] = 1;
-    memory_.live[live_count_++] = i;
-    memory_.class_of[i] = classes_++;
+  // The same for a scenario that stands for itself, as the n-th that has not ended.
+  HYPGEN_FN void enter_alone(std::uint32_t i, std::uint32_t n) {
+    memory_.first_of[n] = memory_.live[n] = i;
+    memory_.size_of[n] = 1;
+    memory_.class_of[i] = n;
   }
+  // How many such there were.
+  HYPGEN_FN void end_entering(std::uint32_t live) { live_count_ = classes_ = live; }
 
   // How many observations are drawn, and the scenarios that see them: spread out, as neighbours often stem from one
   // scenario.
@@ -100,66 +119,81 @@ class ScenarioShares {
   HYPGEN_FN std::uint32_t classes() const { return classes_; }
   HYPGEN_FN std::uint32_t shared() const { return shared_; }
   HYPGEN_FN std::uint32_t scenario_of(std::uint32_t c) const { return memory_.first_of[c]; }
-  // How likely the observation in work is for a class, and the state in which it is seen. No number counts as 0.
-  HYPGEN_FN double& weight(std::uint32_t c) { return memory_.weights[c]; }
-  HYPGEN_FN State& next_in_work(std::uint32_t c) { return memory_.nexts[shared_ * count_ + c]; }
+  // How likely the n-th drawn observation is for a class, and the state in which it is seen. No number counts as 0.
+  HYPGEN_FN double& weight(std::uint32_t n, std::uint32_t c) { return memory_.posteriors[n * count_ + c]; }
+  HYPGEN_FN State& next_seen(std::uint32_t n, std::uint32_t c) { return memory_.nexts[n * count_ + c]; }
 
-  // Adds the group of the observation in work, which scenario `from` sees, or another draw to the group whose belief
-  // is about the same.
-  HYPGEN_FN void add(std::uint32_t from) {
-    double* const weights = memory_.weights;
+  // Adds the group of the n-th drawn observation, which scenario `from` sees, or another draw to the group whose belief
+  // is about the same. Groups take the places of weights that were added before.
+  template <class Team>
+  HYPGEN_FN void add(const Team& team, std::uint32_t n, std::uint32_t from) {
+    double* const weights = memory_.posteriors + n * count_;
+    const std::uint32_t groups = shared_;
     double most = 0.0;
-    for (std::uint32_t c = 0; c < classes_; ++c) {
+    for (std::uint32_t c = team.rank(); c < classes_; c += team.size) {
       if (weights[c] > most) most = weights[c];
     }
+    most = team.largest(most);
     if (!(most > 0.0) || !(most <= kLargest)) return;
     std::uint64_t total = 0;
-    for (std::uint32_t c = 0; c < classes_; ++c) {
+    for (std::uint32_t c = team.rank(); c < classes_; c += team.size) {
       const double part = weights[c] > 0.0 ? weights[c] / most * kWeightUnits : 0.0;
       const auto units = static_cast<std::uint64_t>(part);  // a weight below a unit is none
       weights[c] = static_cast<double>(units);
       total += units * memory_.size_of[c];
     }
-    for (std::uint32_t c = 0; c < classes_; ++c) weights[c] /= static_cast<double>(total);
-    for (std::uint32_t g = 0; g < shared_; ++g) {
-      if (distance(g) > kPacked) continue;
-      ++draws_[g];
-      return;
+    total = team.sum(total);
+    for (std::uint32_t c = team.rank(); c < classes_; c += team.size)
+      weights[c] /= static_cast<double>(total);
+    std::uint32_t known = 0;
+    while (known < groups && distance(team, known, weights) > kPacked) ++known;
+    if (known == groups && n != groups) {
+      for (std::uint32_t c = team.rank(); c < classes_; c += team.size) {
+        memory_.posteriors[groups * count_ + c] = weights[c];
+        if constexpr (kKeyHoldsState<M>) next_seen(groups, c) = next_seen(n, c);
+      }
     }
-    for (std::uint32_t c = 0; c < classes_; ++c) memory_.posteriors[shared_ * count_ + c] = weights[c];
-    draws_[shared_] = 1;
-    firsts_[shared_++] = from;
+    team.wait();
+    if (team.rank() == 0) {
+      if (known < groups) {
+        ++draws_[known];
+      } else {
+        draws_[groups] = 1;
+        firsts_[groups] = from;
+        shared_ = groups + 1;
+      }
+    }
+    team.wait();
   }
 
   // A group's observation was drawn with the density that all scenarios have of it together. So a class's share is its
   // posterior in the group, times how often that was drawn.
-  HYPGEN_FN void share_out(std::uint32_t c) {
-    double sum = 0.0;
-    for (std::uint32_t g = 0; g < shared_; ++g) sum += draws_[g] * memory_.posteriors[g * count_ + c];
-    std::uint32_t left = sum > 0.0 ? kWholeShare : 0;
-    std::uint32_t largest = 0;
-    for (std::uint32_t g = 0; g < shared_; ++g) {
-      const double part = left > 0 ? draws_[g] * memory_.posteriors[g * count_ + c] / sum : 0.0;
-      const auto wanted = static_cast<std::uint32_t>(kWholeShare * part);
-      const std::uint32_t share = wanted < left ? wanted : left;
-      memory_.shares[g * count_ + c] = share;
-      left -= share;
-      if (share > memory_.shares[largest * count_ + c]) largest = g;
-    }
-    if (left > 0) memory_.shares[largest * count_ + c] += left;
+  template <class Team>
+  HYPGEN_FN void share_out(const Team& team) {
+    for (std::uint32_t c = team.rank(); c < classes_; c += team.size) share_out_class(c);
+    team.wait();
   }
 
   // Scenarios that no drawn observation explains stand with those that see the same: `number(i)` numbers what they see
   // by first appearance.
-  template <class Number>
-  HYPGEN_FN void group_the_rest(const Number& number) {
-    for (std::uint32_t n = 0; n < live_count_; ++n) {
+  template <class Team, class Number>
+  HYPGEN_FN void group_the_rest(const Team& team, const Number& number) {
+    std::uint32_t unexplained = 0;
+    for (std::uint32_t n = team.rank(); n < live_count_; n += team.size) {
       const std::uint32_t i = memory_.live[n];
-      memory_.key_of[i] = kShared;
-      if (is_explained(memory_.class_of[i])) continue;
-      memory_.key_of[i] = number(i);
-      if (memory_.key_of[i] == rest_) memory_.key_firsts[rest_++] = i;
+      const bool explained = is_explained(memory_.class_of[i]);
+      memory_.key_of[i] = explained ? kShared : kUnexplained;
+      if (!explained) ++unexplained;
     }
+    if (team.sum(unexplained) > 0 && team.rank() == 0) {
+      for (std::uint32_t n = 0; n < live_count_; ++n) {
+        const std::uint32_t i = memory_.live[n];
+        if (memory_.key_of[i] != kUnexplained) continue;
+        memory_.key_of[i] = number(i);
+        if (memory_.key_of[i] == rest_) memory_.key_firsts[rest_++] = i;
+      }
+    }
+    team.wait();
   }
 
   // The groups: those that share scenarios, and then the rest.
@@ -198,22 +232,36 @@ class ScenarioShares {
   }
 
   // Calls `take(i, scenario)` for each i < `wanted`: systematic sampling of a group's scenarios by their shares.
-  template <class Take>
-  HYPGEN_FN void draw(std::uint32_t group, std::size_t wanted, std::uint32_t word, const Take& take) const {
+  template <class Team, class Take>
+  HYPGEN_FN void draw(const Team& team, std::uint32_t group, std::size_t wanted, std::uint32_t word,
+                      const Take& take) const {
     std::uint64_t total = 0;
-    for (std::uint32_t n = 0; n < live_count_; ++n) total += share(group, memory_.live[n]);
-    std::uint32_t at = 0;
-    std::uint64_t reached = live_count_ > 0 ? share(group, memory_.live[0]) : 0;
-    for (std::size_t i = 0; i < wanted; ++i) {
+    for (std::uint32_t first = 0; first < live_count_; first += team.size) {
+      const std::uint32_t n = first + team.rank();
+      const std::uint64_t own = n < live_count_ ? share(group, memory_.live[n]) : 0;
+      const std::uint64_t reached = total + team.sum_up_to(own);  // all threads meet here
+      if (n < live_count_) memory_.sums[n] = reached;
+      total += team.sum(own);
+    }
+    team.wait();
+    for (std::size_t i = team.rank(); i < wanted; i += team.size) {
       const WideSum pointer = static_cast<WideSum>((std::uint64_t{i} << 32) + word) * total;
-      while ((static_cast<WideSum>(reached) * wanted << 32) <= pointer)
-        reached += share(group, memory_.live[++at]);
-      take(i, memory_.live[at]);
+      std::uint32_t first = 0, last = live_count_ - 1;  // the pointer is in one of these
+      while (first < last) {
+        const std::uint32_t middle = (first + last) / 2;
+        if ((static_cast<WideSum>(memory_.sums[middle]) * wanted << 32) <= pointer) {
+          first = middle + 1;
+        } else {
+          last = middle;
+        }
+      }
+      take(i, memory_.live[first]);
     }
   }
 
  private:
   static constexpr std::uint32_t kShared = UINT32_MAX;
+  static constexpr std::uint32_t kUnexplained = UINT32_MAX - 1;
   static constexpr double kPacked = 0.1;  // groups whose beliefs are as near, in L1, are one
   static constexpr double kLargest = 1.7976931348623157e308;
   static constexpr double kWeightUnits = 1 << 30;
@@ -221,14 +269,31 @@ class ScenarioShares {
   static constexpr std::uint32_t kScenariosAGroup = 8;
   static constexpr std::uint32_t kFewGroups = 4;
 
-  // Between the beliefs of a group and of the one in work, in L1.
-  HYPGEN_FN double distance(std::uint32_t group) const {
+  // Between the belief of a group and another, in L1.
+  template <class Team>
+  HYPGEN_FN double distance(const Team& team, std::uint32_t group, const double* other) const {
     std::uint64_t sum = 0;
-    for (std::uint32_t c = 0; c < classes_; ++c) {
-      const double apart = memory_.weights[c] - memory_.posteriors[group * count_ + c];
+    for (std::uint32_t c = team.rank(); c < classes_; c += team.size) {
+      const double apart = other[c] - memory_.posteriors[group * count_ + c];
       sum += static_cast<std::uint64_t>((apart < 0.0 ? -apart : apart) * kDistanceUnits) * memory_.size_of[c];
     }
-    return static_cast<double>(sum) / kDistanceUnits;
+    return static_cast<double>(team.sum(sum)) / kDistanceUnits;
+  }
+
+  HYPGEN_FN void share_out_class(std::uint32_t c) {
+    double sum = 0.0;
+    for (std::uint32_t g = 0; g < shared_; ++g) sum += draws_[g] * memory_.posteriors[g * count_ + c];
+    std::uint32_t left = sum > 0.0 ? kWholeShare : 0;
+    std::uint32_t largest = 0;
+    for (std::uint32_t g = 0; g < shared_; ++g) {
+      const double part = left > 0 ? draws_[g] * memory_.posteriors[g * count_ + c] / sum : 0.0;
+      const auto wanted = static_cast<std::uint32_t>(kWholeShare * part);
+      const std::uint32_t share = wanted < left ? wanted : left;
+      memory_.shares[g * count_ + c] = share;
+      left -= share;
+      if (share > memory_.shares[largest * count_ + c]) largest = g;
+    }
+    if (left > 0) memory_.shares[largest * count_ + c] += left;
   }
 
   HYPGEN_FN bool is_explained(std::uint32_t c) const {

@@ -47,14 +47,14 @@ class WeightedGroups : public ScenarioShares<M> {
   // The memory of one scenario.
   static constexpr std::size_t kScenarioBytes =
       kMostShared * ((kKeyHoldsState<M> ? sizeof(State) : 0) + sizeof(double) + sizeof(std::uint32_t)) +
-      sizeof(double) + 6 * sizeof(std::uint32_t) + 4 * (sizeof(Key) + 2 * sizeof(std::uint32_t));
+      sizeof(std::uint64_t) + 6 * sizeof(std::uint32_t) + 4 * (sizeof(Key) + 2 * sizeof(std::uint32_t));
 
   // `most`: scenarios.
   explicit WeightedGroups(std::size_t most)
       : nexts_(kKeyHoldsState<M> ? most * kMostShared : 0),
         posteriors_(most * kMostShared),
         shares_(most * kMostShared),
-        weights_(most),
+        sums_(most),
         numbers_(kNumbers * most),
         keys_(most) {}
 
@@ -65,9 +65,9 @@ class WeightedGroups : public ScenarioShares<M> {
   template <class IsTerminal, class Alike, class Observe, class Weigh, class IsOver>
   bool make(std::size_t count, const IsTerminal& is_terminal, const Alike& alike, const Observe& observe,
             const Weigh& weigh, const IsOver& is_over) {
-    const std::size_t most = weights_.size();
+    const std::size_t most = sums_.size();
     std::uint32_t* const numbers = numbers_.data();
-    this->begin({nexts_.data(), posteriors_.data(), shares_.data(), weights_.data(), numbers, numbers + most,
+    this->begin({nexts_.data(), posteriors_.data(), shares_.data(), sums_.data(), numbers, numbers + most,
                  numbers + 2 * most, numbers + 3 * most, numbers + 4 * most, numbers + 5 * most},
                 static_cast<std::uint32_t>(count));
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -80,15 +80,15 @@ class WeightedGroups : public ScenarioShares<M> {
       const std::uint32_t from = this->drawn(n);
       const Key key = observe(from);
       for (std::uint32_t c = 0; c < this->classes(); ++c) {
-        this->weight(c) =
-            weigh(this->scenario_of(c), key, kKeyHoldsState<M> ? this->next_in_work(c) : unused);
+        this->weight(n, c) =
+            weigh(this->scenario_of(c), key, kKeyHoldsState<M> ? this->next_seen(n, c) : unused);
       }
-      this->add(from);
+      this->add(Alone{}, n, from);
       if (is_over(this->classes())) return false;
     }
-    for (std::uint32_t c = 0; c < this->classes(); ++c) this->share_out(c);
+    this->share_out(Alone{});
     keys_.clear();
-    this->group_the_rest([&](std::uint32_t i) { return keys_.number(observe(i)); });
+    this->group_the_rest(Alone{}, [&](std::uint32_t i) { return keys_.number(observe(i)); });
     return true;
   }
 
@@ -98,7 +98,7 @@ class WeightedGroups : public ScenarioShares<M> {
   std::vector<State> nexts_;
   std::vector<double> posteriors_;
   std::vector<std::uint32_t> shares_;
-  std::vector<double> weights_;
+  std::vector<std::uint64_t> sums_;
   std::vector<std::uint32_t> numbers_;
   Grouping<Key> keys_;
 };

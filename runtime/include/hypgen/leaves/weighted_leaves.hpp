@@ -44,7 +44,7 @@ class WeightedLeaves {
     const std::uint32_t word =
         PhiloxDraws(work_.cache.key(), request.first, static_cast<std::uint32_t>(depth))
             .word(kMembersSite, static_cast<std::uint32_t>(request.action));
-    groups_.draw(group, drawn, word, [&](std::size_t i, std::size_t pick) {
+    groups_.draw(Alone{}, group, drawn, word, [&](std::size_t i, std::size_t pick) {
       const State* const next = groups_.next(group, pick);
       work_.members[i] = {from[pick].scenario, next != nullptr ? *next : nexts_[pick]};
     });

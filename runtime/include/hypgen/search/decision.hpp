@@ -63,8 +63,8 @@ struct PlannerOptions {
   double patience = 10.0;                           // seconds of silence after which an evaluator has failed
   std::size_t memory_bytes = std::size_t{1} << 30;  // of the tree and of an evaluator on the host
   std::size_t device_memory_bytes = 0;              // of a GPU; 0: half of what is free, at most 8 GB
-  bool lanes = true;  // rollouts side by side, where the model and the processor have lanes
-  bool signature = false;                           // hash every tree, after the deadline
+  bool lanes = true;       // rollouts side by side, where the model and the processor have lanes
+  bool signature = false;  // hash every tree, after the deadline
 };
 
 // An action, and what the search found out. `lower` and `upper` bound the value of the belief up to sampling
@@ -134,6 +134,14 @@ struct RootAction {
   double upper = 0.0;
   double mean = std::numeric_limits<double>::quiet_NaN();  // of the returns, in kPomcp
   std::uint64_t visits = 0;                                // trials that took it
+};
+
+// What rollouts on common random numbers say of an action: its mean gain over the default policy's action.
+struct ComparedAction {
+  int action = -1;
+  double gain = 0.0;
+  double standard_error = 0.0;  // of the paired differences
+  std::uint64_t samples = 0;
 };
 
 }  // namespace hypgen

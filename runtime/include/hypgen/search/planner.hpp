@@ -58,6 +58,9 @@ class Planner {
   // The root's actions in the tree that the last plan decided by. Waits for threads that it left behind.
   std::vector<RootAction> root_actions();
 
+  // The actions that rollouts of the last plan compared to the last; none where `compared_actions` is 0.
+  std::vector<ComparedAction> compared() const;
+
   // The tree of the last plan.
   const Tree& tree() const { return search_.tree(); }
   // The same once threads have ended that the last plan left behind.

@@ -15,10 +15,9 @@ namespace hypgen {
 
 // How much of a tree to tell.
 struct TreeExtent {
-  int depth = 2;          // levels of actions
-  std::size_t most = 10;  // actions of a node, by trials, and groups of an action, by scenarios
-
-  std::size_t nodes = SIZE_MAX;  // beliefs and actions in all, those that most trials took
+  int depth = 2;             // levels of actions
+  std::size_t most = 10;     // actions of a node, by trials, and groups of an action, by scenarios
+  std::size_t nodes = 5000;  // beliefs and actions in all, those that most trials took
 
   static constexpr int kMostDepth = 100;  // the text is written by recursion
 };

@@ -24,6 +24,7 @@ element room {
   %s
 }
 observe seen: Cell ~ noisy(room.x', 0.9)
+reward effort = if act == go then -1 else 0
 %s
 """
 
@@ -152,6 +153,13 @@ reward r = if slipped() then 1 else 0"""
 )
 def test_noise_hides_a_draw(shown: str, tmp_path: Path) -> None:
     assert warned(tmp_path, bottom=f"observe felt: bool ~ {shown}") == []
+
+
+def test_a_model_without_rewards(tmp_path: Path) -> None:
+    path = tmp_path / "m.pomdp"
+    path.write_text("# nothing yet\n" + BASE)
+    (first, *_) = load.load(path).warnings
+    assert (first.code, first.span and (first.span.line, first.span.end_column)) == ("W11", (2, 8))
 
 
 def test_check_prints_warnings_and_counts_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

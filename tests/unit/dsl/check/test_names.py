@@ -102,3 +102,10 @@ def test_names_that_the_grammar_tells_apart(more: str, tmp_path: Path) -> None:
 )
 def test_a_name_that_is_taken_gives_one_message(more: str, message: str, tmp_path: Path) -> None:
     assert told(HEAD + ROOM + more + "\n", tmp_path) == [f"E0202 {message}"]
+
+
+def test_a_record_of_floats_whose_name_is_taken_is_told_once(tmp_path: Path) -> None:
+    taken = "record Vec { x, y: float }\nfn Vec(c: Cell): float = 1.0\n"
+    assert told(HEAD + taken + ROOM + "reward s = Vec(1.0, 2.0).x\n", tmp_path) == [
+        "E0202 'Vec' is already declared"
+    ]

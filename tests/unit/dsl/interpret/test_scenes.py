@@ -3,15 +3,18 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
 import pytest
+from support.random_models.generator import model as random_model
 
 from hypgen.dsl import ir
 from hypgen.dsl.interpret.episode import Episode
 from hypgen.dsl.interpret.scenes import MOST_SHAPES, Scenes
 from hypgen.dsl.load import load
+from hypgen.dsl.messages.diagnostic import ModelError
 from hypgen.dsl.messages.source import Source
 
 ROOT = Path(__file__).parents[4]
@@ -151,6 +154,42 @@ def test_colours_take_no_names_from_the_model() -> None:
     drawn = "draw a = marker { x = cart.x, y = 0, colour = red }"
     own = load("yard.pomdp", given=Source("yard.pomdp", text + drawn)).model
     assert Scenes(own).truth(state())[0]["colour"] == "red"
+
+
+@pytest.mark.parametrize(
+    ("area", "cells"),
+    [
+        ("x = -1, y = 0, x2 = 4, y2 = 3", True),
+        ("x = -0.5, y = 0, x2 = 4, y2 = 3", False),
+        ("x = 0, y = 0, x2 = 399, y2 = 3", True),
+        ("x = 0, y = 0, x2 = 400, y2 = 3", False),
+        ("x = -2147483648, y = 0, x2 = 2147483647, y2 = 3", False),
+    ],
+)
+def test_cells_are_few_and_whole(area: str, cells: bool) -> None:
+    scene = Scenes(model(DRAWN.replace("x = -1, y = 0, x2 = 4, y2 = 3", area))).scene()
+    assert scene is not None and scene["extent"]["cells"] == cells
+
+
+def test_random_pictures_are_drawn(tmp_path: Path) -> None:
+    drawn = 0
+    for seed in range(8):
+        path = tmp_path / "random.pomdp"
+        path.write_text(str(random_model(seed)))
+        try:
+            found = load(path).model
+        except ModelError:
+            continue
+        scenes, values = Scenes(found), Episode(found).values()
+        samples = {v.name: [values[v.name]] * 3 for v in found.variables if not v.visible}
+        if scenes.scene() is None:
+            continue
+        truth = scenes.truth(values)
+        believed = scenes.belief(values, samples)["belief"]
+        assert {shape["name"] for shape in believed} <= {shape["name"] for shape in truth}
+        assert json.loads(json.dumps([truth, believed], allow_nan=False)) == [truth, believed]
+        drawn += 1
+    assert drawn > 2
 
 
 EXAMPLES = sorted(

@@ -99,4 +99,15 @@ msg::Status Planner::update(const msg::Observation& observation) {
   return status_of(code, error);
 }
 
+rock_sample_msgs::srv::Belief::Response Planner::belief() {
+  char* json = nullptr;
+  char* error = nullptr;
+  const hypgen_status code = hypgen_belief(planner_, &json, &error);
+  rock_sample_msgs::srv::Belief::Response response;
+  response.status = status_of(code, error);
+  if (json != nullptr) response.json = json;
+  hypgen_free(json);
+  return response;
+}
+
 }  // namespace rock_sample_planner

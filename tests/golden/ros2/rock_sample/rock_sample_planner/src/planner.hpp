@@ -9,6 +9,7 @@
 #include <rock_sample_msgs/msg/decision.hpp>
 #include <rock_sample_msgs/msg/observation.hpp>
 #include <rock_sample_msgs/msg/status.hpp>
+#include <rock_sample_msgs/srv/belief.hpp>
 #include <rock_sample_msgs/srv/reset.hpp>
 
 #include <hypgen.h>
@@ -34,6 +35,7 @@ class Planner {
   msg::Status reset(const rock_sample_msgs::srv::Reset::Request& request);
   msg::Decision plan(double seconds);
   msg::Status update(const msg::Observation& observation);
+  rock_sample_msgs::srv::Belief::Response belief();
 
   // Ends the plan under way as its deadline would; nothing happens if there is none. For any thread.
   void cancel();

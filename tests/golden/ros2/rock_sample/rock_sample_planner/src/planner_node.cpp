@@ -80,6 +80,10 @@ void PlannerNode::create_interfaces() {
       "~/reset", [this](const std::shared_ptr<rclcpp::Service<Reset>> service,
                         const std::shared_ptr<rmw_request_id_t> header,
                         const std::shared_ptr<Reset::Request> request) { reset(service, header, request); });
+  belief_service_ = create_service<Belief>(
+      "~/belief", [this](const std::shared_ptr<rclcpp::Service<Belief>> service,
+                         const std::shared_ptr<rmw_request_id_t> header,
+                         const std::shared_ptr<Belief::Request>) { tell(service, header); });
   plan_server_ = rclcpp_action::create_server<Plan>(
       this, "~/plan",
       [this](const rclcpp_action::GoalUUID&, std::shared_ptr<const Plan::Goal>) { return accept_goal(); },
@@ -101,6 +105,7 @@ void PlannerNode::release() {
   plan_server_.reset();
   observations_.reset();
   reset_service_.reset();
+  belief_service_.reset();
   belief_status_.reset();
   cancel_timer_.reset();
   calls_.reset();
@@ -126,6 +131,21 @@ void PlannerNode::reset(const std::shared_ptr<rclcpp::Service<Reset>>& service,
     });
   } else {
     Reset::Response response;
+    response.status.code = msg::Status::WRONG_ARGUMENT;
+    response.status.text = "the node is not active";
+    service->send_response(*header, response);
+  }
+}
+
+void PlannerNode::tell(const std::shared_ptr<rclcpp::Service<Belief>>& service,
+                       const std::shared_ptr<rmw_request_id_t>& header) {
+  if (is_active_) {
+    calls_->add([this, service, header] {
+      Belief::Response response = planner_->belief();
+      service->send_response(*header, response);
+    });
+  } else {
+    Belief::Response response;
     response.status.code = msg::Status::WRONG_ARGUMENT;
     response.status.text = "the node is not active";
     service->send_response(*header, response);

@@ -17,7 +17,8 @@
 namespace rock_sample_planner {
 
 // The planner as a lifecycle node. Its action `~/plan` decides, its topic `~/observation` updates the belief, and
-// its service `~/reset` begins an episode. `~/belief_status` says how each update ended.
+// its service `~/reset` begins an episode. `~/belief_status` says how each update ended, and the service `~/belief`
+// what is believed.
 //
 // All callbacks are in the node's default group, so the executor calls them one at a time. They add calls to the
 // queue, whose thread makes them. Where the queue has none, transitions call the planner themselves.
@@ -38,6 +39,7 @@ class PlannerNode : public rclcpp_lifecycle::LifecycleNode {
   using Goal = rclcpp_action::ServerGoalHandle<Plan>;
   using Observation = msg::Observation;
   using Reset = rock_sample_msgs::srv::Reset;
+  using Belief = rock_sample_msgs::srv::Belief;
 
   void create_interfaces();
   void stop_calls();
@@ -47,6 +49,8 @@ class PlannerNode : public rclcpp_lifecycle::LifecycleNode {
   void take(const std::shared_ptr<const Observation>& observation);
   void reset(const std::shared_ptr<rclcpp::Service<Reset>>& service,
              const std::shared_ptr<rmw_request_id_t>& header, const std::shared_ptr<Reset::Request>& request);
+  void tell(const std::shared_ptr<rclcpp::Service<Belief>>& service,
+            const std::shared_ptr<rmw_request_id_t>& header);
   rclcpp_action::GoalResponse accept_goal() const;
   void begin_plan(const std::shared_ptr<Goal>& goal);
   rclcpp_action::CancelResponse cancel(const Goal& goal);
@@ -65,6 +69,7 @@ class PlannerNode : public rclcpp_lifecycle::LifecycleNode {
   rclcpp_action::Server<Plan>::SharedPtr plan_server_;
   rclcpp::Subscription<Observation>::SharedPtr observations_;
   rclcpp::Service<Reset>::SharedPtr reset_service_;
+  rclcpp::Service<Belief>::SharedPtr belief_service_;
   rclcpp_lifecycle::LifecyclePublisher<msg::Status>::SharedPtr belief_status_;
   rclcpp::TimerBase::SharedPtr cancel_timer_;
 };
