@@ -46,6 +46,7 @@ from hypgen.codegen.model.partitioned_step import PartitionedStep
 from hypgen.codegen.model.policy_functions import PolicyFunctions, uncalled_lets
 from hypgen.codegen.passes.arguments import NeedsAnalysis
 from hypgen.codegen.passes.enumerable import sees_continuously
+from hypgen.codegen.passes.operand_order import OperandOrder
 from hypgen.codegen.passes.partition import ElementUpdate, partition
 from hypgen.codegen.passes.tabulate import DerivedTable, tabulate
 from hypgen.codegen.tree.expr import FALSE, TRUE, Literal, Prefix, member, method, not_
@@ -115,7 +116,8 @@ def context_of(
     index_types: dict[str, tuple[Type, ...]] = {p.name: p.indices for p in model.params}
     index_types |= {t.name: t.indices for t in model.tables}
     index_types |= {t.name: tuple(b.type for b in t.inputs) for t in derived}
-    return Context(model, names, NeedsAnalysis(model, beliefs), index_types, beliefs or {})
+    needs = NeedsAnalysis(model, beliefs)
+    return Context(model, names, needs, OperandOrder(model, needs), index_types, beliefs or {})
 
 
 def project_view(model: ir.Model) -> template_data.Project:
