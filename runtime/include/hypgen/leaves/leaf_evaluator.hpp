@@ -13,6 +13,10 @@
 #include "hypgen/memory/scenario_buffer.hpp"
 #include "hypgen/random/philox.hpp"
 
+namespace hypgen_lanes {
+struct Kernel;
+}
+
 namespace hypgen {
 
 // The options of an evaluator.
@@ -26,6 +30,8 @@ struct EvaluatorOptions {
   int warps = 0;                        // of a GPU that share a step; 0: each batch chooses
   std::size_t threads = 1;              // of the search
   bool may_weigh = false;               // some search may be weighted
+  const hypgen_lanes::Kernel* lanes = nullptr;  // what the host rolls out by; null: one rollout at a time
+  bool measures_lanes = true;  // what is slower is left out; false, for checks: all rollouts go by lanes
   double patience = 10.0;               // seconds without an answer after which a device is lost
 };
 
