@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calls that a block makes twice, made once: in lanes a call is dear, and no compiler sees that it repeats."""
+"""Calls that a block makes twice, made once: compilers do not see that such calls in lanes repeat."""
 
 from __future__ import annotations
 

@@ -192,7 +192,8 @@ std::vector<Option> option_table(SolverOptions& options) {
           "at the root 16 or more)",
           1, 1 << 20, planner.rolled),
       {"--lanes", "WAY",
-       "how the CPU plays rollouts: auto (side by side, where the model and the processor allow it) or 0 (one after "
+       "how the CPU plays rollouts: auto (side by side, where the model and the processor allow it) or 0 "
+       "(one after "
        "the other); results are the same (auto)",
        "auto or 0",
        [&](const std::string& text) {

@@ -19,11 +19,11 @@ struct Wides {
   Longs high;
 };
 
-#define HYPGEN_LANES_TEST(name, sign)                       \
-  template <class T>                                        \
-  HYPGEN_FN Wides name(Lanes<T> a, Lanes<T> b) {            \
-    return {a.low sign b.low, a.high sign b.high};          \
-  }                                                         \
+#define HYPGEN_LANES_TEST(name, sign)              \
+  template <class T>                               \
+  HYPGEN_FN Wides name(Lanes<T> a, Lanes<T> b) {   \
+    return {a.low sign b.low, a.high sign b.high}; \
+  }                                                \
   HYPGEN_FN Wides name(Double a, double b) { return name(a, Double(b)); }
 HYPGEN_LANES_TEST(below, <)
 HYPGEN_LANES_TEST(above, >)
@@ -40,7 +40,9 @@ HYPGEN_FN Double pick(Wides mask, Double a, Double b) {
 
 using Bits = Lanes<std::uint64_t>;
 
-HYPGEN_FN Bits bits_of(Double x) { return {reinterpret_cast<Masses>(x.low), reinterpret_cast<Masses>(x.high)}; }
+HYPGEN_FN Bits bits_of(Double x) {
+  return {reinterpret_cast<Masses>(x.low), reinterpret_cast<Masses>(x.high)};
+}
 HYPGEN_FN Double from_bits(Bits bits) {
   return {reinterpret_cast<Doubles>(bits.low), reinterpret_cast<Doubles>(bits.high)};
 }
@@ -159,8 +161,7 @@ struct LanesAngle {
 /// Of 0 <= x <= 2^20.
 HYPGEN_FN LanesAngle reduce(Double x) {
   const Double n = floor(x * 0.6366197723675814 + 0.5);
-  const Double rest =
-      ((x - n * 1.5707963267341256) - n * 6.077100506303966e-11) - n * 2.0222662487959506e-21;
+  const Double rest = ((x - n * 1.5707963267341256) - n * 6.077100506303966e-11) - n * 2.0222662487959506e-21;
   return {rest, whole_bits(n)};
 }
 
@@ -332,15 +333,9 @@ HYPGEN_FN Float from_fixed(Double x) {
   return lanes::as<float>(x * Double(kUnit));
 }
 
-HYPGEN_FN Float sqrt(Float x) {
-  return lanes::as<float>(lanes::sqrt(lanes::as<double>(x)));
-}
-HYPGEN_FN Float log(Float x) {
-  return lanes::as<float>(lanes::log(lanes::as<double>(x)));
-}
-HYPGEN_FN Float exp2(Float x) {
-  return lanes::as<float>(lanes::exp2(lanes::as<double>(x)));
-}
+HYPGEN_FN Float sqrt(Float x) { return lanes::as<float>(lanes::sqrt(lanes::as<double>(x))); }
+HYPGEN_FN Float log(Float x) { return lanes::as<float>(lanes::log(lanes::as<double>(x))); }
+HYPGEN_FN Float exp2(Float x) { return lanes::as<float>(lanes::exp2(lanes::as<double>(x))); }
 HYPGEN_FN Float exp(Float x) {
   return lanes::as<float>(lanes::exp2(lanes::as<double>(x) * 1.4426950408889634));
 }
@@ -378,8 +373,6 @@ HYPGEN_FN Float log2(Float x) {
 HYPGEN_FN Float pow(Float a, Float b) {
   return lanes::each_lane<float>([](float x, float y) { return pow(x, y); }, a, b);
 }
-HYPGEN_FN Float normal_cdf(Float x) {
-  return lanes::as<float>(lanes::normal_cdf(lanes::as<double>(x)));
-}
+HYPGEN_FN Float normal_cdf(Float x) { return lanes::as<float>(lanes::normal_cdf(lanes::as<double>(x))); }
 
 }  // namespace hypgen::math

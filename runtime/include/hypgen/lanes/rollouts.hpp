@@ -24,8 +24,8 @@ struct StepLanes {
 template <std::size_t N>
 HYPGEN_FN void load_lane(Word (&words)[N], int lane, const std::uint32_t* from) {
   for (std::size_t i = 0; i < N; ++i) {
-    std::memcpy(reinterpret_cast<char*>(&words[i]) + sizeof(std::uint32_t) * static_cast<std::size_t>(lane), from + i,
-                sizeof(std::uint32_t));
+    std::memcpy(reinterpret_cast<char*>(&words[i]) + sizeof(std::uint32_t) * static_cast<std::size_t>(lane),
+                from + i, sizeof(std::uint32_t));
   }
 }
 
@@ -57,7 +57,9 @@ class RolloutLanes {
   }
 
  private:
-  static constexpr std::uint32_t all() { return static_cast<std::uint32_t>((std::uint64_t{1} << kLanes) - 1); }
+  static constexpr std::uint32_t all() {
+    return static_cast<std::uint32_t>((std::uint64_t{1} << kLanes) - 1);
+  }
 
   void start(int lane) {
     const std::size_t item = next_++;
@@ -65,7 +67,8 @@ class RolloutLanes {
     load_lane(fixed_.words, lane, static_cast<const typename Model::Fixed*>(work_.fixed)[work_.scenarios[item]].words);
     load_lane(state_.words, lane, static_cast<const typename Model::State*>(work_.states)[item].words);
     if constexpr (Model::kHasHistory) {
-      load_lane(history_.words, lane, static_cast<const typename Model::History*>(work_.histories[item])->words);
+      load_lane(history_.words, lane,
+                static_cast<const typename Model::History*>(work_.histories[item])->words);
     }
     number_.set(lane, work_.first_number + work_.numbers[item]);
     taken_.set(lane, 0);
@@ -85,7 +88,8 @@ class RolloutLanes {
     nan_ = either(nan_, both(stepped, result.error));
     if constexpr (!kRewardsFit<Model>) nan_ = either(nan_, both(stepped, math::is_saturated(result.reward)));
     const Float earned = math::from_fixed<kRewardBits<Model>>(result.reward);
-    const Float discount = entries(work_.discounts, static_cast<std::size_t>(work_.depth_limit - work_.depth + 1), taken_);
+    const Float discount =
+        entries(work_.discounts, static_cast<std::size_t>(work_.depth_limit - work_.depth + 1), taken_);
     assign(stepped, total_, total_ + discount * earned);
     const Mask goes_on = without(stepped, result.terminal);
     if constexpr (Model::kHasHistory) {

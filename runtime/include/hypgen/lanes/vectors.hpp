@@ -111,9 +111,9 @@ struct Narrow {
   HYPGEN_FN void set(int lane, T value) { v[lane] = value; }
 };
 
-#define HYPGEN_LANES_NARROW(sign)                                                             \
+#define HYPGEN_LANES_NARROW(sign) \
   friend HYPGEN_FN Lanes operator sign(Lanes a, Lanes b) { return Lanes(a.v sign b.v); }
-#define HYPGEN_LANES_COMPARE(sign)                                                            \
+#define HYPGEN_LANES_COMPARE(sign) \
   friend HYPGEN_FN Mask operator sign(Lanes a, Lanes b) { return Mask(a.v sign b.v); }
 
 template <>
@@ -228,13 +228,13 @@ struct Lanes<std::int32_t> : Narrow<std::int32_t> {
 
 #undef HYPGEN_LANES_NARROW
 #undef HYPGEN_LANES_COMPARE
-#define HYPGEN_LANES_WIDE(sign)                                                               \
-  friend HYPGEN_FN Lanes operator sign(Lanes a, Lanes b) {                                    \
-    return Lanes(a.low sign b.low, a.high sign b.high);                                       \
+#define HYPGEN_LANES_WIDE(sign)                            \
+  friend HYPGEN_FN Lanes operator sign(Lanes a, Lanes b) { \
+    return Lanes(a.low sign b.low, a.high sign b.high);    \
   }
-#define HYPGEN_LANES_COMPARE(sign)                                                            \
-  friend HYPGEN_FN Mask operator sign(Lanes a, Lanes b) {                                     \
-    return narrow(a.low sign b.low, a.high sign b.high);                                      \
+#define HYPGEN_LANES_COMPARE(sign)                        \
+  friend HYPGEN_FN Mask operator sign(Lanes a, Lanes b) { \
+    return narrow(a.low sign b.low, a.high sign b.high);  \
   }
 
 /// Masses as doubles, rounded once: through halves, each of which a double holds.
@@ -249,7 +249,8 @@ HYPGEN_FN Doubles to_doubles(Masses x) {
 }
 
 HYPGEN_FN Mask narrow(Longs low, Longs high) {
-  return Mask(joined<std::int32_t>(__builtin_convertvector(low, IntHalf), __builtin_convertvector(high, IntHalf)));
+  return Mask(
+      joined<std::int32_t>(__builtin_convertvector(low, IntHalf), __builtin_convertvector(high, IntHalf)));
 }
 
 template <class T>
@@ -421,7 +422,8 @@ HYPGEN_FN Lanes<To> as(const Lanes<From>& value) {
     return Lanes<To>(__builtin_convertvector(half<0, From>(value.v), Full<To>),
                      __builtin_convertvector(half<1, From>(value.v), Full<To>));
   } else if constexpr (sizeof(To) == 8) {
-    return Lanes<To>(__builtin_convertvector(value.low, Full<To>), __builtin_convertvector(value.high, Full<To>));
+    return Lanes<To>(__builtin_convertvector(value.low, Full<To>),
+                     __builtin_convertvector(value.high, Full<To>));
   } else {
     return Lanes<To>(joined<To>(__builtin_convertvector(value.low, Half<To>),
                                 __builtin_convertvector(value.high, Half<To>)));

@@ -245,7 +245,8 @@ class CpuWorker : LeafWork<M> {
 
   // Plays the rollouts that outcomes of the members from `first` to before `end` wait for; false if the deadline
   // has passed.
-  bool end_rollouts(Span<const int> actions, std::size_t first, std::size_t end, std::size_t count, int depth) {
+  bool end_rollouts(Span<const int> actions, std::size_t first, std::size_t end, std::size_t count,
+                    int depth) {
     if (!rollout.play(scene.fixed.data(), depth + 1)) return false;
     for (std::size_t a = 0; a < actions.size(); ++a) {
       for (std::size_t i = first; i < end; ++i) {
