@@ -64,7 +64,8 @@ class RolloutLanes {
   void start(int lane) {
     const std::size_t item = next_++;
     item_[lane] = item;
-    load_lane(fixed_.words, lane, static_cast<const typename Model::Fixed*>(work_.fixed)[work_.scenarios[item]].words);
+    load_lane(fixed_.words, lane,
+              static_cast<const typename Model::Fixed*>(work_.fixed)[work_.scenarios[item]].words);
     load_lane(state_.words, lane, static_cast<const typename Model::State*>(work_.states)[item].words);
     if constexpr (Model::kHasHistory) {
       load_lane(history_.words, lane,
@@ -127,7 +128,7 @@ class RolloutLanes {
   typename L::State state_;
   typename L::History history_;
   Word number_;  // by which it draws
-  Int taken_;  // steps
+  Int taken_;    // steps
   Float total_;
 };
 

@@ -85,9 +85,8 @@ class Rollout {
 
   // Bounds of a state of a scenario whose rollout waits: `lower` is its place in the queue. It draws with
   // `number`. The history stays where it is until `play`.
-  ScenarioBounds begin(const typename M::Fixed& fixed, std::uint32_t scenario,
-                       const typename M::State& state, const typename M::History& history,
-                       std::uint32_t number) {
+  ScenarioBounds begin(const typename M::Fixed& fixed, std::uint32_t scenario, const typename M::State& state,
+                       const typename M::History& history, std::uint32_t number) {
     const float upper = M::upper(params_, fixed, state);
     nan_ |= math::is_nan(upper);
     const std::size_t place = waiting_.add(scenario, state, history, number);
