@@ -16,6 +16,7 @@ _SCALARS = ("std::int32_t", "int", "bool", "float", "double", "Key", "Real", "st
 CLASSES = {
     "dist::Masses": "dist::MassesLanes",
     "dist::Normal": "dist::NormalLanes",
+    "dist::RecurringNormal": "dist::NormalLanes",
     "dist::Uniform": "dist::UniformLanes",
     "dist::Bins": "dist::BinsLanes",
 }

@@ -184,23 +184,27 @@ class Checks {
   bool check_lanes() {
     bool equal = true;
     for (const hypgen_lanes::Kernel* const kernel : model_.lanes) {
-      Outcome outcome = outcome_of("leaves", kernel->name);
-      if (has_lanes(*kernel)) {
-        const auto with_lanes = [&](const EvaluatorOptions& options, std::string&) {
-          EvaluatorOptions wide = options;
-          wide.threads = 1;
-          wide.lanes = kernel;
-          wide.measures_lanes = false;
-          return instance_.make_evaluator(wide);
-        };
-        check_leaves(with_lanes, false, outcome);
-      } else {
-        outcome.remark = "this processor is of another kind";
+      if (!has_lanes(*kernel)) {
+        report_.write(outcome_of("leaves", kernel->name, "this processor is of another kind"));
+        continue;
       }
-      report_.write(outcome);
-      equal = outcome.equal() && equal;
+      for (const bool weighted : {false, true}) equal = check_lanes(*kernel, weighted) && equal;
     }
     return equal;
+  }
+
+  bool check_lanes(const hypgen_lanes::Kernel& kernel, bool weighted) {
+    const auto with_lanes = [&](const EvaluatorOptions& options, std::string&) {
+      EvaluatorOptions wide = options;
+      wide.threads = 1;
+      wide.lanes = &kernel;
+      wide.measures_lanes = false;
+      return instance_.make_evaluator(wide);
+    };
+    Outcome outcome = outcome_of("leaves", kernel.name + std::string(weighted ? ", weighted" : ""));
+    check_leaves(with_lanes, weighted, outcome);
+    report_.write(outcome);
+    return outcome.equal();
   }
 
   // Steps on each GPU against those on the host.

@@ -14,11 +14,12 @@ namespace hypgen_lanes {
 struct Rollouts {
   std::size_t count;
   const void* params;
-  const void* fixed;             // of all scenarios of the search, by index
-  const void* states;            // of each item
-  const void* const* histories;  // of each item; null where the model keeps none
-  const std::uint32_t* members;  // of each item, an index into `fixed`
-  std::uint32_t first_scenario;  // the number of the first of these in draws
+  const void* fixed;               // of all scenarios of the search, by index
+  const void* states;              // of each item
+  const void* const* histories;    // of each item; null where the model keeps none
+  const std::uint32_t* scenarios;  // of each item, an index into `fixed`
+  const std::uint32_t* numbers;    // of each item, by which it draws
+  std::uint32_t first_number;      // is added to these
   std::uint32_t key0;
   std::uint32_t key1;
   int depth;        // of the first step

@@ -63,15 +63,15 @@ class RolloutLanes {
 
   void start(int lane) {
     const std::size_t item = next_++;
-    const std::uint32_t member = work_.members[item];
     item_[lane] = item;
-    load_lane(fixed_.words, lane, static_cast<const typename Model::Fixed*>(work_.fixed)[member].words);
+    load_lane(fixed_.words, lane,
+              static_cast<const typename Model::Fixed*>(work_.fixed)[work_.scenarios[item]].words);
     load_lane(state_.words, lane, static_cast<const typename Model::State*>(work_.states)[item].words);
     if constexpr (Model::kHasHistory) {
       load_lane(history_.words, lane,
                 static_cast<const typename Model::History*>(work_.histories[item])->words);
     }
-    scenario_.set(lane, work_.first_scenario + member);
+    number_.set(lane, work_.first_number + work_.numbers[item]);
     taken_.set(lane, 0);
     total_.set(lane, 0.0F);
     active_ |= 1U << lane;
@@ -80,7 +80,7 @@ class RolloutLanes {
 
   void step() {
     const Mask on = on_;
-    Draws draws({work_.key0, work_.key1}, scenario_,
+    Draws draws({work_.key0, work_.key1}, number_,
                 as<std::uint32_t>(taken_) + Word(static_cast<std::uint32_t>(work_.depth)));
     const Int action = L::default_policy(on, params_, fixed_, state_, history_, draws);
     const Mask stepped = both(on, action >= Int(0));
@@ -127,8 +127,8 @@ class RolloutLanes {
   typename L::Fixed fixed_;
   typename L::State state_;
   typename L::History history_;
-  Word scenario_;
-  Int taken_;  // steps
+  Word number_;  // by which it draws
+  Int taken_;    // steps
   Float total_;
 };
 

@@ -111,7 +111,7 @@ class CpuWorker : LeafWork<M> {
     for (std::uint32_t i = 0; i < count;) {
       const std::uint32_t first = i;
       for (; i < count && rollout.has_room(1); ++i) {
-        outcomes[i].bounds = rollout.begin(scene.fixed[i], members[i].state, history, i);
+        outcomes[i].bounds = rollout.begin(scene.fixed[i], i, members[i].state, history, i);
       }
       if (!rollout.play(scene.fixed.data(), 0)) result.status = Status::kDeadline;
       if (result.status != Status::kOk) return;
@@ -230,7 +230,7 @@ class CpuWorker : LeafWork<M> {
         if constexpr (rolls) {
           const History& after = M::kHasHistory ? after_[after_of_[a * count + i]] : history;
           outcome.bounds = memo_.find_or(next, after, [&] {
-            return waits ? rollout.begin(own, next, after, member.scenario)
+            return waits ? rollout.begin(own, member.scenario, next, after, member.scenario)
                          : rollout.bounds(own, next, after, member.scenario, depth + 1);
           });
         } else {

@@ -83,14 +83,14 @@ class Rollout {
     return kernel_ != nullptr && depth < depth_limit_ && choice_.takes(most);
   }
 
-  // Bounds of a state whose rollout waits: `lower` is its number in the queue. The history stays where it is
-  // until `play`.
-  ScenarioBounds begin(const typename M::Fixed& fixed, const typename M::State& state,
-                       const typename M::History& history, std::uint32_t scenario) {
+  // Bounds of a state of a scenario whose rollout waits: `lower` is its place in the queue. It draws with
+  // `number`. The history stays where it is until `play`.
+  ScenarioBounds begin(const typename M::Fixed& fixed, std::uint32_t scenario, const typename M::State& state,
+                       const typename M::History& history, std::uint32_t number) {
     const float upper = M::upper(params_, fixed, state);
     nan_ |= math::is_nan(upper);
-    const std::size_t number = waiting_.add(state, history, scenario);
-    return {math::to_fixed<kRewardBits<M>>(upper), static_cast<std::int64_t>(number)};
+    const std::size_t place = waiting_.add(scenario, state, history, number);
+    return {math::to_fixed<kRewardBits<M>>(upper), static_cast<std::int64_t>(place)};
   }
   bool has_room(std::size_t rollouts) const { return waiting_.has_room(rollouts); }
 
@@ -148,9 +148,9 @@ class Rollout {
 
   void play_alone(const typename M::Fixed* fixed, int depth, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t member = waiting_.members[i];
+      const typename M::Fixed& own = fixed[waiting_.scenarios[i]];
       const auto* const history = static_cast<const typename M::History*>(waiting_.histories[i]);
-      waiting_.earned[i] = default_return(fixed[member], waiting_.states[i], *history, member, depth);
+      waiting_.earned[i] = default_return(own, waiting_.states[i], *history, waiting_.numbers[i], depth);
     }
   }
 
@@ -163,7 +163,8 @@ class Rollout {
                                 fixed,
                                 waiting_.states.data() + first,
                                 waiting_.histories.data() + first,
-                                waiting_.members.data() + first,
+                                waiting_.scenarios.data() + first,
+                                waiting_.numbers.data() + first,
                                 cache_.first(),
                                 cache_.key().key0,
                                 cache_.key().key1,

@@ -19,25 +19,30 @@ struct RolloutQueue {
   explicit RolloutQueue(bool is_used) : room(is_used ? kRoom + M::kActionCount : 0) {
     states.reserve(room);
     histories.reserve(room);
-    members.reserve(room);
+    scenarios.reserve(room);
+    numbers.reserve(room);
     earned.resize(room);
   }
 
   static std::size_t bytes() {
     return (kRoom + M::kActionCount) *
-           (sizeof(typename M::State) + sizeof(void*) + sizeof(std::uint32_t) + sizeof(float));
+           (sizeof(typename M::State) + sizeof(void*) + 2 * sizeof(std::uint32_t) + sizeof(float));
   }
 
   void clear() {
     states.clear();
     histories.clear();
-    members.clear();
+    scenarios.clear();
+    numbers.clear();
   }
 
-  std::size_t add(const typename M::State& state, const typename M::History& history, std::uint32_t member) {
+  // `number`: by which it draws.
+  std::size_t add(std::uint32_t scenario, const typename M::State& state, const typename M::History& history,
+                  std::uint32_t number) {
     states.push_back(state);
     histories.push_back(&history);
-    members.push_back(member);
+    scenarios.push_back(scenario);
+    numbers.push_back(number);
     return states.size() - 1;
   }
 
@@ -47,7 +52,8 @@ struct RolloutQueue {
   std::size_t room;
   std::vector<typename M::State> states;
   std::vector<const void*> histories;
-  std::vector<std::uint32_t> members;  // scenarios of the search
+  std::vector<std::uint32_t> scenarios;  // of the search
+  std::vector<std::uint32_t> numbers;
   std::vector<float> earned;
 };
 

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 #include "hypgen/core/config.hpp"
 #include "hypgen/math/exponentials.hpp"
@@ -75,6 +76,36 @@ HYPGEN_FN double normal_cdf(double x) {
 
 /// The same of a float, rounded once.
 HYPGEN_FN float normal_cdf(float x) { return static_cast<float>(normal_cdf(static_cast<double>(x))); }
+
+namespace detail {
+
+struct KeptCdf {
+  double x = 0.0;
+  double value = 0.5;  // normal_cdf(0): an entry that nothing was put into is right
+};
+
+/// Computes and keeps. Apart from what finds a value, which is short enough to stand in each caller.
+HYPGEN_COLD_FN double keep_normal_cdf(KeptCdf& kept, double x) {
+  kept = {x, normal_cdf(x)};
+  return kept.value;
+}
+
+}  // namespace detail
+
+/// The same where few x occur. On the host each thread keeps values that it computed, as to compute one takes many
+/// times as long as to find it.
+HYPGEN_FN double recurring_normal_cdf(double x) {
+#ifdef __CUDA_ARCH__
+  return normal_cdf(x);
+#else
+  constexpr int kBits = 10;
+  static thread_local detail::KeptCdf all_kept[1 << kBits];
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &x, sizeof bits);
+  detail::KeptCdf& kept = all_kept[bits * 0x9E3779B97F4A7C15ULL >> (64 - kBits)];
+  return kept.x == x ? kept.value : detail::keep_normal_cdf(kept, x);
+#endif
+}
 
 /// The x with P(X <= x) = p of a standard normal X, to about 2^-46 of its value. 0 and subnormal p give
 /// -infinity, 1 gives infinity, what is no probability NaN.
