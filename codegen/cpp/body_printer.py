@@ -11,6 +11,7 @@ from functools import partial
 from hypgen.codegen.cpp.text import loop
 from hypgen.codegen.layout.naming import Names
 from hypgen.codegen.passes.arguments import NeedsAnalysis
+from hypgen.codegen.passes.density_tables import DensityTable
 from hypgen.codegen.passes.operand_order import OperandOrder
 from hypgen.codegen.tree.code import Code
 from hypgen.codegen.tree.expr import Expr, Operand, of, op
@@ -30,6 +31,7 @@ class Context:
     index_types: dict[str, tuple[Type, ...]]  # of params, derived tables and constant arrays, by IR name
     beliefs: Mapping[int, ir.BeliefRead] = field(default_factory=dict)  # those that take a function
     masses: dict[Expr, str] = field(default_factory=dict)  # fields of Params, by the masses met so far
+    density_tables: Mapping[ir.Dist, DensityTable] = field(default_factory=dict)
 
 
 class BodyPrinter:
