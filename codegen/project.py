@@ -49,6 +49,7 @@ from hypgen.codegen.model.policy_functions import PolicyFunctions, uncalled_lets
 from hypgen.codegen.passes.arguments import NeedsAnalysis
 from hypgen.codegen.passes.density_tables import density_tables
 from hypgen.codegen.passes.enumerable import sees_continuously
+from hypgen.codegen.passes.operand_order import OperandOrder
 from hypgen.codegen.passes.partition import ElementUpdate, partition
 from hypgen.codegen.passes.tabulate import DerivedTable, tabulate
 from hypgen.codegen.tree.expr import FALSE, TRUE, Literal, Prefix, member, method, not_
@@ -121,7 +122,8 @@ def context_of(
     needs = NeedsAnalysis(model, beliefs)
     densities = density_tables(model, needs, names)
     index_types |= {t.name: tuple(b.type for b in t.inputs) for t in densities.values()}
-    return Context(model, names, needs, index_types, beliefs or {}, density_tables=densities)
+    order = OperandOrder(model, needs)
+    return Context(model, names, needs, order, index_types, beliefs or {}, density_tables=densities)
 
 
 def project_view(model: ir.Model) -> template_data.Project:

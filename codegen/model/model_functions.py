@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence, Set
 from dataclasses import replace
 
@@ -14,12 +15,13 @@ from hypgen.codegen.cpp.text import scalar, stored
 from hypgen.codegen.passes.arguments import PARTS, Needs
 from hypgen.codegen.passes.density_tables import DensityTable
 from hypgen.codegen.passes.guards import at_index, own_value
+from hypgen.codegen.passes.hoisting import unguarded
 from hypgen.codegen.passes.partition import ElementUpdate, entry_binders
 from hypgen.codegen.passes.tabulate import DerivedTable
 from hypgen.codegen.tree.expr import Expr, Operand, call, cast, member, method, number, plus
 from hypgen.codegen.tree.statements import Do, Function, Return, assign, zeroed
 from hypgen.dsl import ir
-from hypgen.dsl.ir.walk import shape
+from hypgen.dsl.ir.walk import free_locals, shape, walk
 from hypgen.dsl.types import Type
 
 
@@ -100,11 +102,13 @@ def element_update(update: ElementUpdate, name: str, context: Context) -> Functi
     binder = update.element.binder
     if binder is not None:
         builder.local(binder.name, binder.type)
+        for written in update.assigns:
+            builder.printer.locals[written.binders[0].name] = builder.printer.locals[binder.name]
+    for read in repeated_draws(update, context):
+        builder.printer.once(read, read.let.rsplit(".", 1)[-1])
     comments = []
     for written, index in zip(update.assigns, update.indices, strict=True):
         comments.append(f"// {origin(written.span)}: {written.variable.rsplit('.', 1)[-1]}'")
-        if binder is not None:
-            builder.printer.locals[written.binders[0].name] = builder.printer.locals[binder.name]
         for variable, value in index:
             builder.printer.declare(variable, value, written.dist)
         own = entry_binders(update.element, written)
@@ -112,6 +116,24 @@ def element_update(update: ElementUpdate, name: str, context: Context) -> Functi
             assigned(replace(written, dist=at_index(written.dist, index)), "next", builder)
         builder.code.join()
     return builder.done("void", name, comments)
+
+
+def repeated_draws(update: ElementUpdate, context: Context) -> list[ir.LetRead]:
+    """Return the lets that draw and that an update certainly reads, and reads several times.
+
+    Compilers do not see that a draw gives the same value again. What a stage writes no let of it reads.
+    """
+    reads = Counter(shape(n) for a in update.assigns for n in walk(a.dist) if isinstance(n, ir.LetRead))
+    certain = {
+        shape(n): n
+        for a in update.assigns
+        if not entry_binders(update.element, a)
+        for n in unguarded(a.dist)
+        if isinstance(n, ir.LetRead) and free_locals(n) <= {b.name for b in a.binders}
+    }
+    return [
+        read for key, read in certain.items() if reads[key] > 1 and "draws" in context.needs.let(read.let)
+    ]
 
 
 def assigned(assign: ir.Assign, owner: str, builder: Builder) -> None:

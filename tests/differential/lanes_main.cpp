@@ -94,6 +94,10 @@ void compare(const Batch& batch) {
        static_cast<std::uint32_t>(std::uint64_t{w} * 0xD2511F53U >> 32));
   SAME("uniform", dist::uniform(batch.w, 13), dist::uniform(w, 13));
   SAME("noisy", dist::noisy(batch.w, 2, batch.x, 5), dist::noisy(w, 2, x, 5));
+  SAME("poisson", dist::poisson(batch.w, batch.x, {1, 30, true}, 0, 40),
+       dist::poisson(w, x, {1, 30, true}, 0, 40));
+  SAME("binomial", dist::binomial(batch.w, Int(20), batch.x, {}, 0, 20), dist::binomial(w, 20, x, {}, 0, 20));
+  SAME("an exponential number", dist::ExponentialLanes(batch.x).draw(batch.w), dist::Exponential(x).draw(w));
   SAME("a normal number", (dist::NormalLanes{batch.x, batch.y}.draw(batch.w)), (dist::Normal{x, y}.draw(w)));
   SAME("a bin", (dist::BinsLanes(dist::NormalLanes{batch.x, 0.5F}, -6.0F, 26.0F, 64).draw(batch.w)),
        (dist::Bins(dist::Normal{x, 0.5F}, -6.0F, 26.0F, 64).draw(w)));
