@@ -120,9 +120,9 @@ def context_of(
     index_types |= {t.name: t.indices for t in model.tables}
     index_types |= {t.name: tuple(b.type for b in t.inputs) for t in derived}
     needs = NeedsAnalysis(model, beliefs)
-    order = OperandOrder(model, needs)
     densities = density_tables(model, needs, names)
     index_types |= {t.name: tuple(b.type for b in t.inputs) for t in densities.values()}
+    order = OperandOrder(model, needs)
     return Context(model, names, needs, order, index_types, beliefs or {}, density_tables=densities)
 
 
