@@ -189,10 +189,12 @@ _KEPT_DEFINED = {
 }
 
 
-def unlimited_reward(bound: str, reward: str, undefined: str | None, span: Span) -> Diagnostic:
-    """A reward that keeps a bound from being derived; ``undefined``: what in it may have no value."""
-    message = f"bound {bound} cannot be derived: nothing limits the reward '{reward}'"
-    remedy = f"declare it: bound {bound} = .., or limit the reward with clamp(.., low, high)"
+def unlimited_reward(bounds: Sequence[str], reward: str, undefined: str | None, span: Span) -> Diagnostic:
+    """A reward that keeps bounds from being derived; ``undefined``: what in it may have no value."""
+    which = " and ".join(f"bound {name}" for name in bounds)
+    message = f"{which} cannot be derived: nothing limits the reward '{reward}'"
+    forms = "   ".join(f"bound {name} = .." for name in bounds)
+    remedy = f"limit the reward with clamp(.., low, high), or declare {forms}"
     if undefined is not None:
         message += f", as '{undefined}' in it may have no value"
         remedy = f"keep what it is of in range, as in {_KEPT_DEFINED[undefined]}; clamp lets NaN through"
