@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 
 from hypgen.dsl import ir
 from hypgen.dsl.ir import operators
@@ -46,6 +47,26 @@ def never_finite(e: ir.Expr, params: Mapping[str, ir.Param]) -> str:
     except _WithoutValueError as problem:
         return problem.what
     return f"it is {value:g}" if isinstance(value, float) and not math.isfinite(value) else ""
+
+
+def partly_never_finite(e: ir.Expr, params: Mapping[str, ir.Param]) -> str:
+    """Return what makes a part of ``e`` infinite or no number, at the defaults of params; '' if nothing.
+
+    Branches that these defaults do not take have no part in it, nor do parts that read anything else.
+    """
+    try:
+        value = _value(e, params)
+    except _WithoutValueError as problem:
+        return problem.what
+    if value is not None:
+        return f"a part is {value:g}" if isinstance(value, float) and not math.isfinite(value) else ""
+    parts = [child for child in children(e) if isinstance(child, ir.Expr)]
+    if isinstance(e, ir.If):
+        with suppress(_WithoutValueError):
+            condition = _value(e.condition, params)
+            if condition is not None:
+                parts = [e.then if condition else e.otherwise]
+    return next((why for part in parts if (why := partly_never_finite(part, params))), "")
 
 
 class _WithoutValueError(Exception):

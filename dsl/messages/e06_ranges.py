@@ -15,6 +15,7 @@ from hypgen.dsl.messages.words import lies
 from hypgen.dsl.types import Int, Type
 
 TOO_MANY_STEPS = "E0609"
+WITHOUT_VALUE = ("E0603", "E0612")  # of a division by zero, and of a function that has no value
 
 
 def outside_range(what: str, found: Int, target: Int, is_constant: bool, span: Span) -> Diagnostic:
@@ -69,6 +70,7 @@ _DEFINED = {
     "asin": "it takes numbers from -1 to 1",
     "acos": "it takes numbers from -1 to 1",
     "exp": "it takes numbers up to 88",
+    **dict.fromkeys("+-*/", "use a larger unit: floats end at 3.4e38"),
 }
 
 

@@ -21,8 +21,6 @@ from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT32_MAX, intervals, size_of
 
 _SLACK = 2.0**-20
-_WITHOUT_VALUE = ("E0603", "E0612")  # of a division by zero, and of a function that has no value
-
 Term = float | ir.Expr  # the most (or least) that a reward earns: a number, or an expression of params
 
 
@@ -35,6 +33,9 @@ def derived(
     Params count as they are when a solver starts. Where the discount has a mistake, that is all to be told.
     A reward that nothing limits is told once, with both bounds that it keeps from being derived.
     """
+    found: dict[str, list[Term]] = {name: [] for name in names}
+    if not found:
+        return {}
     if parts.discount is None:
         raise Mistake
     if parts.discount == 1 and parts.horizon is None:
@@ -42,7 +43,6 @@ def derived(
         raise Mistake(e08_parts.infinite_return(next(setting)))
     limits = ParamLimits(declared.params, (*declared.functions, *program.unrolled.values()), declared.lets)
     action = _constant_action(parts, program)
-    found: dict[str, list[Term]] = {name: [] for name in names}
     for reward in parts.rewards:
         terms = {
             name: _term(reward, name == "upper", None if name == "upper" else action, limits, program)
@@ -102,7 +102,7 @@ def _term(
             evaluated = scope.check(_source(reward, program))
             value, end = (value if action is None else evaluated), _end(evaluated, upper)
         except Mistake as mistake:  # too long to evaluate: then all actions count
-            found = [d for d in mistake.diagnostics if d.code in _WITHOUT_VALUE and end is None]
+            found = [d for d in mistake.diagnostics if d.code in e06_ranges.WITHOUT_VALUE and end is None]
             if found and action is None:
                 note = (reward.span, f"reward '{reward.name}' comes to it")
                 raise Mistake(*(replace(d, notes=(*d.notes, note)) for d in found)) from None

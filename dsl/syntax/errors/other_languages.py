@@ -7,6 +7,7 @@ import re
 
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.syntax.errors.situation import Situation
+from hypgen.dsl.types.builtin_names import FOREIGN_FUNCTIONS, QUANTIFIERS
 
 _TYPE_WORDS = ("BOOL", "INT_TYPE", "FLOAT_TYPE", "PROB")
 _DECLARES = ("VISIBLE", "HIDDEN", "FIXED", "CONST", "PARAM", "MEMORY", "OBSERVE", "LPAR", "COMMA", "LBRACE")
@@ -28,6 +29,12 @@ _FOREIGN_ITEMS = {
     **dict.fromkeys(("var", "state"), "write `element name { visible x: type }`, its `init` and update"),
     "using": 'write `type Name = 0 .. 9`, or `import "file.pomdp"`',
     "from": 'write `import "file.pomdp"`',
+    "module": "write `element name { .. }`",
+    **dict.fromkeys(("formula", "macro"), "write `fn name(): type = expression`"),
+    "label": "write `success when condition`, `invariant condition` or `fn name(): bool = condition`",
+    "pvariables": "write `element name { hidden x: type }`, its `init` and update",
+    "cpfs": "write `x' ~ ..` in the element that owns x",
+    **dict.fromkeys(("data", "parameters"), "write `param name: type`"),
 }
 
 
@@ -98,7 +105,10 @@ def _method(s: Situation) -> Diagnostic | None:
     name = s.previous()
     if s.token.type != "LPAR" or name is None or not s.follows("DOT", "NAME") or not s.touches_previous:
         return None
-    remedy = f"write `{name}(..)`, with the value as an argument"
+    own = FOREIGN_FUNCTIONS.get(name.lower())
+    remedy = f"write {own}" if own else f"write `{name}(..)`, with the value as an argument"
+    if name in QUANTIFIERS:
+        remedy = f"write `{name}(i in Type: ..)`"
     return Diagnostic("E0149", f"values have no methods such as '{name}'", s.span(name), remedy)
 
 
@@ -114,11 +124,11 @@ def _in_values(s: Situation) -> Diagnostic | None:
 
 
 def _switch(s: Situation) -> Diagnostic | None:
-    words = [t for t in s.before if t == "switch" and t.line == s.token.line]
+    words = [t for t in s.before if t.lower() in ("switch", "case") and t.line == s.token.line]
     if s.token.type != "LBRACE" or not s.follows("RPAR") or not words:
         return None
     remedy = "write `match value { first => a  second => b  else => c }`"
-    return Diagnostic("E0149", "there is no 'switch'", s.span(words[-1]), remedy)
+    return Diagnostic("E0149", f"there is no '{words[-1]}'", s.span(words[-1]), remedy)
 
 
 def _condition_behind(s: Situation) -> Diagnostic | None:

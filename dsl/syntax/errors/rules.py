@@ -16,10 +16,13 @@ from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax.errors.brackets import BRACKET_MISTAKES
 from hypgen.dsl.syntax.errors.comments import foreign_comment
+from hypgen.dsl.syntax.errors.families import family_index
+from hypgen.dsl.syntax.errors.foreign_signs import SIGN_MISTAKES
 from hypgen.dsl.syntax.errors.other_languages import FOREIGN_MISTAKES
 from hypgen.dsl.syntax.errors.situation import CLOSERS, END, SIGNS, UNKNOWN, Situation, shown
-from hypgen.dsl.syntax.errors.small_forms import SMALL_FORM_MISTAKES
+from hypgen.dsl.syntax.errors.small_forms import SMALL_FORM_MISTAKES, braces_behind_value, record_behind_bar
 from hypgen.dsl.syntax.errors.targets import TARGET_MISTAKES
+from hypgen.dsl.syntax.errors.variants import variant_value
 
 _COMPARISONS = ("EQ", "NE", "LE", "GE", "LT", "GT")
 _OPERATORS = (
@@ -53,7 +56,7 @@ _OPERATOR_WORDS = {
 _ASSIGNMENTS = (":=", "<-", "+=", "-=", "*=", "/=")
 _LOOKALIKES = {
     "≤": "<=", "≥": ">=", "≠": "!=", "∧": "and", "∨": "or", "¬": "not", "×": "*", "−": "-", "–": "-",
-    "∈": "in", "’": "'", "′": "'", "“": '"', "”": '"', "→": "=>", "γ": "gamma", "π": "pi",
+    "∈": "in", "÷": "//", "’": "'", "′": "'", "“": '"', "”": '"', "→": "=>", "γ": "gamma", "π": "pi",
 }  # fmt: skip
 
 
@@ -63,6 +66,8 @@ def _foreign_operator(s: Situation) -> Diagnostic | None:
         return None
     written = sign * 2 if s.rest.startswith(sign * 2) and sign in "&|" else sign
     remedy = f"write `{_SIGNS[sign]}` in its place"
+    if sign == "^":
+        remedy = "write `**` for a power, and `and` to join conditions"
     return Diagnostic("E0106", f"'{written}' is not an operator here", s.span(length=len(written)), remedy)
 
 
@@ -127,6 +132,9 @@ def _unterminated_text(s: Situation) -> Diagnostic | None:
 def _conditional_sign(s: Situation) -> Diagnostic | None:
     if s.token.type != UNKNOWN or s.token != "?":
         return None
+    name = re.match(r"\?(\w+)", s.rest)
+    if name is not None and (s.expects_expression or s.accepts == {"NAME"} or s.follows("LBRACE")):
+        return Diagnostic("E0119", "a name has no '?' before it", s.span(), f"write `{name[1]}`")
     return Diagnostic("E0119", "there is no '?' operator", s.span(), "write `if condition then a else b`")
 
 
@@ -426,6 +434,10 @@ Mistake = Callable[[Situation], Diagnostic | None]
 MISTAKES: tuple[Mistake, ...] = (
     foreign_comment,
     _file_start,
+    family_index,
+    variant_value,
+    record_behind_bar,
+    *SIGN_MISTAKES,
     _foreign_operator,
     _word_operator,
     _semicolon,
@@ -440,6 +452,7 @@ MISTAKES: tuple[Mistake, ...] = (
     *SMALL_FORM_MISTAKES,
     *FOREIGN_MISTAKES,
     *BRACKET_MISTAKES,
+    braces_behind_value,
     _misspelt_keyword,
     _reserved_word,
     _missing_when,
