@@ -115,8 +115,10 @@ class ParamLimits:
                 if self._is_known(condition, local):
                     return operators.choose(condition, a, c), operators.choose(condition, b, d)
                 return operators.arithmetic("min", a, c), operators.arithmetic("max", b, d)
-            case ir.LetIn(name=name, value=value, body=body) if operators.is_numeric(value.type):
-                return self.of(body, {**local, name: self.of(value, local)})
+            case ir.LetIn(name=name, value=value, body=body):
+                if operators.is_numeric(value.type):
+                    return self.of(body, {**local, name: self.of(value, local)})
+                return self.of(body, local)  # an enum or a record, which counts by its type
             case ir.Call(function=name, arguments=arguments):
                 return self._call(name, arguments, local)
             case ir.LetRead(let=name) if (body := certain(self._lets[name].dist)) is not None:

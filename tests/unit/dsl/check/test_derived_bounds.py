@@ -21,6 +21,7 @@ param cost: float = 2
 param scale: float = 4
 param prize: float[Cell] = [1, 6, -3, 2]
 record Vec { x, y: float }
+record Deed { what: Act  at: Cell }
 param goal: Vec = Vec(3, 4)
 const spots: Vec[Cell] = [c in Cell: Vec(3 * c, 4 * c)]
 fn far(v: Vec): float = hypot(v.x, v.y)
@@ -73,6 +74,7 @@ def bounds(tmp_path: Path, reward: str, family: str = "") -> tuple[float, float]
         ("if act == go then far(goal) else -1", -1, 5),
         ("-far(Vec(goal.x - 3, cart.at))", -3, 0),
         ("(cost / 4) ** cart.at", 0.125, 1),
+        ("let done = Deed(act, cart.at) in match done.what { go => prize[done.at]  wait => -cost }", -3, 6),
         ("if act == go then far(Vec(6.0, 8.0)) else 0", 0, 10),
         ("turned(turned(Vec(1.0, 2.0))).y", -2, -2),
         ("-far(spots[cart.at])", -15, 0),
