@@ -19,10 +19,11 @@ _WRITTEN = {"div": "/", "mul": "*", "add": "+", "sub": "-", "pow": "**"}
 
 def may_be_undefined(nodes: Iterable[Node], functions: Mapping[str, ir.Function]) -> str | None:
     """Return the first function or operator, as written, that has no value for some operands."""
-    return next((op for node, _ in reached(nodes, functions, {}) if (op := _undefined_operator(node))), None)
+    return next((op for node, _ in reached(nodes, functions, {}) if (op := undefined_operator(node))), None)
 
 
-def _undefined_operator(node: Node) -> str | None:
+def undefined_operator(node: Node) -> str | None:
+    """Return the function or operator of a node, as written, if it has no value for some operands."""
     match node:
         case ir.Unary(_, "sqrt", operand) if operators.ends(operand.type)[0] < 0:
             return "sqrt"

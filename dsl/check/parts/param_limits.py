@@ -11,6 +11,7 @@ from hypgen.dsl import ir
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.inline import certain
 from hypgen.dsl.ir.reads import reached
+from hypgen.dsl.ir.undefined import undefined_operator
 from hypgen.dsl.ir.walk import free_locals
 from hypgen.dsl.types import Float, Int, length_of
 from hypgen.dsl.types.units import PLAIN
@@ -51,6 +52,8 @@ class ParamLimits:
         if isinstance(e, ir.Local) and (found := local.get(e.name)) is not None:
             return found
         if self._is_known(e, local):
+            if any(undefined_operator(n) and not self.reads_params(n) for n, _ in reached((e,), {}, {})):
+                raise Unlimited
             return _plain(e), _plain(e)
         low, high = operators.ends(e.type)
         is_open = math.isinf(low) or math.isinf(high)
@@ -66,8 +69,11 @@ class ParamLimits:
         """Return whether ``e`` reads nothing but params and binders over which its limit runs."""
         if any(local[name] is not None for name in free_locals(e) & local.keys()):
             return False
-        is_free = free_locals(e) <= local.keys()
-        return is_free and all(isinstance(node, _COMPUTED) for node, _ in reached((e,), self.functions, {}))
+        if not free_locals(e) <= local.keys():
+            return False
+        computed = all(isinstance(node, _COMPUTED) for node, _ in reached((e,), self.functions, {}))
+        calls = (node for node, _ in reached((e,), {}, {}) if isinstance(node, ir.Call))
+        return computed and all(map(self.reads_params, calls))  # of others, the body's limits say more
 
     def reads_params(self, e: ir.Expr) -> bool:
         """Return whether ``e`` reads a param, through functions and lets too."""
@@ -86,7 +92,7 @@ class ParamLimits:
                 return operators.real(0.0), self._farthest(self.of(operand, local))
             case ir.Unary(op="sqrt" | "exp" | "log" | "log2" as op, operand=operand):
                 low, high = self.of(operand, local)
-                if isinstance(low, ir.Const) and not low.value > _ROOTS[op]:
+                if not operators.ends(low.type)[0] > _ROOTS[op] and not self.reads_params(low):
                     raise Unlimited
                 return operators.rising(op, low), operators.rising(op, high)
             case ir.Binary(op="add" | "min" | "max" as op, left=left, right=right):

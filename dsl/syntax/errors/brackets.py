@@ -201,7 +201,7 @@ def _braces_of_fields(s: Situation) -> Diagnostic | None:
     return Diagnostic("E0146", "a record is built by its name and parentheses", s.span(opened), remedy)
 
 
-_BEFORE_RECORDS = ("EQUAL", "TILDE", "THEN", "ELSE", "COLON", "COMMA", "LPAR", "_ARROW")
+_BEFORE_RECORDS = ("EQUAL", "TILDE", "THEN", "ELSE", "COLON", "COMMA", "LPAR", "LBRACE", "_ARROW")
 
 
 BRACKET_MISTAKES = (_foreign_binder, _misplaced_body, _foreign_record, _braces_of_fields)

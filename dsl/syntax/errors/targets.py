@@ -52,8 +52,13 @@ def _field_of_primed(s: Situation) -> Diagnostic | None:
 def _next_value(s: Situation) -> Diagnostic | None:
     """Know `next x = ..`, `x next = ..`, `next(x) = ..`, `x(t+1) = ..` and `x[t + 1] = ..`."""
     word = s.previous()
-    if word is None or word.type != "NAME" or s.accepts != {"QUOTE"}:
+    if word is None or word.type != "NAME":
         return None
+    if s.accepts != {"QUOTE"}:
+        if word != "next" or s.token.type != "NAME" or s.on_new_line:
+            return None
+        message = "the value after a step has a prime"
+        return Diagnostic("E0143", message, s.span(word), f"write `{s.token}'`")
     sign = re.search(r"(?<![=<>!])[=~](?!=)", s.rest.split("\n")[0])
     called = re.match(r"[(\[]\s*(\w+)\s*([+][^)\]\n]*)?[)\]]", s.rest)
     if word == "next" and (s.token.type == "NAME" or called is not None):

@@ -123,6 +123,13 @@ def test_a_call_without_a_value_is_told_where_it_has_none(call: str, code: str, 
     assert [d.code for d in caught.value.diagnostics] == [code]
 
 
+@pytest.mark.parametrize("value", ["log(c)", "level(c)", "2 * level(c)", "gain * level(c)", "sqrt(c - 1)"])
+def test_a_member_without_a_value_leaves_the_family_unlimited(value: str, tmp_path: Path) -> None:
+    with pytest.raises(ModelError) as caught:
+        bounds(tmp_path, "reward r = 0", f"reward lit = {value}")
+    assert [d.code for d in caught.value.diagnostics] == ["E0607"]
+
+
 def test_bounds_are_asked_for_together_with_other_mistakes(tmp_path: Path) -> None:
     with pytest.raises(ModelError) as caught:
         bounds(tmp_path, "reward r = cart.x\nterminal when cart.att == 3")
