@@ -52,7 +52,8 @@ class ParamLimits:
         if isinstance(e, ir.Local) and (found := local.get(e.name)) is not None:
             return found
         if self._is_known(e, local):
-            if any(undefined_operator(n) and not self.reads_params(n) for n, _ in reached((e,), {}, {})):
+            parts = (node for node, _ in reached((e,), {}, {}) if isinstance(node, ir.Expr))
+            if any(undefined_operator(part) and not self.reads_params(part) for part in parts):
                 raise Unlimited
             return _plain(e), _plain(e)
         low, high = operators.ends(e.type)
