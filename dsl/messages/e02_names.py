@@ -182,7 +182,10 @@ def not_a_type(name: str, span: Span) -> Diagnostic:
 
 def not_a_value(name: str, kind: str, span: Span) -> Diagnostic:
     """Another ``kind`` of declaration (``a type``) where a value is needed."""
-    return Diagnostic("E0207", f"'{name}' is {kind}, not a value", span, "name a value here")
+    remedy = "name a value here"
+    if kind in ("a type", "an enum"):
+        remedy += f"; a draw of any of its values is uniform({name})"
+    return Diagnostic("E0207", f"'{name}' is {kind}, not a value", span, remedy)
 
 
 def element_as_value(name: str, is_family: bool, primed: bool, span: Span) -> Diagnostic:

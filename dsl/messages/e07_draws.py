@@ -9,6 +9,7 @@ from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import Int, Record, Type
 
+TABLE = "a table of weights"
 _NAME_IT = "name the draw with 'let name ~ ..' and use the name"
 _LET = "name the draw with 'let name ~ ...' in an element and read the name"
 _WITHOUT_DRAWS = frozenset({"legal", "bound", "invariant", "draw", "first memory", "next memory"})
@@ -31,6 +32,8 @@ def misplaced_draw(what: str, owner: str, span: Span) -> Diagnostic:
         remedy = "give a number; a variable may be drawn at the start: hidden fixed name: T  init name ~ .."
     elif owner in _WITHOUT_DRAWS:
         remedy = "let a variable hold what is drawn, name' ~ .., and read that"
+    if what == TABLE:
+        remedy += "; to choose by a value, match value { first => a  else => b }"
     return Diagnostic("E0702", f"{what} is a draw, and a value is needed here", span, remedy)
 
 

@@ -52,6 +52,7 @@ FOREIGN_FUNCTIONS = {
     **dict.fromkeys(("square", "sqr"), "x ** 2"),
     **dict.fromkeys(("to_int", "trunc", "int_floor", "as_integer"), "floor(x), ceil(x) or round(x)"),
     **dict.fromkeys(("log10", "log1p"), "log(x), as in log(x) / log(10)"),
+    **dict.fromkeys(("copy", "clone", "deepcopy"), "the value alone: nothing is shared"),
     **dict.fromkeys(("fabs", "norm1"), "abs(x)"),
     **dict.fromkeys(("if_else", "ifelse", "where"), "if condition then a else b"),
     **dict.fromkeys(("mean", "average", "avg"), "sum(i in Type: e) / count(i in Type)"),

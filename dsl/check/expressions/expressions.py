@@ -78,7 +78,7 @@ def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:
         case ast.ArrayLiteral(span) | ast.Comprehension(span):
             raise Mistake(e03_values.array_in_expression(span))
         case ast.TableLiteral(span):
-            raise misplaced("a table of weights", node, scope)
+            raise misplaced(e07_draws.TABLE, node, scope)
     raise AssertionError(node)
 
 

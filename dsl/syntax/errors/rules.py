@@ -239,6 +239,10 @@ def _table_without_weights(s: Situation) -> Diagnostic | None:
     at = next(i for i, t in enumerate(s.before) if t is opened)
     if opened.type != "LBRACE" or s.before[at - 1].type in ("NAME", "RSQB"):
         return None
+    if at > 1 and s.before[at - 2] == "uniform":
+        message = "'uniform' draws from a type, not from a list of values"
+        remedy = "write `uniform(i in Type where condition of i)`, or the table `{ a: 0.5, else b }`"
+        return Diagnostic("E0144", message, s.span(opened), remedy)
     first = "".join(s.before[at + 1 :])
     message = f"a table gives each value its probability; found {shown(s.token)}"
     return Diagnostic(
@@ -357,9 +361,20 @@ def _missing_keyword(s: Situation) -> Diagnostic | None:
         and s.token.type == "NAME"
         and re.match(r"\w+\s*[:=~(]", s.rest)
     ):
-        remedy = "start it with `const`, `param`, `type`, `fn`, `reward`, `observe`, `policy` or `bound`"
+        remedy = "start it with `const`, `param`, `type`, `fn`, `element`, `reward`, `observe` or the like"
         return Diagnostic("E0123", f"it is not said what kind of thing '{s.token}' is", s.span(), remedy)
     return None
+
+
+def _unknown_declaration(s: Situation) -> Diagnostic | None:
+    """Know a word at the start of a line that declares nothing, as in `agent robot {`."""
+    starts = s.expects_item and s.on_new_line and s.open_bracket is None and s.token.column == 1
+    if not starts or s.token.type != "NAME" or re.match(r"\w+\s*'", s.rest):
+        return None
+    remedy = (
+        "start it with `element`, `const`, `param`, `type`, `fn`, `reward`, `observe`, `policy` or the like"
+    )
+    return Diagnostic("E0141", f"nothing is declared by the word '{s.token}'", s.span(), remedy)
 
 
 def _unclosed_bracket(s: Situation) -> Diagnostic | None:
@@ -469,6 +484,7 @@ MISTAKES: tuple[Mistake, ...] = (
     _unfinished_if,
     _outside_element,
     _missing_keyword,
+    _unknown_declaration,
     *TARGET_MISTAKES,
     _unclosed_bracket,
     _missing_comma,
