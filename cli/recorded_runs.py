@@ -7,8 +7,8 @@ import contextlib
 import os
 import subprocess
 import tempfile
-import threading
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
@@ -83,38 +83,36 @@ def play_recorded(
 
 def _play(solver: Path, options: Sequence[str], log: Path | None, take: Take) -> int:
     read, write = os.pipe()
-    failed: list[Exception] = []
     process: subprocess.Popen[bytes] | None = None
+    reading: Future[None] | None = None
 
-    def hand_on(lines: IO[bytes]) -> None:
+    def hand_on() -> None:
         try:
-            with _opened(log) as keep:
+            with open(read, "rb") as lines, _opened(log) as keep:
                 for line in lines:
                     keep(line)
                     take(line)
-        except Exception as error:  # raised below, where the solver is waited for
-            failed.append(error)
+        except Exception:
             if process is not None:
                 process.terminate()
+            raise
 
-    with open(read, "rb") as lines:  # a solver that nobody waits for finds its end of the pipe closed
-        reader = threading.Thread(target=hand_on, args=[lines], daemon=True)
-        reader.start()  # first: a solver that was told to end may have to write before it does
+    with ThreadPoolExecutor(1) as pool, open(write, "wb") as end:
         try:
-            try:
-                told = [str(solver), *options, f"--record=/dev/fd/{write}"]
-                process = subprocess.Popen(told, pass_fds=[write])
-            finally:
-                os.close(write)  # the solver has the only one: lines end with it
+            # Reading comes first: a solver that was told to end may have to write before it does.
+            reading = pool.submit(hand_on)
+            told = [str(solver), *options, f"--record=/dev/fd/{write}"]
+            process = subprocess.Popen(told, pass_fds=[write])
+            end.close()  # the solver has the only one: lines end with it
             code = code_of_program(process.wait())
         except KeyboardInterrupt as error:  # a signal that this process got may be for it alone
             code = interrupt_code(error)
+            end.close()
             if process is not None:
                 process.send_signal(code - 128)
                 process.wait()
-        reader.join()
-    if failed:
-        raise failed[0]
+    if reading is not None:
+        reading.result()
     return code
 
 

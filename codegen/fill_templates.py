@@ -25,7 +25,7 @@ def render(
 ) -> dict[str, str]:
     """Return the files of a project, which builds a solver and libraries, keyed by their paths."""
     templates = {
-        **_library_templates(project.stem),
+        **_library_templates(header, project.stem),
         "src/main.cpp": "main.cpp.j2",
         "CMakeLists.txt": "CMakeLists.txt.j2",
         "README.md": "README.md.j2",
@@ -50,6 +50,7 @@ def render_verify(
         "src/verify.cpp": "verify.cpp.j2",
         "src/device.cu": "device.cu.j2",
         "src/device_digests.cu": "device_digests.cu.j2",
+        **_lanes_template(header),
     }
     return _render(templates, header, main, project)
 
@@ -61,12 +62,13 @@ def render_library(
     library: template_data.Library,
 ) -> dict[str, str]:
     """Return the files of a project that are of its libraries, with a page for their users."""
-    templates = {**_library_templates(project.stem), "README.md": "library_README.md.j2"}
+    templates = {**_library_templates(header, project.stem), "README.md": "library_README.md.j2"}
     return _render(templates, header, main, project, library)
 
 
-def _library_templates(stem: str) -> dict[str, str]:
+def _library_templates(header: template_data.Header, stem: str) -> dict[str, str]:
     return {
+        **_lanes_template(header),
         f"src/{stem}.hpp": "model.hpp.j2",
         "src/library.cpp": "library.cpp.j2",
         "src/shared.cpp": "shared.cpp.j2",
@@ -74,6 +76,10 @@ def _library_templates(stem: str) -> dict[str, str]:
         f"include/{stem}.h": "library.h.j2",
         f"cmake/{stem}-config.cmake.in": "config.cmake.j2",
     }
+
+
+def _lanes_template(header: template_data.Header) -> dict[str, str]:
+    return {"src/lanes.cpp": "lanes.cpp.j2"} if header.lanes else {}
 
 
 def render_ros2(project: template_data.Project, ros: Packages) -> dict[str, str]:

@@ -13,6 +13,7 @@ from hypgen.codegen.bounds.relaxation import relax
 from hypgen.codegen.layout.state_layout import WORD, Block, pack
 from hypgen.codegen.passes.enumerable import continuous_draws
 from hypgen.codegen.passes.partition import Share, most_warps, partition, run_count, shares, written_words
+from hypgen.codegen.project import lower
 from hypgen.dsl import ir
 from hypgen.dsl.ir import key_digits
 from hypgen.dsl.messages.source import Span
@@ -41,6 +42,7 @@ def explain(model: ir.Model) -> dict[str, Any]:
         "relaxation": _relaxation(model),
         "exact": _exact(model),
         "policy": _policy(model),
+        "lanes": {"reason": lower(model)[0].no_lanes},
         "belief": _belief(model),
         "drawings": _drawings(model),
     }

@@ -24,6 +24,7 @@ from hypgen.codegen.cpp.function_builder import Builder, laid_out, origin
 from hypgen.codegen.cpp.key_codes import KeyLayout
 from hypgen.codegen.cpp.text import float32, scalar, stored
 from hypgen.codegen.cpp.value_types import enum_view, history_view, joint_view, record_view, words_view
+from hypgen.codegen.lanes.model_lanes import in_lanes
 from hypgen.codegen.layout.history_layout import belief_reads, with_field_reads
 from hypgen.codegen.layout.naming import Names, base_name, file_stem, sites_of
 from hypgen.codegen.layout.state_layout import Layout, pack
@@ -147,7 +148,10 @@ def _header(
     moves = ValueMoves(interface) if redraw.moves_values(model) else None
     whole = {variable for table in derived for variable in table.variables} & names.bits.keys()
     whole |= groups.whole() if groups else set()
-    sections = _sections(interface, partitioned, factors, moves, groups, derived)  # finds the masses
+    sections, functions = _sections(
+        interface, partitioned, factors, moves, groups, derived
+    )  # finds the masses
+    lanes, no_lanes = in_lanes(model, names, packed, functions, model.lower is not None or relaxation.earned)
     return template_data.Header(
         banner=banner,
         name=names.model,
@@ -188,6 +192,8 @@ def _header(
         relaxed=groups is not None,
         shares=relaxation.team is not None,
         sections=sections,
+        lanes=lanes,
+        no_lanes=no_lanes,
     )
 
 
@@ -237,7 +243,8 @@ def _sections(
     moves: ValueMoves | None,
     groups: GroupFunctions | None,
     derived: tuple[DerivedTable, ...],
-) -> tuple[template_data.Section, ...]:
+) -> tuple[tuple[template_data.Section, ...], list[Function]]:
+    """Return the sections of the header, and their functions."""
     context, model, parts = interface.context, interface.model, interface.parts
     updates = [update for stage in interface.stages for update in stage]
     beliefs = BeliefFunctions(factors) if factors else None
@@ -310,8 +317,13 @@ def _sections(
     return _laid_out([(title, [*found]) for title, found in sections], context.names)
 
 
-def _laid_out(sections: list[tuple[str, list[Function]]], names: Names) -> tuple[template_data.Section, ...]:
-    """Return sections of functions after the passes over C++, without functions of parts that none calls."""
+def _laid_out(
+    sections: list[tuple[str, list[Function]]], names: Names
+) -> tuple[tuple[template_data.Section, ...], list[Function]]:
+    """Return sections of functions after the passes over C++, without functions of parts that none calls.
+
+    What comes with them are the functions as trees.
+    """
     functions = {f.name: f for f in tidy([function for _, found in sections for function in found])}
     parts = [f.name for title, found in sections if title in _PARTS for f in found]
     kept = called([*functions.values()], parts)
@@ -322,7 +334,7 @@ def _laid_out(sections: list[tuple[str, list[Function]]], names: Names) -> tuple
         some = [renamed(functions[f.name], instances) for f in found if f.name in kept]
         lines = tuple(map(laid_out, shared if title == _BOUNDS else some))
         result += [template_data.Section(title, lines)] if lines else []
-    return tuple(result)
+    return tuple(result), [f for f in functions.values() if f.name in kept]
 
 
 def _load(

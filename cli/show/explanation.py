@@ -35,6 +35,7 @@ def describe(facts: Facts) -> Iterator[tuple[str, list[str]]]:
     yield "Bounds", _bounds(facts)
     yield _relaxation(facts), _groups(facts["relaxation"]["groups"])
     yield _exact(facts["exact"]), []
+    yield _lanes(facts["lanes"]), []
     yield _policy(facts["policy"]), _layout(facts["policy"]["history"]["variables"])
     yield _belief(facts["belief"]), _factors(facts["belief"])
     if facts["drawings"]:
@@ -173,6 +174,13 @@ def _relaxation(facts: Facts) -> str:
     other = "the declared bound" if written else "the one above"
     computed = f"{worth}, computed when the solver starts"
     return f"Upper bound in use: {computed}, or {other} where that is less{note}"
+
+
+def _lanes(lanes: Facts) -> str:
+    """Say whether CPUs roll out side by side, and why not."""
+    if lanes["reason"]:
+        return f"Rollouts on a CPU: one at a time, as {lanes['reason']}"
+    return "Rollouts on a CPU: side by side where that is sooner done, 8 with AVX2 and 16 with AVX-512"
 
 
 def _groups(groups: list[Facts]) -> list[str]:

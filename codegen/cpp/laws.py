@@ -7,7 +7,7 @@ from hypgen.codegen.cpp.expressions import ExprPrinter
 from hypgen.codegen.cpp.text import float32
 from hypgen.codegen.tree.expr import TRUE, Expr, Literal, Operand, braces, call, shifted
 from hypgen.dsl import ir
-from hypgen.dsl.types import Int, low_of, size_of
+from hypgen.dsl.types import Int, is_finite, low_of, size_of
 
 
 def count(dist: ir.Counted | ir.UniformInt, drawn: Operand, suffix: str, printer: ExprPrinter) -> Expr:
@@ -50,7 +50,8 @@ def law_of(law: ir.Continuous, printer: ExprPrinter) -> Expr:
     """Return an expression for a continuous law."""
     match law:
         case ir.Normal(mean=mean, deviation=deviation):
-            return braces("dist::Normal", *printer.exprs((mean, deviation)))
+            recurs = "Recurring" if _has_finite_states(printer.context.model) else ""
+            return braces(f"dist::{recurs}Normal", *printer.exprs((mean, deviation)))
         case ir.UniformFloat(low=low, high=high):
             return braces("dist::Uniform", *printer.exprs((low, high)))
         case ir.Exponential(mean=mean):
@@ -58,6 +59,11 @@ def law_of(law: ir.Continuous, printer: ExprPrinter) -> Expr:
         case ir.Truncated(law=inner, low=low, high=high):
             return call("dist::Truncated", law_of(inner, printer), *printer.exprs((low, high)))
     raise TypeError(f"no law {type(law).__name__}")
+
+
+def _has_finite_states(model: ir.Model) -> bool:
+    """Return whether there are finitely many states, so that a law's parameters recur."""
+    return all(is_finite(v.type) for v in model.variables)
 
 
 def bin_drawn(dist: ir.Binned, word: Expr, printer: ExprPrinter) -> Expr:

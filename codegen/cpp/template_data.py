@@ -43,6 +43,18 @@ class Words:
 
 
 @dataclass(frozen=True)
+class Lanes:
+    """The model's functions in lanes."""
+
+    key: str  # the type of an observation key
+    has_history: bool
+    types: tuple[ValueType, ...]
+    joint: tuple[str, ...]  # members of its struct, if the action has components
+    words: tuple[Words, ...]
+    functions: tuple[Function, ...]
+
+
+@dataclass(frozen=True)
 class Header:
     """The model's header."""
 
@@ -61,6 +73,8 @@ class Header:
     relaxed: bool  # tables of small models bound its rewards
     shares: bool  # and are those of agents that share tokens
     tracks: bool  # its particle filter notes which fixed values were read
+    lanes: Lanes | None
+    no_lanes: str  # why there are none
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence, Set
+from dataclasses import replace
 
 from hypgen.codegen.cpp.body_printer import Context
 from hypgen.codegen.cpp.expressions import ExprPrinter
@@ -11,8 +12,8 @@ from hypgen.codegen.cpp.function_builder import Builder, origin
 from hypgen.codegen.cpp.sink import RETURN, Sink
 from hypgen.codegen.cpp.text import scalar, stored
 from hypgen.codegen.passes.arguments import PARTS, Needs
-from hypgen.codegen.passes.guards import own_value
-from hypgen.codegen.passes.partition import ElementUpdate
+from hypgen.codegen.passes.guards import at_index, own_value
+from hypgen.codegen.passes.partition import ElementUpdate, entry_binders
 from hypgen.codegen.passes.tabulate import DerivedTable
 from hypgen.codegen.tree.expr import Expr, Operand, call, cast, member, method, number, plus
 from hypgen.codegen.tree.statements import Do, Function, assign, zeroed
@@ -99,13 +100,15 @@ def element_update(update: ElementUpdate, name: str, context: Context) -> Functi
     if binder is not None:
         builder.local(binder.name, binder.type)
     comments = []
-    for written in update.assigns:
+    for written, index in zip(update.assigns, update.indices, strict=True):
         comments.append(f"// {origin(written.span)}: {written.variable.rsplit('.', 1)[-1]}'")
-        own = list(written.binders)
         if binder is not None:
-            builder.printer.locals[own.pop(0).name] = builder.printer.locals[binder.name]
-        with builder.printer.loops(own):
-            assigned(written, "next", builder)
+            builder.printer.locals[written.binders[0].name] = builder.printer.locals[binder.name]
+        for variable, value in index:
+            builder.printer.declare(variable, value, written.dist)
+        own = entry_binders(update.element, written)
+        with builder.printer.loops([b for b in own if b.name not in dict(index)]):
+            assigned(replace(written, dist=at_index(written.dist, index)), "next", builder)
         builder.code.join()
     return builder.done("void", name, comments)
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from hypgen.codegen.layout.state_layout import Block
 from hypgen.codegen.passes.arguments import NeedsAnalysis
-from hypgen.codegen.passes.guards import Guards, own_value
+from hypgen.codegen.passes.guards import Guards, Index, own_value
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import shape
 from hypgen.dsl.types import length_of, size_of
@@ -30,7 +30,7 @@ class ElementUpdate:
     """What an element (each member of a family) writes in a stage.
 
     ``observed``: the variables come with the observation key, so the filter does not draw them. ``guard``:
-    where it is false nothing changes, for any member.
+    where it is false nothing changes, for any member. ``indices``: the only entries that each assign changes.
     """
 
     element: ir.Element
@@ -38,6 +38,7 @@ class ElementUpdate:
     observed: bool
     assigns: tuple[ir.Assign, ...]
     guard: ir.Expr | None
+    indices: tuple[Index, ...]
 
     @property
     def members(self) -> int:
@@ -78,16 +79,22 @@ def partition(model: ir.Model) -> tuple[tuple[ElementUpdate, ...], ...]:
         stages.append(
             tuple(
                 ElementUpdate(
-                    next(e for e in model.elements if e.name == owner),
+                    element := next(e for e in model.elements if e.name == owner),
                     assigns[0].stage,
                     observed,
                     tuple(group),
                     None if observed else guards.update(tuple(group)),
+                    tuple(guards.index(a, entry_binders(element, a)) for a in group),
                 )
                 for (owner, observed), group in groups.items()
             )
         )
     return tuple(stages)
+
+
+def entry_binders(element: ir.Element, assign: ir.Assign) -> tuple[ir.Binder, ...]:
+    """Return the binders of a variable's entries in one member of its element."""
+    return assign.binders if element.binder is None else assign.binders[1:]
 
 
 def _keeps(assign: ir.Assign) -> bool:

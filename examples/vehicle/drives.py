@@ -13,7 +13,7 @@ import json
 import os
 import resource
 from collections.abc import Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 from hypgen.api.solver import Solver
@@ -24,6 +24,7 @@ PEOPLE = {"plaza": 80, "crossing": 30, "corridor": 20, "group": 60}  # of each s
 MOST_SECONDS = 120.0
 # What is wrong on purpose: how many times faster people are, and how many times noisier the sensor is.
 WRONG = {"none": (1.0, 1.0), "fast": (2.0, 1.0), "noisy": (1.0, 2.0)}
+Drive = Future[dict[str, object]]
 KEY = ("row", "hertz", "wrong", "scene", "seed")
 
 
@@ -81,18 +82,18 @@ def main() -> None:
     os.environ["OMP_NUM_THREADS"] = "1"  # NumPy's threads would take the planner's cores
     count = len(missing)
     with args.out.open("a") as out, ProcessPoolExecutor(args.jobs) as pool:
-        done = pool.map(play, missing, [library] * count, [args.people] * count, [args.share] * count)
-        for line in _watched(done, count):
-            print(json.dumps(line, default=float), file=out, flush=True)
+        playing = [pool.submit(play, cell, library, args.people, args.share) for cell in missing]
+        for played in _watched(as_completed(playing), count):
+            print(json.dumps(played.result(), default=float), file=out, flush=True)
 
 
-def _watched(lines: Iterable[dict[str, object]], count: int) -> Iterable[dict[str, object]]:
+def _watched(drives: Iterable[Drive], count: int) -> Iterable[Drive]:
     """Show progress where there is Rich; a robot's machine may not have it."""
     if importlib.util.find_spec("rich") is None:
-        return lines
+        return drives
     from rich.progress import track
 
-    return track(lines, "drives", count)
+    return track(drives, "drives", count)
 
 
 def compiled() -> str:

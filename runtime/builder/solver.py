@@ -19,7 +19,7 @@ from pathlib import Path
 
 from hypgen.runtime.builder import cache
 from hypgen.runtime.builder.commands import call
-from hypgen.runtime.builder.compile_flags import nvcc_flags
+from hypgen.runtime.builder.compile_flags import lane_flags, nvcc_flags
 from hypgen.runtime.builder.cuda_tools import CudaBuild, nvcc_command
 from hypgen.runtime.builder.preflight import require_current_folder, require_room
 from hypgen.runtime.builder.process_group import ProcessGroup
@@ -31,6 +31,7 @@ from hypgen.runtime.builder.tools import (
     find_json,
     find_tools,
     user_flags,
+    widest_lanes,
 )
 
 RUNTIME_FOLDER = Path(__file__).parent.parent
@@ -38,6 +39,7 @@ RUNTIME_PARTS = ("CMakeLists.txt", "LICENSE", "NOTICE", "cmake", "include", "src
 EXACT_MAIN = "src/exact.cpp"  # a project with it is the exact solver's program
 VERIFY_MAIN = "src/verify.cpp"  # a project with it is the program that checks the model's code
 MAIN = "src/main.cpp"  # a project with it is a solver; one with none of the three is libraries
+LANES = "src/lanes.cpp"  # compiled for this machine's processor alone
 SHARED = "src/shared.cpp"  # what only the shared library has
 CHANGES = {
     "model": "the model or its settings changed",
@@ -272,6 +274,11 @@ def _compile(
     version = f"-DHYPGEN_RUNTIME_ID=runtime_{runtime_id()}"
     compiler = [str(tools.compiler.path), *flags, version, *include]
     units = {name: compiler for name in sorted(files) if name.endswith(".cpp")}
+    kind = widest_lanes(tools.compiler) if LANES in units else ""
+    units.pop(LANES, None)
+    if kind:
+        units = {name: [*command, f"-DHYPGEN_HAS_{kind}"] for name, command in units.items()}
+        units[LANES] = [*compiler, *lane_flags()[kind]]
     archives = [str(_archive(of, at)) for of, at in zip(libraries, folders, strict=True)]
     link = [*archives, "-pthread"]
     if cuda is not None:

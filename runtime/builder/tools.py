@@ -25,6 +25,7 @@ from pathlib import Path
 from hypgen.runtime.builder.errors import ToolchainError
 
 MINIMUM_CMAKE = (3, 21)
+LANES_COMPILER = (12,)  # g++ or clang++: older ones know no such kinds of processors
 COMPILERS = ("c++", "g++", "clang++")
 
 
@@ -137,6 +138,21 @@ def cpu_features() -> str:
     # Cores may differ in order of lines, never in kind: a set makes the name stable.
     digest = hashlib.sha256("\n".join(sorted(set(wanted))).encode()).hexdigest()
     return f"{platform.machine()}-{digest[:12]}"
+
+
+def widest_lanes(compiler: Program) -> str:
+    """Return the widest lanes that this machine runs, a name of cmake/lanes.txt; empty if there are none."""
+    if platform.machine() != "x86_64" or numbers(compiler.version) < LANES_COMPILER:
+        return ""
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+    line = re.search(r"^flags\s*:(.*)$", text, re.MULTILINE)
+    flags = set(line.group(1).split()) if line else set()
+    if not flags >= {"avx2", "fma", "bmi1", "bmi2"}:
+        return ""
+    return "avx512" if flags >= {f"avx512{part}" for part in ("f", "bw", "cd", "dq", "vl")} else "avx2"
 
 
 def user_flags(variable: str) -> list[str]:

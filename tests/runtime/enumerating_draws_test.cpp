@@ -107,6 +107,7 @@ TEST(EnumeratingDraws, GivesTheBinsOfContinuousLaws) {
   };
   expect_bins(dist::Bins(dist::Normal{2.0F, 1.5F}, 0.0F, 5.0F, 10), 10);
   expect_bins(dist::Bins(dist::Normal{40.0F, 0.1F}, 0.0F, 5.0F, 10), 10);
+  expect_bins(dist::Bins(dist::RecurringNormal{2.0F, 1.5F}, 0.0F, 5.0F, 10), 10);
   expect_bins(dist::Bins(dist::Exponential(2.0F), 0.0F, 5.0F, 7), 7);
   expect_bins(dist::Bins(dist::Truncated(dist::Normal{2.0F, 1.5F}, 1.0F, 3.0F), 0.0F, 5.0F, 5), 5);
 }

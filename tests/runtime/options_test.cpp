@@ -41,6 +41,16 @@ TEST(Options, ReadsValues) {
   EXPECT_TRUE(options.quiet);
 }
 
+TEST(Options, LanesAreUsedUnlessTurnedOff) {
+  SolverOptions usual, off;
+  std::string error;
+  ASSERT_TRUE(parse({"--lanes", "auto"}, usual, error));
+  EXPECT_TRUE(usual.planner.lanes);
+  ASSERT_TRUE(parse({"--lanes=0"}, off, error));
+  EXPECT_FALSE(off.planner.lanes);
+  EXPECT_NE(error_of({"--lanes", "8"}).find("auto or 0"), std::string::npos);
+}
+
 TEST(Options, TheModeMakesTheMostOfTheMachine) {
   const Machine one{1, [] { return false; }}, several{4, [] { return false; }},
       with_gpu{4, [] { return true; }};

@@ -160,6 +160,7 @@ TEST(JsonLines, TellHowManyThreadsSearched) {
   const std::vector<nlohmann::json> lines = json_lines(file);
   EXPECT_EQ(lines[0]["threads"], 3);
   EXPECT_EQ(lines[0]["in_flight"], 3);
+  EXPECT_TRUE(lines[0]["lanes"].is_null());  // the model has none
   EXPECT_EQ(lines[1]["trials"], 20);
   EXPECT_EQ(lines[1]["late_threads"], 0);
 }

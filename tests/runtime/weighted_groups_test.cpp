@@ -128,7 +128,7 @@ TEST(WeightedGroups, DrawScenariosByTheirShares) {
   for (const std::uint32_t word : {0U, 1U << 31, UINT32_MAX}) {
     std::vector<int> times(9, 0);
     std::size_t next = 0;
-    groups.draw(0, kDrawn, word, [&](std::size_t i, std::size_t scenario) {
+    groups.draw(Alone{}, 0, kDrawn, word, [&](std::size_t i, std::size_t scenario) {
       EXPECT_EQ(i, next++);
       ++times[scenario];
     });

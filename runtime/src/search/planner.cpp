@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "hypgen/lanes/choice.hpp"
 #include "hypgen/model/model.hpp"
 
 namespace hypgen {
@@ -61,6 +62,7 @@ EvaluatorOptions evaluator_options(const PlannerOptions& options, const ModelDes
   result.threads = options.threads;
   result.may_weigh = options.observations == Observations::kWeighted;
   result.patience = options.patience;
+  result.lanes = options.lanes ? first_lanes(model.lanes) : nullptr;
   return result;
 }
 

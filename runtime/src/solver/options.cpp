@@ -191,6 +191,15 @@ std::vector<Option> option_table(SolverOptions& options) {
           "actions of a leaf that are rolled out, besides the default policy's: those that promise most (3; "
           "at the root 16 or more)",
           1, 1 << 20, planner.rolled),
+      {"--lanes", "WAY",
+       "how the CPU plays rollouts: auto (side by side, where the model and the processor allow it) or 0 "
+       "(one after "
+       "the other); results are the same (auto)",
+       "auto or 0",
+       [&](const std::string& text) {
+         planner.lanes = text == "auto";
+         return planner.lanes || text == "0";
+       }},
       integer("--depth", "D", "depth limit of a search (90)", 1, 10000, planner.depth),
       {"--observations", "WAY",
        "how a tree branches on what is seen: exact (scenarios that see the same stay together) or weighted "

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "hypgen/lanes/choice.hpp"
 #include "hypgen/math/float_bits.hpp"
 #include "marginal_json.hpp"
 
@@ -75,6 +76,7 @@ Json run_json(const ModelDescriptor& model, const SolverOptions& options, const 
                {"exploration", planner.exploration},
                {"scenarios", planner.scenarios},
                {"rollouts", planner.rolled},
+               {"lanes", nullptr},
                {"depth", planner.depth},
                {"xi", planner.target_ratio},
                {"observations", planner.observations == Observations::kWeighted ? "weighted" : "exact"},
@@ -88,6 +90,8 @@ Json run_json(const ModelDescriptor& model, const SolverOptions& options, const 
                {"start", nullptr},
                {"settings", nullptr},
                {"trials", nullptr}};
+  const hypgen_lanes::Kernel* const lanes = planner.lanes ? first_lanes(model.lanes) : nullptr;
+  if (lanes != nullptr) json["lanes"] = lanes->name;
   if (planner.pruning != kAutoPruning) json["pruning"] = planner.pruning;
   if (planner.time_limit < 1e9) json["time"] = planner.time_limit;
   if (planner.period > 0.0) json["period"] = planner.period;

@@ -13,7 +13,9 @@
 #include "hypgen/core/program.hpp"
 #include "hypgen/episode/episode.hpp"
 #include "hypgen/episode/world.hpp"
+#include "hypgen/lanes/choice.hpp"
 #include "hypgen/leaves/device.hpp"
+#include "hypgen/leaves/leaf_evaluator.hpp"
 #include "hypgen/search/planner.hpp"
 #include "hypgen/verify/digest_walks.hpp"
 #include "hypgen/verify/leaf_check.hpp"
@@ -136,6 +138,7 @@ class Checks {
       if (!report_.output().ok()) return false;
       equal = check_schedule(warps) && equal;
     }
+    equal = check_lanes() && equal;
     return check_device() && equal;
   }
 
@@ -173,6 +176,33 @@ class Checks {
       outcome.remark = describe(fault_);
       if (outcome.equal()) outcome.differing = 1;  // by luck the digests do not show it
     }
+    report_.write(outcome);
+    return outcome.equal();
+  }
+
+  // Leaves whose rollouts are played side by side, against those whose rollouts are played one by one.
+  bool check_lanes() {
+    bool equal = true;
+    for (const hypgen_lanes::Kernel* const kernel : model_.lanes) {
+      if (!has_lanes(*kernel)) {
+        report_.write(outcome_of("leaves", kernel->name, "this processor is of another kind"));
+        continue;
+      }
+      for (const bool weighted : {false, true}) equal = check_lanes(*kernel, weighted) && equal;
+    }
+    return equal;
+  }
+
+  bool check_lanes(const hypgen_lanes::Kernel& kernel, bool weighted) {
+    const auto with_lanes = [&](const EvaluatorOptions& options, std::string&) {
+      EvaluatorOptions wide = options;
+      wide.threads = 1;
+      wide.lanes = &kernel;
+      wide.measures_lanes = false;
+      return instance_.make_evaluator(wide);
+    };
+    Outcome outcome = outcome_of("leaves", kernel.name + std::string(weighted ? ", weighted" : ""));
+    check_leaves(with_lanes, weighted, outcome);
     report_.write(outcome);
     return outcome.equal();
   }
@@ -220,21 +250,30 @@ class Checks {
   bool check_leaves(int device, int warps, bool weighted) {
     const std::string variant = weighted ? "weighted" : counted_warps(warps);
     Outcome outcome = outcome_of("leaves " + std::to_string(device), variant);
+    const auto on_device = [&](EvaluatorOptions options, std::string& error) {
+      options.warps = warps;
+      return model_.device->make_evaluator(instance_.params(), options, device, error);
+    };
+    check_leaves(on_device, weighted, outcome);
+    report_.write(outcome);
+    return outcome.equal();
+  }
+
+  template <class Make>
+  void check_leaves(const Make& make, bool weighted, Outcome& outcome) const {
     for (const std::size_t scenarios : {7, 32, 150}) {
       const bool ends = scenarios == 32;
-      const LeafComparison found =
-          compare_leaves_on(device, warps, weighted, scenarios, ends, outcome.remark);
+      const LeafComparison found = compare_leaves_of(make, weighted, scenarios, ends, outcome.remark);
       if (!outcome.remark.empty()) break;
       outcome.steps += found.rows;
       if (found.difference.empty()) continue;
       ++outcome.differing;
       outcome.remark = std::to_string(scenarios) + " scenarios: " + found.difference;
     }
-    report_.write(outcome);
-    return outcome.equal();
   }
 
-  LeafComparison compare_leaves_on(int device, int warps, bool weighted, std::size_t scenarios, bool ends,
+  template <class Make>
+  LeafComparison compare_leaves_of(const Make& make, bool weighted, std::size_t scenarios, bool ends,
                                    std::string& error) const {
     constexpr int kDepth = 20, kHorizon = 6;
     constexpr std::size_t kThreads = 5;  // no divisor of a batch: their shares differ
@@ -244,12 +283,11 @@ class Checks {
     options.discount = model_.discount;
     options.max_depth = kDepth;
     options.in_flight = kMostInFlight;
-    options.warps = warps;
     options.may_weigh = weighted;
     options.device_memory_bytes = kDeviceBytes;
     const auto reference = instance_.make_evaluator(options);
     options.threads = kThreads;
-    const auto other = model_.device->make_evaluator(instance_.params(), options, device, error);
+    const auto other = make(options, error);
     if (!other) return {};
     const auto belief = instance_.make_belief(options_.seed, 1000, BeliefKind::kAuto);
     const auto world = instance_.make_world(options_.seed);

@@ -17,8 +17,8 @@ from hypgen.dsl.messages.diagnostic import ModelError
 from hypgen.dsl.messages.source import Source
 from hypgen.dsl.pipeline import lower
 from hypgen.dsl.syntax.parse import parse
-from hypgen.runtime.builder.compile_flags import host_flags
-from hypgen.runtime.builder.tools import find_compiler
+from hypgen.runtime.builder.compile_flags import host_flags, lane_flags
+from hypgen.runtime.builder.tools import find_compiler, widest_lanes
 from support import traces
 from support.paths import ROOT
 
@@ -34,11 +34,17 @@ MAIN = """#include <algorithm>
 #include <cstdlib>
 #include <string>
 
+#include <hypgen/lanes/choice.hpp>
+#include <hypgen/leaves/rollout.hpp>
 #include <hypgen/model/descriptor.hpp>
 #include <hypgen/verify/schedule.hpp>
 #include <hypgen/verify/trace.hpp>
 
 {includes}
+
+namespace hypgen_lanes {{
+{kernels}
+}}
 
 namespace {{
 
@@ -59,13 +65,59 @@ bool schedule_holds(const typename M::Params& params, std::string& error) {{
   return true;
 }}
 
+// Whether rollouts in lanes earn what the same rollouts earn one by one, over several batches of lanes.
 template <class M>
-int run(const hypgen::ParamValues& values, const hypgen::TraceOptions& options) {{
+bool lanes_hold(const typename M::Params& params, const hypgen_lanes::Kernel& kernel, std::string& error) {{
+  constexpr std::uint32_t kScenarios = 100;
+  constexpr int kDepth = 12;
+  if (!hypgen::has_lanes(kernel)) return true;
+  std::vector<typename M::Fixed> fixed(kScenarios);
+  hypgen::EvaluatorOptions options;
+  options.max_depth = kDepth;
+  hypgen::SearchSetup setup;
+  setup.key = {{{seed}, 1}};
+  setup.depth_limit = kDepth;
+  std::vector<hypgen::ScenarioBounds> found[2];
+  for (const bool wide : {{false, true}}) {{
+    options.lanes = wide ? &kernel : nullptr;
+    options.measures_lanes = false;
+    hypgen::DrawCache cache(kScenarios, 1);
+    hypgen::StepClock clock;
+    hypgen::Rollout<M> rollout(params, cache, clock, options);
+    cache.begin_search(setup.key, 0);
+    clock.begin_search(setup.deadline);
+    rollout.begin_search(setup);
+    std::vector<typename M::History> histories(kScenarios);
+    for (std::uint32_t i = 0; i < kScenarios; ++i) {{
+      typename M::State state;
+      hypgen::PhiloxDraws draws(setup.key, i, 0);
+      M::init_visible(params, draws, fixed[i], state);
+      M::init_hidden(params, draws, fixed[i], state);
+      if constexpr (M::kHasHistory) M::init_history(params, fixed[i], state, histories[i]);
+      found[wide].push_back(wide ? rollout.begin(fixed[i], state, histories[i], i)
+                                 : rollout.bounds(fixed[i], state, histories[i], i, 0));
+    }}
+    if (!wide) continue;
+    rollout.play(fixed.data(), 0);
+    for (hypgen::ScenarioBounds& bounds : found[wide]) bounds.lower = rollout.end(bounds);
+  }}
+  for (std::uint32_t i = 0; i < kScenarios; ++i) {{
+    if (found[0][i].lower == found[1][i].lower) continue;
+    error = std::string("rollout ") + std::to_string(i) + " differs in lanes, " + kernel.name;
+    return false;
+  }}
+  return true;
+}}
+
+template <class M>
+int run(const hypgen::ParamValues& values, const hypgen::TraceOptions& options,
+        const std::vector<const hypgen_lanes::Kernel*>& kernels) {{
   static typename M::Params params{{}};
   std::string error;
   if (M::load(values, params, error) && hypgen::Tracer<M>(params, options).write(error) &&
       schedule_holds<M>(params, error)) {{
-    return 0;
+    const auto holds = [&](const auto* kernel) {{ return lanes_hold<M>(params, *kernel, error); }};
+    if (std::all_of(kernels.begin(), kernels.end(), holds)) return 0;
   }}
   std::fprintf(stderr, "%s\\n", error.c_str());
   return 1;
@@ -103,6 +155,8 @@ def compare(texts: Sequence[str], folder: Path, size: Size) -> list[str | None]:
     """
     results = {i: lowered(text, i) for i, text in enumerate(texts)}
     models = {i: result for i, result in results.items() if not isinstance(result, str)}
+    # Only a model without a lower bound rolls out, in lanes too.
+    models = {i: replace(model, lower=None) if i % 3 else model for i, model in models.items()}
     found = compare_models(models, folder, lambda model: size)
     return [found[i] if i in found else str(result) for i, result in results.items()]
 
@@ -116,16 +170,20 @@ def compare_models(
     """
     found: dict[int, str | None] = {}
     headers: dict[int, str] = {}
+    lanes: dict[int, str] = {}
     for i, model in models.items():
         try:
-            headers[i] = generate(model)[f"src/batch{i}.hpp"]
+            files = generate(model)
+            headers[i] = files[f"src/batch{i}.hpp"]
+            if "src/lanes.cpp" in files:
+                lanes[i] = files["src/lanes.cpp"]
         except Exception:
             found[i] = f"code generation failed:\n{traceback.format_exc(limit=-3)}"
     models = {i: models[i] for i in headers}
     if not models:
         return found
     program = folder / "batch"
-    problem = _build(program, models, headers)
+    problem = _build(program, models, headers, lanes)
     for i, model in models.items():
         if problem is None:
             found[i] = _difference(program, i, model, size_of(model))
@@ -150,19 +208,47 @@ def lowered(text: str, number: int) -> ir.Model | str:
         return f"the checker failed:\n{traceback.format_exc(limit=-3)}"
 
 
-def _build(program: Path, models: Mapping[int, ir.Model], headers: Mapping[int, str]) -> str | None:
+def _build(
+    program: Path, models: Mapping[int, ir.Model], headers: Mapping[int, str], lanes: Mapping[int, str]
+) -> str | None:
     for i in models:
         (program.parent / f"batch{i}.hpp").write_text(headers[i])
+    compiler = find_compiler()
+    kinds = {k: flags for k, flags in lane_flags().items() if widest_lanes(compiler)}
+    objects = []
+    for kind, flags in kinds.items():
+        unit = program.with_name(f"lanes_{kind}.cpp")
+        unit.write_text("\n".join(lanes.values()))
+        objects.append(str(unit.with_suffix(".o")))
+        command = [str(compiler.path), *FLAGS, *flags, f"-I{INCLUDE}", "-c", str(unit), "-o", objects[-1]]
+        run = subprocess.run(command, capture_output=True, text=True)
+        if run.returncode != 0:
+            return f"the C++ compiler failed on lanes:\n{run.stderr[:3000]}"
+    kernels = [f"kernel_Batch{i}_{kind}" for i in lanes for kind in kinds]
     cases = [
         f"    case {i}:\n"
         + "".join(f'      values.set("{p.name}", {{{_numbers(p)}}});\n' for p in model.params)
-        + f"      return run<hypgen::models::Batch{i}>(values, options);"
+        + f"      return run<hypgen::models::Batch{i}>(values, options, {{"
+        + ", ".join(f"&hypgen_lanes::kernel_Batch{i}_{kind}" for kind in (kinds if i in lanes else ()))
+        + "});"
         for i, model in models.items()
     ]
     includes = "\n".join(f'#include "batch{i}.hpp"' for i in models)
     main = program.with_suffix(".cpp")
-    main.write_text(MAIN.format(includes=includes, cases="\n".join(cases), seed=SEED, lanes=LANES))
-    command = [str(find_compiler().path), *FLAGS, f"-I{INCLUDE}", str(main), str(OUTPUT), "-o", str(program)]
+    declared = "\n".join(f"extern const Kernel {kernel};" for kernel in kernels)
+    main.write_text(
+        MAIN.format(includes=includes, kernels=declared, cases="\n".join(cases), seed=SEED, lanes=LANES)
+    )
+    command = [
+        str(compiler.path),
+        *FLAGS,
+        f"-I{INCLUDE}",
+        str(main),
+        *objects,
+        str(OUTPUT),
+        "-o",
+        str(program),
+    ]
     run = subprocess.run(command, capture_output=True, text=True)
     return None if run.returncode == 0 else f"the C++ compiler failed:\n{run.stderr[:3000]}"
 

@@ -81,7 +81,8 @@ struct CpuScratch {
     constexpr std::size_t kScenario = sizeof(CpuMember<M>) + kOutcome + sizeof(std::int64_t) +
                                       kGroupingSlots * (sizeof(typename M::Key) + 2 * sizeof(std::uint32_t));
     const std::size_t weighted = options.may_weigh ? kWeightedBytes : 0;
-    return options.max_scenarios * (kScenario + weighted) +
+    const std::size_t waiting = options.lanes != nullptr ? RolloutQueue<M>::bytes() : 0;
+    return options.max_scenarios * (kScenario + weighted) + waiting +
            M::kActionCount * (sizeof(ActionRow) + sizeof(Gain));
   }
 

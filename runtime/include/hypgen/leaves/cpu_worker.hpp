@@ -92,6 +92,10 @@ class CpuWorker : LeafWork<M> {
     const std::size_t mass = scene.setup.weighted ? count * kScenarioMass : count;
     RootResult result{Status::kOk, empty_row(0, static_cast<std::uint32_t>(mass), false), -1};
     result.default_action = M::default_policy(params, scene.fixed[0], members[0].state, history, first);
+    if (rollout.in_lanes(0, count)) {
+      bound_root_in_lanes(count, result);
+      count = 0;
+    }
     for (std::uint32_t i = 0; i < count; ++i) {
       const ScenarioBounds bounds = rollout.bounds(scene.fixed[i], members[i].state, history, i, 0);
       result.row.upper_sum += bounds.upper;
@@ -101,6 +105,21 @@ class CpuWorker : LeafWork<M> {
     }
     if (rollout.met_nan()) result.status = Status::kModelNan;
     return result;
+  }
+
+  void bound_root_in_lanes(std::size_t count, RootResult& result) {
+    for (std::uint32_t i = 0; i < count;) {
+      const std::uint32_t first = i;
+      for (; i < count && rollout.has_room(1); ++i) {
+        outcomes[i].bounds = rollout.begin(scene.fixed[i], i, members[i].state, history, i);
+      }
+      if (!rollout.play(scene.fixed.data(), 0)) result.status = Status::kDeadline;
+      if (result.status != Status::kOk) return;
+      for (std::uint32_t k = first; k < i; ++k) {
+        result.row.upper_sum += outcomes[k].bounds.upper;
+        result.row.lower_sum += rollout.end(outcomes[k].bounds);
+      }
+    }
   }
 
   // Makes the leaf's rows in action_rows, child_rows and gains, and keeps its node.
@@ -185,7 +204,13 @@ class CpuWorker : LeafWork<M> {
   template <bool rolls>
   [[gnu::noinline]] bool simulate(Span<const int> actions, std::size_t count, int depth) {
     if (M::kHasHistory && rolls && !make_histories(actions, count, depth)) return false;
+    const bool waits = rolls && rollout.in_lanes(depth + 1, count * actions.size());
+    std::size_t first_waiting = 0;  // member
     for (std::size_t i = 0; i < count; ++i) {
+      if (waits && !rollout.has_room(actions.size())) {
+        if (!end_rollouts(actions, first_waiting, i, count, depth)) return false;
+        first_waiting = i;
+      }
       const Member member = members[i];
       const Fixed& own = fixed(member);
       SearchDraws words = draws(member.scenario, depth);
@@ -204,15 +229,32 @@ class CpuWorker : LeafWork<M> {
         outcome.key = M::observe(params, own, member.state, actions[a], words, next);
         if constexpr (rolls) {
           const History& after = M::kHasHistory ? after_[after_of_[a * count + i]] : history;
-          outcome.bounds = memo_.find_or(
-              next, after, [&] { return rollout.bounds(own, next, after, member.scenario, depth + 1); });
+          outcome.bounds = memo_.find_or(next, after, [&] {
+            return waits ? rollout.begin(own, member.scenario, next, after, member.scenario)
+                         : rollout.bounds(own, next, after, member.scenario, depth + 1);
+          });
         } else {
           outcome.bounds =
               memo_.find_or(next, history, [&] { return rollout.cheap_bounds(own, next, depth + 1); });
         }
       }
     }
+    if (waits) return end_rollouts(actions, first_waiting, count, count, depth);
     return !clock.is_over();  // the last rollout may have been cut off
+  }
+
+  // Plays the rollouts that outcomes of the members from `first` to before `end` wait for; false if the deadline
+  // has passed.
+  bool end_rollouts(Span<const int> actions, std::size_t first, std::size_t end, std::size_t count,
+                    int depth) {
+    if (!rollout.play(scene.fixed.data(), depth + 1)) return false;
+    for (std::size_t a = 0; a < actions.size(); ++a) {
+      for (std::size_t i = first; i < end; ++i) {
+        Outcome& outcome = outcomes[a * count + i];
+        if (!outcome.terminal) outcome.bounds.lower = rollout.end(outcome.bounds);
+      }
+    }
+    return true;
   }
 
   // Fills after_ with the history of each group of each action, and after_of_ with the group of each outcome;

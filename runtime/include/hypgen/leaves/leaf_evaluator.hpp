@@ -13,6 +13,10 @@
 #include "hypgen/memory/scenario_buffer.hpp"
 #include "hypgen/random/philox.hpp"
 
+namespace hypgen_lanes {
+struct Kernel;
+}
+
 namespace hypgen {
 
 // The options of an evaluator.
@@ -21,12 +25,14 @@ struct EvaluatorOptions {
   std::size_t memory_bytes = std::size_t{256} << 20;  // for the states and rows of expanded nodes
   double discount = 0.95;
   int max_depth = 90;
-  std::size_t in_flight = 1;            // leaves that all threads of the search keep submitted
-  std::size_t device_memory_bytes = 0;  // of a GPU; 0: half of what is free, at most 8 GB
-  int warps = 0;                        // of a GPU that share a step; 0: each batch chooses
-  std::size_t threads = 1;              // of the search
-  bool may_weigh = false;               // some search may be weighted
-  double patience = 10.0;               // seconds without an answer after which a device is lost
+  std::size_t in_flight = 1;                    // leaves that all threads of the search keep submitted
+  std::size_t device_memory_bytes = 0;          // of a GPU; 0: half of what is free, at most 8 GB
+  int warps = 0;                                // of a GPU that share a step; 0: each batch chooses
+  std::size_t threads = 1;                      // of the search
+  bool may_weigh = false;                       // some search may be weighted
+  const hypgen_lanes::Kernel* lanes = nullptr;  // what the host rolls out by; null: one rollout at a time
+  bool measures_lanes = true;  // what is slower is left out; false, for checks: all rollouts go by lanes
+  double patience = 10.0;      // seconds without an answer after which a device is lost
 };
 
 // The settings of one search.

@@ -31,7 +31,7 @@ struct LeafWork {
         members(shared.options.max_scenarios),
         outcomes(shared.scratch.outcomes),
         cache(shared.options.max_scenarios, shared.scratch.cached_steps),
-        rollout(params, cache, clock, shared.options.discount, shared.options.max_depth),
+        rollout(params, cache, clock, shared.options),
         child_rows(M::kActionCount * shared.options.max_scenarios) {
     legal.reserve(M::kActionCount);
     promises_.reserve(M::kActionCount);

@@ -9,7 +9,9 @@
 
 #include "hypgen/leaves/draw_cache.hpp"
 #include "hypgen/leaves/horizon_floors.hpp"
+#include "hypgen/leaves/lane_choice.hpp"
 #include "hypgen/leaves/leaf_evaluator.hpp"
+#include "hypgen/leaves/rollout_queue.hpp"
 #include "hypgen/leaves/rollout_step.hpp"
 #include "hypgen/leaves/step_clock.hpp"
 #include "hypgen/math/scalar_functions.hpp"
@@ -27,11 +29,19 @@ struct ScenarioBounds {
 template <class M>
 class Rollout {
  public:
-  Rollout(const typename M::Params& params, DrawCache& cache, StepClock& clock, double discount,
-          int max_depth)
-      : params_(params), cache_(cache), clock_(clock), floors_(horizon_floors<M>(discount, max_depth)) {
+  Rollout(const typename M::Params& params, DrawCache& cache, StepClock& clock,
+          const EvaluatorOptions& options)
+      : params_(params),
+        cache_(cache),
+        clock_(clock),
+        kernel_(options.lanes),
+        waiting_(options.lanes != nullptr),
+        choice_(options.measures_lanes),
+        floors_(horizon_floors<M>(options.discount, options.max_depth)) {
     double power = 1.0;
-    for (int t = 0; t <= max_depth; ++t, power *= discount) discounts_.push_back(static_cast<float>(power));
+    for (int t = 0; t <= options.max_depth; ++t, power *= options.discount) {
+      discounts_.push_back(static_cast<float>(power));
+    }
   }
 
   // Whether a state that is not rolled out has a lower bound in this search.
@@ -68,6 +78,50 @@ class Rollout {
     return {math::to_fixed<kRewardBits<M>>(upper), math::to_fixed<kRewardBits<M>>(lower)};
   }
 
+  // Whether to play rollouts from that depth, `most` of them, side by side: by `begin`, `play` and `end`.
+  bool in_lanes(int depth, std::size_t most) {
+    return kernel_ != nullptr && depth < depth_limit_ && choice_.takes(most);
+  }
+
+  // Bounds of a state of a scenario whose rollout waits: `lower` is its place in the queue. It draws with
+  // `number`. The history stays where it is until `play`.
+  ScenarioBounds begin(const typename M::Fixed& fixed, std::uint32_t scenario, const typename M::State& state,
+                       const typename M::History& history, std::uint32_t number) {
+    const float upper = M::upper(params_, fixed, state);
+    nan_ |= math::is_nan(upper);
+    const std::size_t place = waiting_.add(scenario, state, history, number);
+    return {math::to_fixed<kRewardBits<M>>(upper), static_cast<std::int64_t>(place)};
+  }
+  bool has_room(std::size_t rollouts) const { return waiting_.has_room(rollouts); }
+
+  // Plays all rollouts that wait, from a depth on. `fixed`: of all scenarios. False if time is over.
+  bool play(const typename M::Fixed* fixed, int depth) {
+    std::size_t first = 0;
+    if (choice_.wants_sample()) {
+      first = std::min(LaneChoice::kSample, waiting_.states.size());
+      play_alone(fixed, depth, first);  // leaves their words in the cache, as leaves before would have done
+      const std::uint64_t before = clock_.steps();
+      choice_.begin();
+      play_alone(fixed, depth, first);
+      choice_.end_alone(clock_.steps() - before);
+    }
+    if (first < waiting_.states.size() && !clock_.is_over()) {
+      const std::uint64_t before = clock_.steps();
+      choice_.begin();
+      play_in_lanes(fixed, depth, first);
+      choice_.end_in_lanes(clock_.steps() - before);
+    }
+    waiting_.clear();
+    return !clock_.is_over();
+  }
+
+  // The lower bound of a state whose rollout was played.
+  std::int64_t end(const ScenarioBounds& begun) {
+    const float lower = waiting_.earned[static_cast<std::size_t>(begun.lower)];
+    nan_ |= math::is_nan(lower);
+    return math::to_fixed<kRewardBits<M>>(lower);
+  }
+
   bool met_nan() const { return nan_; }
   void note_error(bool error) { nan_ |= error; }
 
@@ -92,9 +146,46 @@ class Rollout {
     return total + *discount * M::tail(params_, fixed, state);
   }
 
+  void play_alone(const typename M::Fixed* fixed, int depth, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const typename M::Fixed& own = fixed[waiting_.scenarios[i]];
+      const auto* const history = static_cast<const typename M::History*>(waiting_.histories[i]);
+      waiting_.earned[i] = default_return(own, waiting_.states[i], *history, waiting_.numbers[i], depth);
+    }
+  }
+
+  void play_in_lanes(const typename M::Fixed* fixed, int depth, std::size_t first) {
+    const auto count_steps = [](void* clock, std::uint64_t steps) {
+      return static_cast<StepClock*>(clock)->add(steps);
+    };
+    hypgen_lanes::Rollouts work{waiting_.states.size() - first,
+                                &params_,
+                                fixed,
+                                waiting_.states.data() + first,
+                                waiting_.histories.data() + first,
+                                waiting_.scenarios.data() + first,
+                                waiting_.numbers.data() + first,
+                                cache_.first(),
+                                cache_.key().key0,
+                                cache_.key().key1,
+                                depth,
+                                depth_limit_,
+                                at_horizon_,
+                                discounts_.data(),
+                                waiting_.earned.data() + first,
+                                false,
+                                count_steps,
+                                &clock_};
+    kernel_->roll(work);
+    nan_ |= work.met_nan;
+  }
+
   const typename M::Params& params_;
   DrawCache& cache_;
   StepClock& clock_;
+  const hypgen_lanes::Kernel* kernel_;  // null: there are no lanes
+  RolloutQueue<M> waiting_;
+  LaneChoice choice_;
   std::vector<float> discounts_;
   std::vector<float> floors_;  // by steps that are left
   int depth_limit_ = 0;

@@ -149,8 +149,7 @@ class WeightedLeaves {
     return std::is_empty_v<T> || std::memcmp(&a, &b, sizeof a) == 0;
   }
 
-  // Appends the groups of an action to the rows, and sums them; false if the deadline has passed. A member is rolled
-  // out with the history of its likeliest group.
+  // Appends the groups of an action to the rows, and sums them; false if the deadline has passed.
   bool expand(ActionRow& row, std::size_t count, const LeafRequest& request, bool rolls) {
     row.first_child = work_.child_rows.size();
     if (!make_groups(row.action, work_.members.data(), count, request.depth)) return false;
@@ -160,12 +159,7 @@ class WeightedLeaves {
       after_.emplace_back();
       see(row.action, work_.members.data(), groups_.first(g), request.depth, work_.history, after_.back());
     }
-    for (std::size_t i = 0; i < count; ++i) {
-      CpuOutcome<M>& outcome = work_.outcomes[i];
-      if (outcome.terminal) continue;
-      const History& after = remembers ? after_[groups_.likeliest(i)] : work_.history;
-      outcome.bounds = bounds(i, nexts_[i], after, request.depth, rolls);
-    }
+    if (!bound_members(count, request.depth, rolls)) return false;
     const std::uint64_t mass = request.count, whole = std::uint64_t{count} * kWholeShare;
     std::uint64_t reached = 0, before = 0;
     const auto append = [&](std::uint32_t first, std::uint64_t shares, bool terminal) -> ChildRow& {
@@ -196,6 +190,33 @@ class WeightedLeaves {
     if (reached < whole) append(first_terminal(count), whole - reached, true);
     work_.add_bounds(row);
     return !work_.clock.is_over();
+  }
+
+  // Fills in bounds of the members' successors; false if the deadline has passed. A member is rolled out with the
+  // history of its likeliest group.
+  bool bound_members(std::size_t count, int depth, bool rolls) {
+    const auto after = [&](std::size_t i) -> const History& {
+      return M::kHasHistory && rolls ? after_[groups_.likeliest(i)] : work_.history;
+    };
+    const bool waits = rolls && work_.rollout.in_lanes(depth + 1, count);
+    for (std::size_t i = 0; i < count;) {
+      const std::size_t first = i;
+      for (; i < count && !(waits && !work_.rollout.has_room(1)); ++i) {
+        if (work_.outcomes[i].terminal) continue;
+        ScenarioBounds& found = work_.outcomes[i].bounds;
+        const CpuMember<M>& member = work_.members[i];
+        found = waits ? work_.rollout.begin(work_.fixed(member), member.scenario, nexts_[i], after(i),
+                                            static_cast<std::uint32_t>(i))
+                      : bounds(i, nexts_[i], after(i), depth, rolls);
+      }
+      if (!waits) break;
+      if (!work_.rollout.play(work_.scene.fixed.data(), depth + 1)) return false;
+      for (std::size_t k = first; k < i; ++k) {
+        CpuOutcome<M>& outcome = work_.outcomes[k];
+        if (!outcome.terminal) outcome.bounds.lower = work_.rollout.end(outcome.bounds);
+      }
+    }
+    return true;
   }
 
   std::uint32_t first_terminal(std::size_t count) const {

@@ -37,10 +37,10 @@ HYPGEN_FN Split split(double x) {
 }
 
 /// atanh(z) / z for |z| <= 0.1716, by its series up to z^20: log(m) = 2 atanh((m - 1) / (m + 1)).
-HYPGEN_FN double atanh_over(double z) {
-  const double s = z * z;
-  double sum = 1.0 / 21.0;
-  sum = sum * s + 1.0 / 19.0;
+template <class T>
+HYPGEN_FN T atanh_over(T z) {
+  const T s = z * z;
+  T sum = 1.0 / 21.0 * s + 1.0 / 19.0;
   sum = sum * s + 1.0 / 17.0;
   sum = sum * s + 1.0 / 15.0;
   sum = sum * s + 1.0 / 13.0;
@@ -66,12 +66,10 @@ HYPGEN_FN double log(double x) { return scaled_log(x, 0.6931471805599453, 2.0); 
 
 HYPGEN_FN double log2(double x) { return scaled_log(x, 1.0, 2.8853900817779268); }  // 2 / ln 2
 
-/// 2^y for |y| <= 1000: the Taylor series of e^t, t = (y - n) ln 2, times 2^n for the nearest integer n.
-HYPGEN_FN double exp2_inside(double y) {
-  const double n = std::floor(y + 0.5);
-  const double t = (y - n) * 0.6931471805599453;
-  double sum = 1.0 / 6227020800.0;
-  sum = sum * t + 1.0 / 479001600.0;
+/// e^t for |t| <= ln 2 / 2, by its Taylor series.
+template <class T>
+HYPGEN_FN T exp_series(T t) {
+  T sum = 1.0 / 6227020800.0 * t + 1.0 / 479001600.0;
   sum = sum * t + 1.0 / 39916800.0;
   sum = sum * t + 1.0 / 3628800.0;
   sum = sum * t + 1.0 / 362880.0;
@@ -83,8 +81,14 @@ HYPGEN_FN double exp2_inside(double y) {
   sum = sum * t + 1.0 / 6.0;
   sum = sum * t + 0.5;
   sum = sum * t + 1.0;
-  sum = sum * t + 1.0;
-  return sum * from_bits(static_cast<std::uint64_t>(static_cast<std::int64_t>(n) + 1023) << 52);
+  return sum * t + 1.0;
+}
+
+/// 2^y for |y| <= 1000: e^t, t = (y - n) ln 2, times 2^n for the nearest integer n.
+HYPGEN_FN double exp2_inside(double y) {
+  const double n = std::floor(y + 0.5);
+  const double t = (y - n) * 0.6931471805599453;
+  return exp_series(t) * from_bits(static_cast<std::uint64_t>(static_cast<std::int64_t>(n) + 1023) << 52);
 }
 
 /// 2^y for a float. Beyond +-200 every result is 0 or infinite as a float, so y is cut there.

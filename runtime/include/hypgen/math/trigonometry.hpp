@@ -61,10 +61,10 @@ HYPGEN_FN Angle reduce_large(double x) {
 HYPGEN_FN Angle reduce(double x) { return x <= 1048576.0 ? reduce_small(x) : reduce_large(x); }
 
 /// sin by its Taylor series up to r^17, which errs by less than 2^-60 for |r| <= pi/4.
-HYPGEN_FN double sin_near(double r) {
-  const double s = r * r;
-  double sum = 1.0 / 355687428096000.0;
-  sum = sum * s - 1.0 / 1307674368000.0;
+template <class T>
+HYPGEN_FN T sin_near(T r) {
+  const T s = r * r;
+  T sum = 1.0 / 355687428096000.0 * s - 1.0 / 1307674368000.0;
   sum = sum * s + 1.0 / 6227020800.0;
   sum = sum * s - 1.0 / 39916800.0;
   sum = sum * s + 1.0 / 362880.0;
@@ -75,10 +75,10 @@ HYPGEN_FN double sin_near(double r) {
 }
 
 /// cos by its Taylor series up to r^16, which errs by less than 2^-58 for |r| <= pi/4.
-HYPGEN_FN double cos_near(double r) {
-  const double s = r * r;
-  double sum = 1.0 / 20922789888000.0;
-  sum = sum * s - 1.0 / 87178291200.0;
+template <class T>
+HYPGEN_FN T cos_near(T r) {
+  const T s = r * r;
+  T sum = 1.0 / 20922789888000.0 * s - 1.0 / 87178291200.0;
   sum = sum * s + 1.0 / 479001600.0;
   sum = sum * s - 1.0 / 3628800.0;
   sum = sum * s + 1.0 / 40320.0;
@@ -88,30 +88,40 @@ HYPGEN_FN double cos_near(double r) {
   return sum * s + 1.0;
 }
 
-/// atan(a / b) for 0 <= a <= b, 0 < b: from the nearest atan(k / 8), atan(t) = atan(c) + atan((t - c) / (1 +
-/// t c)), and the series up to u^15 for |u| <= 1/16.
-HYPGEN_FN double atan_below_one(double a, double b) {
-  static constexpr double kEighths[9] = {0.0,
-                                         0.12435499454676144,
-                                         0.24497866312686414,
-                                         0.35877067027057225,
-                                         0.4636476090008061,
-                                         0.5585993153435624,
-                                         0.6435011087932844,
-                                         0.7188299996216245,
-                                         0.7853981633974483};
-  const double k = std::floor(a / b * 8.0 + 0.5);
-  const double c = k * 0.125;
-  const double u = (a - c * b) / (b + c * a);
-  const double s = u * u;
-  double sum = -1.0 / 15.0;
-  sum = sum * s + 1.0 / 13.0;
+/// atan for |u| <= 1/16, by its series up to u^15.
+template <class T>
+HYPGEN_FN T atan_series(T u) {
+  const T s = u * u;
+  T sum = -1.0 / 15.0 * s + 1.0 / 13.0;
   sum = sum * s - 1.0 / 11.0;
   sum = sum * s + 1.0 / 9.0;
   sum = sum * s - 1.0 / 7.0;
   sum = sum * s + 1.0 / 5.0;
   sum = sum * s - 1.0 / 3.0;
-  return kEighths[static_cast<int>(k)] + (u + u * (sum * s));
+  return u + u * (sum * s);
+}
+
+/// atan(k / 8) for k = 0 .. 8, of 16 entries.
+HYPGEN_FN const double* eighths() {
+  static constexpr double kEighths[16] = {0.0,
+                                          0.12435499454676144,
+                                          0.24497866312686414,
+                                          0.35877067027057225,
+                                          0.4636476090008061,
+                                          0.5585993153435624,
+                                          0.6435011087932844,
+                                          0.7188299996216245,
+                                          0.7853981633974483};
+  return kEighths;
+}
+
+/// atan(a / b) for 0 <= a <= b, 0 < b: from the nearest atan(k / 8), atan(t) = atan(c) + atan((t - c) / (1 +
+/// t c)).
+HYPGEN_FN double atan_below_one(double a, double b) {
+  const double k = std::floor(a / b * 8.0 + 0.5);
+  const double c = k * 0.125;
+  const double u = (a - c * b) / (b + c * a);
+  return eighths()[static_cast<int>(k)] + atan_series(u);
 }
 
 /// The angle of the point (x, y) from the x axis, in [-pi, pi], with C's signs of zeros.

@@ -11,6 +11,10 @@
 
 #include "hypgen/model/key.hpp"
 
+namespace hypgen_lanes {
+struct Kernel;
+}
+
 namespace hypgen {
 
 class Belief;
@@ -149,6 +153,9 @@ struct ModelDescriptor {
   std::vector<std::string> doubtful;
   std::vector<ParamSpec> params;
   std::function<std::unique_ptr<ModelInstance>(const ParamValues&, std::string& error)> create;
+  // What rolls out many scenarios at a time, the widest first: of the kinds of processors that the solver is
+  // compiled for. They live as long as the program.
+  std::vector<const hypgen_lanes::Kernel*> lanes;
   const DeviceSupport* device = nullptr;  // lives as long as the program; null in a solver without CUDA
 };
 

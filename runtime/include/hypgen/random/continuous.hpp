@@ -27,7 +27,9 @@ HYPGEN_FN double density(const Law& law, float x) {
   return law.spread(static_cast<double>(x));
 }
 
-struct Normal {
+/// A normal law. `kRecurs`: few parameters occur in a model, so that the same probabilities are asked for again.
+template <bool kRecurs>
+struct NormalLaw {
   float mean;
   float deviation;
 
@@ -41,24 +43,24 @@ struct Normal {
     return mean + std::fabs(deviation) * static_cast<float>(math::normal_of_word(rising));
   }
 
-  HYPGEN_FN double below(double x) const { return math::normal_cdf(standard(x)); }
+  HYPGEN_FN double below(double x) const { return cdf(standard(x)); }
 
   /// The probability from `low` to `x`, computed in the smaller tail.
   HYPGEN_FN double between(float low, double x) const {
     const double a = standard(static_cast<double>(low));
     const double b = standard(x);
-    return a > 0.0 ? math::normal_cdf(-a) - math::normal_cdf(-b) : math::normal_cdf(b) - math::normal_cdf(a);
+    return a > 0.0 ? cdf(-a) - cdf(-b) : cdf(b) - cdf(a);
   }
 
   /// The x with `p` between `low` and it.
   HYPGEN_FN float beyond(float low, double p) const {
     const double a = standard(static_cast<double>(low));
-    const double tail = a > 0.0 ? math::normal_cdf(-a) - p : math::normal_cdf(a) + p;
+    const double tail = a > 0.0 ? cdf(-a) - p : cdf(a) + p;
     const float distance = std::fabs(deviation) * static_cast<float>(math::normal_quantile(tail));
     return a > 0.0 ? mean - distance : mean + distance;
   }
 
-  HYPGEN_FN double above(double x) const { return math::normal_cdf(-standard(x)); }
+  HYPGEN_FN double above(double x) const { return cdf(-standard(x)); }
 
   HYPGEN_FN bool is_point() const { return !(std::fabs(deviation) > 0.0F); }
   HYPGEN_FN float point() const { return mean; }
@@ -72,7 +74,15 @@ struct Normal {
   HYPGEN_FN double standard(double x) const {
     return (x - static_cast<double>(mean)) / std::fabs(static_cast<double>(deviation));
   }
+
+ private:
+  HYPGEN_FN static double cdf(double x) {
+    return kRecurs ? math::recurring_normal_cdf(x) : math::normal_cdf(x);
+  }
 };
+
+using Normal = NormalLaw<false>;
+using RecurringNormal = NormalLaw<true>;
 
 struct Uniform {
   float low;

@@ -63,7 +63,8 @@ struct PlannerOptions {
   double patience = 10.0;                           // seconds of silence after which an evaluator has failed
   std::size_t memory_bytes = std::size_t{1} << 30;  // of the tree and of an evaluator on the host
   std::size_t device_memory_bytes = 0;              // of a GPU; 0: half of what is free, at most 8 GB
-  bool signature = false;                           // hash every tree, after the deadline
+  bool lanes = true;       // rollouts side by side, where the model and the processor have lanes
+  bool signature = false;  // hash every tree, after the deadline
 };
 
 // An action, and what the search found out. `lower` and `upper` bound the value of the belief up to sampling

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <hypgen/embed/c_api.hpp>
+#include <hypgen/lanes/kernel.hpp>
 #include <hypgen/solver/model_instance.hpp>
 
 #include "rock_sample.h"
@@ -16,6 +17,10 @@ namespace hypgen {
 const DeviceSupport& device_support_RockSample();  // in device.cu
 }
 #endif
+namespace hypgen_lanes {
+extern const Kernel kernel_RockSample_avx512;  // from lanes.cpp
+extern const Kernel kernel_RockSample_avx2;
+}  // namespace hypgen_lanes
 
 namespace {
 
@@ -90,6 +95,12 @@ hypgen::ModelDescriptor descriptor() {
           {0.09000000357627869}, {}});
 #ifdef HYPGEN_CUDA
   model.device = &hypgen::device_support_RockSample();
+#endif
+#ifdef HYPGEN_HAS_avx512
+  model.lanes.push_back(&hypgen_lanes::kernel_RockSample_avx512);
+#endif
+#ifdef HYPGEN_HAS_avx2
+  model.lanes.push_back(&hypgen_lanes::kernel_RockSample_avx2);
 #endif
   return model;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <hypgen/embed/c_api.hpp>
+#include <hypgen/lanes/kernel.hpp>
 #include <hypgen/solver/model_instance.hpp>
 
 #include "tag.h"
@@ -16,6 +17,10 @@ namespace hypgen {
 const DeviceSupport& device_support_Tag();  // in device.cu
 }
 #endif
+namespace hypgen_lanes {
+extern const Kernel kernel_Tag_avx512;  // from lanes.cpp
+extern const Kernel kernel_Tag_avx2;
+}  // namespace hypgen_lanes
 
 namespace {
 
@@ -82,6 +87,12 @@ hypgen::ModelDescriptor descriptor() {
   model.variable_names = {"robot.cell", "robot.seen", "robot.heading", "opponent.cell"};
 #ifdef HYPGEN_CUDA
   model.device = &hypgen::device_support_Tag();
+#endif
+#ifdef HYPGEN_HAS_avx512
+  model.lanes.push_back(&hypgen_lanes::kernel_Tag_avx512);
+#endif
+#ifdef HYPGEN_HAS_avx2
+  model.lanes.push_back(&hypgen_lanes::kernel_Tag_avx2);
 #endif
   return model;
 }

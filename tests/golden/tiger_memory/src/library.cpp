@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <hypgen/embed/c_api.hpp>
+#include <hypgen/lanes/kernel.hpp>
 #include <hypgen/solver/model_instance.hpp>
 
 #include "tiger_memory.h"
@@ -16,6 +17,10 @@ namespace hypgen {
 const DeviceSupport& device_support_TigerMemory();  // in device.cu
 }
 #endif
+namespace hypgen_lanes {
+extern const Kernel kernel_TigerMemory_avx512;  // from lanes.cpp
+extern const Kernel kernel_TigerMemory_avx2;
+}  // namespace hypgen_lanes
 
 namespace {
 
@@ -73,6 +78,12 @@ hypgen::ModelDescriptor descriptor() {
   model.params.push_back({"hearing", hypgen::ParamKind::kProb, 0, 1, {}, {0.8500000238418579}, {}});
 #ifdef HYPGEN_CUDA
   model.device = &hypgen::device_support_TigerMemory();
+#endif
+#ifdef HYPGEN_HAS_avx512
+  model.lanes.push_back(&hypgen_lanes::kernel_TigerMemory_avx512);
+#endif
+#ifdef HYPGEN_HAS_avx2
+  model.lanes.push_back(&hypgen_lanes::kernel_TigerMemory_avx2);
 #endif
   return model;
 }
