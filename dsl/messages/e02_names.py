@@ -247,7 +247,7 @@ def last_of_unknown(name: str, known: Iterable[str], form: str, span: Span) -> D
     owned = next((path for path in known if path.rpartition(".")[2] == name), None)
     remedy = did_you_mean(name, known) or f"its form is {form}; memory keeps other things"
     if owned is not None:
-        remedy = f"it belongs to an element: write last({owned}, first)"
+        remedy = f"write its whole name: last({owned}, first)"
     return Diagnostic("E0207", message, span, remedy)
 
 

@@ -85,8 +85,9 @@ def _as_read(scope: Scope) -> Callable[[str], str]:
     """Return how an observation's path is written: ``machine[m].hum`` of a family."""
 
     def written(path: str) -> str:
-        element, _, name = path.rpartition(".")
-        binder = scope.program.element(element).binder if element else None
+        element, _, name = path.partition(".")  # or a record of floats and its field
+        is_element = name and element in scope.program.symbols.elements
+        binder = scope.program.element(element).binder if is_element else None
         return path if binder is None else f"{element}[{binder.name}].{name}"
 
     return written
