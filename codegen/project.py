@@ -33,6 +33,8 @@ from hypgen.codegen.model.interface import Interface
 from hypgen.codegen.model.model_functions import (
     PartNames,
     density,
+    density_entry,
+    density_fill,
     element_update,
     key_of,
     lets,
@@ -45,7 +47,9 @@ from hypgen.codegen.model.model_functions import (
 from hypgen.codegen.model.partitioned_step import PartitionedStep
 from hypgen.codegen.model.policy_functions import PolicyFunctions, uncalled_lets
 from hypgen.codegen.passes.arguments import NeedsAnalysis
+from hypgen.codegen.passes.density_tables import density_tables
 from hypgen.codegen.passes.enumerable import sees_continuously
+from hypgen.codegen.passes.operand_order import OperandOrder
 from hypgen.codegen.passes.partition import ElementUpdate, partition
 from hypgen.codegen.passes.tabulate import DerivedTable, tabulate
 from hypgen.codegen.tree.expr import FALSE, TRUE, Literal, Prefix, member, method, not_
@@ -115,7 +119,11 @@ def context_of(
     index_types: dict[str, tuple[Type, ...]] = {p.name: p.indices for p in model.params}
     index_types |= {t.name: t.indices for t in model.tables}
     index_types |= {t.name: tuple(b.type for b in t.inputs) for t in derived}
-    return Context(model, names, NeedsAnalysis(model, beliefs), index_types, beliefs or {})
+    needs = NeedsAnalysis(model, beliefs)
+    densities = density_tables(model, needs, names)
+    index_types |= {t.name: tuple(b.type for b in t.inputs) for t in densities.values()}
+    order = OperandOrder(model, needs)
+    return Context(model, names, needs, order, index_types, beliefs or {}, density_tables=densities)
 
 
 def project_view(model: ir.Model) -> template_data.Project:
@@ -232,6 +240,11 @@ def _params(context: Context, derived: tuple[DerivedTable, ...]) -> tuple[str, .
         over = f", by {inputs}" if inputs else ""
         dims = dimensions(tuple(b.type for b in table.inputs))
         lines.append(f"{stored(table.type)} {table.name}{dims};  // computed: {origin(table.span)}{over}")
+    for densities in context.density_tables.values():
+        inputs = ", ".join(context.names.locals().unique(b.name) for b in densities.inputs)
+        dims = dimensions(tuple(b.type for b in densities.inputs))
+        where = origin(densities.observation.span)
+        lines.append(f"double {densities.name}{dims};  // computed: {where}, by {inputs}")
     lines += [f"std::uint64_t {name};  // computed" for name in context.masses.values()]
     return tuple(lines)
 
@@ -249,7 +262,9 @@ def _sections(
     updates = [update for stage in interface.stages for update in stage]
     beliefs = BeliefFunctions(factors) if factors else None
     history = [] if model.history.is_empty else HistoryFunctions(interface, beliefs).all()
-    entries = {t.name: context.names.struct.unique(f"compute_{t.name}") for t in derived}
+    densities = context.density_tables.values()
+    tables = [t.name for t in derived] + [t.name for t in densities]
+    entries = {name: context.names.struct.unique(f"compute_{name}") for name in tables}
     sections = [
         ("Constant arrays", [constant_array(t, context) for t in model.tables]),
         ("Functions of the model", [*model_functions(context), *lets(context, uncalled_lets(context))]),
@@ -310,6 +325,7 @@ def _sections(
             "Loading",
             [
                 *(table_entry(t, entries[t.name], context) for t in derived),
+                *(density_entry(t, entries[t.name], context) for t in densities),
                 _load(context, derived, entries, groups),
             ],
         ),
@@ -357,6 +373,8 @@ def _load(
         builder.code.add(assign(member("params", name), mass))
     for table in derived:
         table_fill(table, entries[table.name], context, builder)
+    for densities in context.density_tables.values():
+        density_fill(densities, entries[densities.name], context, builder)
     if groups:
         groups.fill(builder.code)
     builder.code.add(Return(TRUE))

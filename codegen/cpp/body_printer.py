@@ -11,6 +11,8 @@ from functools import partial
 from hypgen.codegen.cpp.text import loop
 from hypgen.codegen.layout.naming import Names
 from hypgen.codegen.passes.arguments import NeedsAnalysis
+from hypgen.codegen.passes.density_tables import DensityTable
+from hypgen.codegen.passes.operand_order import OperandOrder
 from hypgen.codegen.tree.code import Code
 from hypgen.codegen.tree.expr import Expr, Operand, of, op
 from hypgen.codegen.tree.statements import For, ForEach, While
@@ -25,9 +27,11 @@ class Context:
     model: ir.Model
     names: Names
     needs: NeedsAnalysis
+    order: OperandOrder
     index_types: dict[str, tuple[Type, ...]]  # of params, derived tables and constant arrays, by IR name
     beliefs: Mapping[int, ir.BeliefRead] = field(default_factory=dict)  # those that take a function
     masses: dict[Expr, str] = field(default_factory=dict)  # fields of Params, by the masses met so far
+    density_tables: Mapping[ir.Dist, DensityTable] = field(default_factory=dict)
 
 
 class BodyPrinter:
@@ -39,7 +43,7 @@ class BodyPrinter:
         self.code = Code()
         self.scope = context.names.locals()
         self.locals: dict[str, Expr] = {}
-        self.known: dict[object, Expr] = {}  # conditions that are computed already, by their shape
+        self.known: dict[object, Expr] = {}  # what is computed already, by its shape
 
     @contextmanager
     def when(self, test: Operand, chained: bool = False) -> Iterator[None]:

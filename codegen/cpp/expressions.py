@@ -50,7 +50,7 @@ from hypgen.codegen.tree.statements import (
     zeroed,
 )
 from hypgen.dsl import ir
-from hypgen.dsl.ir.walk import free_locals, negated
+from hypgen.dsl.ir.walk import free_locals, negated, shape
 from hypgen.dsl.types import INT32_MAX, INT32_MIN, Bool, Enum, Float, Int, Type, low_of
 
 _ARITHMETIC = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
@@ -126,6 +126,13 @@ class ExprPrinter(BodyPrinter):
             self.code.add(const(scalar(value.type), local, expr))
         self.bind(name, local)
 
+    def once(self, expr: ir.Expr, name: str) -> None:
+        """Append a local of that name, or one like it, for a value that does not change."""
+        value = self.expr(expr)
+        local = self.scope.unique(name)
+        self.code.add(const(scalar(expr.type), local, value))
+        self.known[shape(expr)] = of(local)
+
     # Expressions ---------------------------------------------------------------------------------
 
     def expr(self, expr: ir.Expr) -> Expr:
@@ -151,6 +158,8 @@ class ExprPrinter(BodyPrinter):
                 return method("state", self.names.bits[name])
             case ir.ActionRead(indices=indices):
                 return self._action_read(indices)
+            case ir.LetRead() if shape(expr) in self.known:
+                return self.known[shape(expr)]
             case ir.LetRead(let=name, indices=arguments, primed=primed):
                 needs = self.context.needs.let(name)
                 return self.call(self.names.lets[name], needs, arguments, primed)
@@ -237,8 +246,10 @@ class ExprPrinter(BodyPrinter):
         return call(f"math::{expr.op}", self._widened(operand))
 
     def _binary(self, expr: ir.Binary) -> Expr:
-        if expr.op in ("and", "or") and needs_statements(expr.right):
-            return self._guarded(expr)
+        if expr.op in ("and", "or"):
+            expr = self.context.order.ordered(expr)
+            if needs_statements(expr.right):
+                return self._guarded(expr)
         left, right = expr.left.type, expr.right
         natural = isinstance(left, Int) and left.low >= 0 and isinstance(right, ir.Const) and right.value > 0
         if expr.op in ("floordiv", "mod") and natural:

@@ -18,6 +18,7 @@ CLASSES = {
     "dist::Normal": "dist::NormalLanes",
     "dist::RecurringNormal": "dist::NormalLanes",
     "dist::Uniform": "dist::UniformLanes",
+    "dist::Exponential": "dist::ExponentialLanes",
     "dist::Bins": "dist::BinsLanes",
 }
 
@@ -33,7 +34,8 @@ RUNTIME = {
             *("math::sin", "math::cos", "math::tan", "math::asin", "math::acos", "math::atan2"),
             *("math::pow", "math::normal_cdf"),
             *("dist::bernoulli", "dist::uniform", "dist::uniform_int", "dist::reached", "dist::fine"),
-            *("dist::noisy", "dist::mass", "math::threshold", "math::mass"),
+            *("dist::poisson", "dist::binomial", "dist::noisy", "dist::mass", "dist::up_to"),
+            *("math::threshold", "math::mass"),
             "posteriors::probability",
         ),
         False,

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence, Set
 from dataclasses import replace
 
@@ -12,13 +13,15 @@ from hypgen.codegen.cpp.function_builder import Builder, origin
 from hypgen.codegen.cpp.sink import RETURN, Sink
 from hypgen.codegen.cpp.text import scalar, stored
 from hypgen.codegen.passes.arguments import PARTS, Needs
+from hypgen.codegen.passes.density_tables import DensityTable
 from hypgen.codegen.passes.guards import at_index, own_value
+from hypgen.codegen.passes.hoisting import unguarded
 from hypgen.codegen.passes.partition import ElementUpdate, entry_binders
 from hypgen.codegen.passes.tabulate import DerivedTable
 from hypgen.codegen.tree.expr import Expr, Operand, call, cast, member, method, number, plus
-from hypgen.codegen.tree.statements import Do, Function, assign, zeroed
+from hypgen.codegen.tree.statements import Do, Function, Return, assign, zeroed
 from hypgen.dsl import ir
-from hypgen.dsl.ir.walk import children, shape
+from hypgen.dsl.ir.walk import free_locals, shape, walk
 from hypgen.dsl.types import Type
 
 
@@ -99,11 +102,13 @@ def element_update(update: ElementUpdate, name: str, context: Context) -> Functi
     binder = update.element.binder
     if binder is not None:
         builder.local(binder.name, binder.type)
+        for written in update.assigns:
+            builder.printer.locals[written.binders[0].name] = builder.printer.locals[binder.name]
+    for read in repeated_draws(update, context):
+        builder.printer.once(read, read.let.rsplit(".", 1)[-1])
     comments = []
     for written, index in zip(update.assigns, update.indices, strict=True):
         comments.append(f"// {origin(written.span)}: {written.variable.rsplit('.', 1)[-1]}'")
-        if binder is not None:
-            builder.printer.locals[written.binders[0].name] = builder.printer.locals[binder.name]
         for variable, value in index:
             builder.printer.declare(variable, value, written.dist)
         own = entry_binders(update.element, written)
@@ -111,6 +116,24 @@ def element_update(update: ElementUpdate, name: str, context: Context) -> Functi
             assigned(replace(written, dist=at_index(written.dist, index)), "next", builder)
         builder.code.join()
     return builder.done("void", name, comments)
+
+
+def repeated_draws(update: ElementUpdate, context: Context) -> list[ir.LetRead]:
+    """Return the lets that draw and that an update certainly reads, and reads several times.
+
+    Compilers do not see that a draw gives the same value again. What a stage writes no let of it reads.
+    """
+    reads = Counter(shape(n) for a in update.assigns for n in walk(a.dist) if isinstance(n, ir.LetRead))
+    certain = {
+        shape(n): n
+        for a in update.assigns
+        if not entry_binders(update.element, a)
+        for n in unguarded(a.dist)
+        if isinstance(n, ir.LetRead) and free_locals(n) <= {b.name for b in a.binders}
+    }
+    return [
+        read for key, read in certain.items() if reads[key] > 1 and "draws" in context.needs.let(read.let)
+    ]
 
 
 def assigned(assign: ir.Assign, owner: str, builder: Builder) -> None:
@@ -175,17 +198,7 @@ def sampler(observation: ir.Observation, name: str, context: Context) -> Functio
 
 def density_needs(dist: ir.Dist, context: Context) -> Needs:
     """Return what a density is given: draws only if it depends on a let that draws."""
-    reads: set[str] = set()
-    for part in _expressions(dist):
-        reads |= context.needs.of(part)
-    return frozenset(reads)
-
-
-def _expressions(dist: ir.Dist) -> list[ir.Expr]:
-    found: list[ir.Expr] = []
-    for child in children(dist):
-        found += [child] if isinstance(child, ir.Expr) else _expressions(child)
-    return found
+    return context.needs.of_density(dist) | ({"params"} if dist in context.density_tables else set())
 
 
 def density(part: ir.Observation | ir.Assign, type_: Type, name: str, context: Context) -> Function:
@@ -193,9 +206,44 @@ def density(part: ir.Observation | ir.Assign, type_: Type, name: str, context: C
     builder = Builder(context).given(density_needs(part.dist, context))
     for binder in part.binders:
         builder.local(binder.name, binder.type)
-    builder.take(scalar(type_), "value")
-    builder.dist.density(part.dist, "value", RETURN)
+    table = context.density_tables.get(part.dist)
+    if table is None:
+        builder.take(scalar(type_), "value")
+        builder.dist.density(part.dist, "value", RETURN)
+    else:
+        builder.local(table.value.name, type_)
+        found = [ir.Local(b.type, b.name) for b in (table.value, *part.binders)]
+        reads = zip(table.variables, table.reads, strict=True)
+        inputs = [*found, *(ir.StateRead(b.type, variable, primed=True) for variable, b in reads)]
+        entry = builder.printer.entry(member("params", table.name), table.name, inputs)
+        builder.code.add(Return(entry))
     return builder.done("double", name, [f"// {origin(part.span)}"])
+
+
+def density_entry(table: DensityTable, name: str, context: Context) -> Function:
+    """Return the function that computes one entry of a table of densities."""
+    dist = table.observation.dist
+    builder = Builder(context).given(context.needs.of_density(dist) & {"params"})
+    builder.take(scalar(table.value.type), "value")
+    for binder in table.inputs[1:]:
+        builder.local(binder.name, binder.type)
+    if table.variables:
+        builder.code.add(zeroed("State", "next"))
+        for variable, binder in zip(table.variables, table.reads, strict=True):
+            setter = context.names.setters[variable]
+            builder.code.add(Do(method("next", setter, builder.printer.locals[binder.name])))
+    builder.dist.density(dist, "value", RETURN)
+    return builder.done("double", name, [f"// {origin(table.observation.span)}"])
+
+
+def density_fill(table: DensityTable, name: str, context: Context, builder: Builder) -> None:
+    """Append the loops that fill a table of densities to ``load``."""
+    printer = builder.printer
+    with printer.loops(table.inputs):
+        inputs = [ir.Local(b.type, b.name) for b in table.inputs]
+        needs = context.needs.of_density(table.observation.dist) & {"params"}
+        value = call(name, *arguments(needs, context, *printer.exprs(inputs)))
+        builder.code.add(assign(printer.entry(member("params", table.name), table.name, inputs), value))
 
 
 def arguments(needs: Needs, context: Context, *more: Operand) -> list[Operand]:

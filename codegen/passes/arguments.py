@@ -9,7 +9,7 @@ from hypgen.codegen.layout.nodes import ArrayBits, BeliefCall, HistoryRead
 from hypgen.dsl import ir
 from hypgen.dsl.ir.draw_words import words_of
 from hypgen.dsl.ir.reads import reached
-from hypgen.dsl.ir.walk import Node
+from hypgen.dsl.ir.walk import Node, children
 
 # In the order of an argument list.
 PARTS = ("params", "fixed", "state", "action", "history", "draws", "next")
@@ -34,6 +34,10 @@ class NeedsAnalysis:
         for node, primed in reached(nodes, self._functions, self._lets):
             found |= self._directly(node, primed)
         return frozenset(found)
+
+    def of_density(self, dist: ir.Dist) -> Needs:
+        """Return the parts that a density reads: draws only if it depends on a let that draws."""
+        return self.of(*_expressions(dist))
 
     def function(self, name: str) -> Needs:
         """Return what the model function is given."""
@@ -76,3 +80,11 @@ class NeedsAnalysis:
             case ir.Dist() if words_of(node):
                 return frozenset({"draws"})
         return frozenset()
+
+
+def _expressions(dist: ir.Dist) -> list[ir.Expr]:
+    """Return the expressions of a distribution and of those inside it."""
+    found: list[ir.Expr] = []
+    for child in children(dist):
+        found += [child] if isinstance(child, ir.Expr) else _expressions(child)
+    return found

@@ -39,7 +39,7 @@ void same(const char* what, std::uint32_t i, Found found, Wanted wanted) {
 struct Batch {
   std::uint32_t first;
   Float x, y;
-  Word w;
+  Word w, small;
   Int n;
 
   explicit Batch(std::uint32_t number) : first(number * kLanes) {
@@ -48,6 +48,7 @@ struct Batch {
       x.set(i, float_of(at, 0));
       y.set(i, float_of(at, 1));
       w.set(i, word_of(at, 2));
+      small.set(i, word_of(at, 2) >> (at % 32));
       n.set(i, static_cast<std::int32_t>(word_of(at, 3)) >> (at % 31));
     }
   }
@@ -59,6 +60,7 @@ struct Batch {
     for (int i = 0; i < kLanes; ++i) {                                          \
       [[maybe_unused]] const float x = batch.x[i], y = batch.y[i];              \
       [[maybe_unused]] const std::uint32_t w = batch.w[i];                      \
+      [[maybe_unused]] const std::uint32_t small = batch.small[i];              \
       [[maybe_unused]] const std::int32_t n = batch.n[i];                       \
       same(what, batch.first + static_cast<std::uint32_t>(i), found[i], alone); \
     }                                                                           \
@@ -85,11 +87,17 @@ void compare(const Batch& batch) {
   SAME("threshold", math::threshold(batch.x), math::threshold(x));
   SAME("a quotient", batch.n / 7, n / 7);
   SAME("a rest", batch.n % 25, n % 25);
-  SAME("a quotient of words", batch.w / 25U, w / 25U);
+  SAME("a quotient of words", batch.small / 25U, small / 25U);
+  SAME("a rest of words", batch.small % 16U, small % 16U);
+  SAME("a rest of large words", batch.w % 4000000007U, w % 4000000007U);
   SAME("a product", hypgen::lanes::multiplied(batch.w, Word(0xD2511F53U)).high,
        static_cast<std::uint32_t>(std::uint64_t{w} * 0xD2511F53U >> 32));
   SAME("uniform", dist::uniform(batch.w, 13), dist::uniform(w, 13));
   SAME("noisy", dist::noisy(batch.w, 2, batch.x, 5), dist::noisy(w, 2, x, 5));
+  SAME("poisson", dist::poisson(batch.w, batch.x, {1, 30, true}, 0, 40),
+       dist::poisson(w, x, {1, 30, true}, 0, 40));
+  SAME("binomial", dist::binomial(batch.w, Int(20), batch.x, {}, 0, 20), dist::binomial(w, 20, x, {}, 0, 20));
+  SAME("an exponential number", dist::ExponentialLanes(batch.x).draw(batch.w), dist::Exponential(x).draw(w));
   SAME("a normal number", (dist::NormalLanes{batch.x, batch.y}.draw(batch.w)), (dist::Normal{x, y}.draw(w)));
   SAME("a bin", (dist::BinsLanes(dist::NormalLanes{batch.x, 0.5F}, -6.0F, 26.0F, 64).draw(batch.w)),
        (dist::Bins(dist::Normal{x, 0.5F}, -6.0F, 26.0F, 64).draw(w)));

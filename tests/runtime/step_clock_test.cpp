@@ -111,7 +111,9 @@ TEST(StepClock, EndsARolloutAtADearStep) {
   StepClock clock;
   DrawCache cache(1, 1);
   const Dear::Params params{0.85F};
-  Rollout<Dear> rollout(params, cache, clock, 0.95, kDepth);
+  EvaluatorOptions options;
+  options.max_depth = kDepth;
+  Rollout<Dear> rollout(params, cache, clock, options);
   cache.begin_search(setup.key, 0);
   clock.begin_search(setup.deadline);
   rollout.begin_search(setup);

@@ -104,7 +104,7 @@ def test_a_call_that_repeats_is_made_once() -> None:
     ("body", "reason"),
     [
         ([for_below("i", "x")], "f has a loop whose length varies"),
-        ([Return(call("dist::poisson", Literal("1.0f")))], "f calls dist::poisson"),
+        ([Return(call("dist::density", Literal("1.0f")))], "f calls dist::density"),
         ([var("dist::WeightSum", "all", 0)], "f keeps a dist::WeightSum"),
     ],
 )

@@ -7,6 +7,7 @@
 #include "hypgen/belief/posterior.hpp"
 #include "hypgen/lanes/functions.hpp"
 #include "hypgen/lanes/tables.hpp"
+#include "hypgen/random/counts.hpp"
 #include "hypgen/random/distributions.hpp"
 #include "hypgen/random/philox.hpp"
 
@@ -147,6 +148,26 @@ HYPGEN_FN Int uniform_int(Word word, std::int32_t low, std::int32_t high, std::i
   return uniform_int(word, Int(low), Int(high), Int(least), Int(most));
 }
 
+HYPGEN_FN Int poisson(Word word, Float mean, Truncation truncation, std::int32_t low, std::int32_t high) {
+  const auto one = [=](std::uint32_t w, float m) { return poisson(w, m, truncation, low, high); };
+  return lanes::each_lane<std::int32_t>(one, word, mean);
+}
+HYPGEN_FN Int poisson(Word word, float mean, Truncation truncation, std::int32_t low, std::int32_t high) {
+  return poisson(word, Float(mean), truncation, low, high);
+}
+
+HYPGEN_FN Int binomial(Word word, Int trials, Float p, Truncation truncation, std::int32_t low,
+                       std::int32_t high) {
+  const auto one = [=](std::uint32_t w, std::int32_t n, float q) {
+    return binomial(w, n, q, truncation, low, high);
+  };
+  return lanes::each_lane<std::int32_t>(one, word, trials, p);
+}
+HYPGEN_FN Int binomial(Word word, std::int32_t trials, float p, Truncation truncation, std::int32_t low,
+                       std::int32_t high) {
+  return binomial(word, Int(trials), Float(p), truncation, low, high);
+}
+
 HYPGEN_FN Int noisy(Word word, Int value, Float p, std::int32_t count) {
   return lanes::each_lane<std::int32_t>(
       [count](std::uint32_t w, std::int32_t v, float q) { return noisy(w, v, q, count); }, word, value, p);
@@ -211,6 +232,11 @@ HYPGEN_FN lanes::Bits mass(Float p, Float complement) {
   return select(complement < Float(0.001953125F), rare, math::mass(p));
 }
 
+HYPGEN_FN lanes::Bits up_to(lanes::Bits until, lanes::Bits mass) {
+  const lanes::Bits left = lanes::Bits(kWhole) - until;
+  return until + select(mass < left, mass, left);
+}
+
 /// The likelihoods of values of tables, as Masses computes them.
 class MassesLanes {
  public:
@@ -257,6 +283,24 @@ struct UniformLanes {
     const Double unit = (lanes::as<double>(word) + Double(0.5)) * Double(2.3283064365386963e-10);
     return math::min(low + (high - low) * lanes::as<float>(unit), high);
   }
+};
+
+/// Its functions are those of scalars, lane by lane.
+class ExponentialLanes {
+ public:
+  HYPGEN_FN explicit ExponentialLanes(Float mean) : mean_(mean) {}
+
+  HYPGEN_FN Float draw(Word word) const {
+    return lanes::each_lane<float>([](float m, std::uint32_t w) { return Exponential(m).draw(w); }, mean_,
+                                   word);
+  }
+  HYPGEN_FN Float quantile(Word word) const { return draw(~word); }
+  HYPGEN_FN Double below(Double x) const {
+    return lanes::each_lane<double>([](float m, double y) { return Exponential(m).below(y); }, mean_, x);
+  }
+
+ private:
+  Float mean_;
 };
 
 /// `Bins` of a law, each lane with its own.

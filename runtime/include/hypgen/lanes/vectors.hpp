@@ -165,8 +165,8 @@ struct Lanes<std::uint32_t> : Narrow<std::uint32_t> {
   friend HYPGEN_FN Lanes operator/(Lanes a, std::uint32_t b) {
     const double part = 1.0 / static_cast<double>(b);
     const auto quotient = [part](Doubles x) {
-      // Whole and fraction apart: the sum's last bits are the whole, rounded down.
-      const Doubles whole = (x + 0.5) * part - 0.5 + 4503599627370496.0;
+      // 2^52 + 2^51: the sum's last bits are the whole, rounded down, also where the difference is below 0.
+      const Doubles whole = (x + 0.5) * part - 0.5 + 6755399441055744.0;
       return __builtin_convertvector(reinterpret_cast<Masses>(whole), WordHalf);
     };
     return Lanes(joined<std::uint32_t>(quotient(a.wide(0)), quotient(a.wide(1))));

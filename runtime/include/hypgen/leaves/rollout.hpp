@@ -96,20 +96,28 @@ class Rollout {
 
   // Plays all rollouts that wait, from a depth on. `fixed`: of all scenarios. False if time is over.
   bool play(const typename M::Fixed* fixed, int depth) {
-    std::size_t first = 0;
+    const std::size_t count = waiting_.states.size();
+    std::size_t played = 0;
     if (choice_.wants_sample()) {
-      first = std::min(LaneChoice::kSample, waiting_.states.size());
-      play_alone(fixed, depth, first);  // leaves their words in the cache, as leaves before would have done
+      played = std::min(LaneChoice::kSample, count);
+      play_alone(fixed, depth, 0,
+                 played);  // leaves their words in the cache, as leaves before would have done
       const std::uint64_t before = clock_.steps();
       choice_.begin();
-      play_alone(fixed, depth, first);
+      play_alone(fixed, depth, 0, played);
       choice_.end_alone(clock_.steps() - before);
     }
-    if (first < waiting_.states.size() && !clock_.is_over()) {
+    while (played < count && !clock_.is_over()) {
+      const std::size_t wide = choice_.next(count - played);
+      if (wide == 0) {
+        play_alone(fixed, depth, played, count);
+        break;
+      }
       const std::uint64_t before = clock_.steps();
       choice_.begin();
-      play_in_lanes(fixed, depth, first);
+      play_in_lanes(fixed, depth, played, wide);
       choice_.end_in_lanes(clock_.steps() - before);
+      played += wide;
     }
     waiting_.clear();
     return !clock_.is_over();
@@ -146,19 +154,19 @@ class Rollout {
     return total + *discount * M::tail(params_, fixed, state);
   }
 
-  void play_alone(const typename M::Fixed* fixed, int depth, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) {
+  void play_alone(const typename M::Fixed* fixed, int depth, std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
       const typename M::Fixed& own = fixed[waiting_.scenarios[i]];
       const auto* const history = static_cast<const typename M::History*>(waiting_.histories[i]);
       waiting_.earned[i] = default_return(own, waiting_.states[i], *history, waiting_.numbers[i], depth);
     }
   }
 
-  void play_in_lanes(const typename M::Fixed* fixed, int depth, std::size_t first) {
+  void play_in_lanes(const typename M::Fixed* fixed, int depth, std::size_t first, std::size_t count) {
     const auto count_steps = [](void* clock, std::uint64_t steps) {
       return static_cast<StepClock*>(clock)->add(steps);
     };
-    hypgen_lanes::Rollouts work{waiting_.states.size() - first,
+    hypgen_lanes::Rollouts work{count,
                                 &params_,
                                 fixed,
                                 waiting_.states.data() + first,
