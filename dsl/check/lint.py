@@ -17,7 +17,7 @@ from hypgen.dsl.check.scope.scope import Program
 from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.ir import masses, operators
 from hypgen.dsl.ir.reads import reached
-from hypgen.dsl.ir.undefined import never_finite
+from hypgen.dsl.ir.undefined import never_finite, partly_never_finite
 from hypgen.dsl.messages import e03_types, w_warnings
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.report import Mistake
@@ -165,12 +165,15 @@ def _idle(model: ir.Model) -> Iterator[Diagnostic]:
 
 
 def _endless(model: ir.Model) -> Iterator[Diagnostic]:
-    """Yield the declared bounds that are infinite, or no number, in every state."""
+    """Yield what is infinite, or no number, at the defaults of params: declared bounds, parts of rewards."""
     params = {p.name: p for p in model.params}
     for name in ("upper", "lower", "tail"):
         bound: ir.Expr | None = getattr(model, name)
         if bound is not None and name in model.spans and (why := never_finite(bound, params)):
             yield w_warnings.endless_bound(name, why, model.spans[name])
+    for reward in model.rewards:
+        if why := partly_never_finite(reward.value, params):
+            yield w_warnings.reward_without_value(reward.name, why, reward.span)
 
 
 # Floats ------------------------------------------------------------------------------------------

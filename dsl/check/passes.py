@@ -201,13 +201,14 @@ def check_floats(draft: Draft) -> Draft:
 
 def derive_bounds(draft: Draft) -> Draft:
     """Take the parts. Give them with the bounds that nobody declared; reports those that do not follow."""
-    parts, bounds = draft.parts, dict(draft.parts.bounds)
+    parts = draft.parts
     declared = {i.name for i in draft.program.file.items if isinstance(i, ast.Bound)}
-    for name in ("upper", "tail"):
-        if name not in declared:
-            bound = partial(derived_bounds.derived, name, parts, draft.declarations, draft.program)
-            bounds[name] = draft.report.attempt(bound) or _ZERO
-    return replace(draft, parts=replace(parts, bounds=bounds))
+    names = [name for name in ("upper", "tail") if name not in declared]
+    found = draft.report.attempt(
+        partial(derived_bounds.derived, names, parts, draft.declarations, draft.program)
+    )
+    bounds = found or dict.fromkeys(names, _ZERO)
+    return replace(draft, parts=replace(parts, bounds={**parts.bounds, **bounds}))
 
 
 def make_key(draft: Draft) -> Draft:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 
 from hypgen.dsl import ir
 from hypgen.dsl.ir import operators
@@ -18,10 +19,11 @@ _WRITTEN = {"div": "/", "mul": "*", "add": "+", "sub": "-", "pow": "**"}
 
 def may_be_undefined(nodes: Iterable[Node], functions: Mapping[str, ir.Function]) -> str | None:
     """Return the first function or operator, as written, that has no value for some operands."""
-    return next((op for node, _ in reached(nodes, functions, {}) if (op := _undefined_operator(node))), None)
+    return next((op for node, _ in reached(nodes, functions, {}) if (op := undefined_operator(node))), None)
 
 
-def _undefined_operator(node: Node) -> str | None:
+def undefined_operator(node: Node) -> str | None:
+    """Return the function or operator of a node, as written, if it has no value for some operands."""
     match node:
         case ir.Unary(_, "sqrt", operand) if operators.ends(operand.type)[0] < 0:
             return "sqrt"
@@ -46,6 +48,26 @@ def never_finite(e: ir.Expr, params: Mapping[str, ir.Param]) -> str:
     except _WithoutValueError as problem:
         return problem.what
     return f"it is {value:g}" if isinstance(value, float) and not math.isfinite(value) else ""
+
+
+def partly_never_finite(e: ir.Expr, params: Mapping[str, ir.Param]) -> str:
+    """Return what makes a part of ``e`` infinite or no number, at the defaults of params; '' if nothing.
+
+    Branches that these defaults do not take have no part in it, nor do parts that read anything else.
+    """
+    try:
+        value = _value(e, params)
+    except _WithoutValueError as problem:
+        return problem.what
+    if value is not None:
+        return f"a part is {value:g}" if isinstance(value, float) and not math.isfinite(value) else ""
+    parts = [child for child in children(e) if isinstance(child, ir.Expr)]
+    if isinstance(e, ir.If):
+        with suppress(_WithoutValueError):
+            condition = _value(e.condition, params)
+            if condition is not None:
+                parts = [e.then if condition else e.otherwise]
+    return next((why for part in parts if (why := partly_never_finite(part, params))), "")
 
 
 class _WithoutValueError(Exception):

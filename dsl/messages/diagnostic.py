@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from hypgen.dsl.messages.source import Source, Span
 
 _MOST_CANDIDATES = 500
+_MOST_LETTERS = 2  # that a misspelt name has more or less, unless it begins alike
+_PREFIX = 3
 
 
 @dataclass(frozen=True)
@@ -52,5 +54,8 @@ def did_you_mean(name: str, candidates: Iterable[str]) -> str:
     known = sorted(set(candidates))
     if len(known) > _MOST_CANDIDATES:  # comparing takes some 10 us each
         known = [c for c in known if c[:1] == name[:1] and abs(len(c) - len(name)) <= 2][:_MOST_CANDIDATES]
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    near = [c for c in known if abs(len(c) - len(name)) <= _MOST_LETTERS]
+    alike = [c for c in known if len(c) >= _PREFIX and c.startswith(name[:_PREFIX])]
+    close = difflib.get_close_matches(name, near, n=1, cutoff=0.65)
+    close = close or difflib.get_close_matches(name, alike, n=1, cutoff=0.6)
     return f"did you mean '{close[0]}'?" if close else ""

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 from hypgen.dsl.messages.diagnostic import Diagnostic, did_you_mean
 from hypgen.dsl.messages.source import Span
+from hypgen.dsl.types.builtin_names import FOREIGN_FUNCTIONS
 
 CASSANDRA = "E0130"
 POMDPX = "E0131"
@@ -59,7 +60,8 @@ def number_too_large(span: Span) -> Diagnostic:
 
 def unknown_quantifier(name: str, known: Sequence[str], span: Span) -> Diagnostic:
     """A word before ``(i in T: ..)`` that is none of the ``known`` quantifiers."""
-    remedy = did_you_mean(name, known) or "use one of " + " ".join(known)
+    own = FOREIGN_FUNCTIONS.get(name.lower())
+    remedy = f"write {own}" if own else did_you_mean(name, known) or "use one of " + " ".join(known)
     return Diagnostic("E0137", f"'{name}' cannot run over values", span, remedy)
 
 

@@ -10,7 +10,7 @@ from hypgen.dsl.messages.diagnostic import Diagnostic, did_you_mean
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.messages.words import described
 from hypgen.dsl.types import Enum, Record, Type
-from hypgen.dsl.types.builtin_names import FOREIGN_TYPES
+from hypgen.dsl.types.builtin_names import FOREIGN_FUNCTIONS, FOREIGN_TYPES
 
 
 def unknown_name(name: str, remedy: str, span: Span) -> Diagnostic:
@@ -24,19 +24,35 @@ def wildcard(span: Span) -> Diagnostic:
     return Diagnostic("E0201", "'_' stands for any value in patterns alone", span, remedy)
 
 
-def behind_slashes(found: Diagnostic, span: Span) -> Diagnostic:
-    """A mistake in what divides, which a name that nothing declares may not have been meant to do."""
+_SIGN_MEANS = {"//": "divides", "%": "is a remainder", "--": "subtracts a negative value"}
+
+
+def behind_comment_sign(found: Diagnostic, sign: str, span: Span) -> Diagnostic:
+    """A mistake behind ``//``, ``%`` or ``--``, which start comments elsewhere: a name may be prose."""
     if found.code not in ("E0201", "E0204") or found.span != span:
         return found
-    return replace(found, remedy="a comment starts with #; // divides, and then this has to be declared")
+    comment = f"a comment starts with #; {sign} {_SIGN_MEANS[sign]}, and then this has to be declared"
+    close = found.remedy.startswith("did you mean")
+    return replace(found, remedy=f"{found.remedy} Or {comment}" if close else comment)
 
 
 def unknown_in_variant(found: Diagnostic, variant: str, span: Span) -> Diagnostic:
     """A mistake in what a variant carries, which may be a name that its author meant to introduce."""
-    if found.code != "E0201" or found.span != span or found.message.startswith("'_'"):
+    if found.code != "E0201" or found.span != span:
         return found
+    if found.message.startswith("'_'"):
+        return replace(found, remedy=f"ask for the variant of any value: value is {variant}")
     way = f"match value {{ {variant}(name) => ..  else => .. }} names what is carried"
     return replace(found, remedy=f"{found.remedy}; {way}")
+
+
+def unknown_member_index(found: Diagnostic, family: str, index: Type, span: Span) -> Diagnostic:
+    """A mistake in a family's index, which may be a name that nothing runs over."""
+    if found.code != "E0201" or found.span != span or not found.remedy.startswith("declare it"):
+        return found
+    name = found.message.split("'")[1]
+    remedy = f"name a member, {family}[..], or run over all: sum({name} in {index}: ..)"
+    return replace(found, remedy=remedy)
 
 
 def duplicate(name: str, span: Span, first: Span) -> Diagnostic:
@@ -107,9 +123,15 @@ def not_a_function(name: str, kind: str, span: Span) -> Diagnostic:
     return Diagnostic("E0204", f"'{name}' is {kind}, not a function", span, f"index arrays: {name}[..]")
 
 
+def _other_quantifier(name: str) -> str:
+    """Return how this language writes another one's quantifier, an empty string for other words."""
+    own = FOREIGN_FUNCTIONS.get(name.lower())
+    return f"write {own}" if own else ""
+
+
 def unknown_quantifier(name: str, known: Iterable[str], span: Span) -> Diagnostic:
     """A word before ``(i in T: ..)`` that is none of the ``known`` quantifiers."""
-    remedy = did_you_mean(name, known) or f"use one of {', '.join(sorted(known))}"
+    remedy = _other_quantifier(name) or did_you_mean(name, known) or f"use one of {', '.join(sorted(known))}"
     return Diagnostic("E0204", f"'{name}' cannot run over values", span, remedy)
 
 
@@ -160,18 +182,26 @@ def not_a_type(name: str, span: Span) -> Diagnostic:
 
 def not_a_value(name: str, kind: str, span: Span) -> Diagnostic:
     """Another ``kind`` of declaration (``a type``) where a value is needed."""
-    return Diagnostic("E0207", f"'{name}' is {kind}, not a value", span, "name a value here")
+    remedy = "name a value here"
+    if kind in ("a type", "an enum"):
+        remedy += f"; a draw of any of its values is uniform({name})"
+    return Diagnostic("E0207", f"'{name}' is {kind}, not a value", span, remedy)
 
 
-def element_as_value(name: str, span: Span) -> Diagnostic:
+def element_as_value(name: str, is_family: bool, primed: bool, span: Span) -> Diagnostic:
     """An element where a value is needed."""
-    remedy = f"read one of its variables: {name}.x"
+    member = f"{name}[..]" if is_family else name
+    remedy = f"read one of its variables: {member}.x"
+    if primed:
+        remedy = f"the prime stands behind the variable: {member}.x'"
     return Diagnostic("E0207", f"'{name}' is an element, not a value", span, remedy)
 
 
-def member_as_value(family: str, span: Span) -> Diagnostic:
+def member_as_value(family: str, primed: bool, span: Span) -> Diagnostic:
     """A member of a family of elements where a value is needed."""
     remedy = f"read one of its variables: {family}[..].x"
+    if primed:
+        remedy = f"the prime stands behind the variable: {family}[..].x'"
     return Diagnostic("E0207", "a member of a family is not a value", span, remedy)
 
 
@@ -213,7 +243,11 @@ def last_of_other(name: str, kind: str, form: str, span: Span) -> Diagnostic:
 def last_of_unknown(name: str, known: Iterable[str], form: str, span: Span) -> Diagnostic:
     """``last`` of a name that nothing declares; ``known`` are the observations and the action."""
     message = f"'{name}' is neither an observation nor the action"
+    known = list(known)
+    owned = next((path for path in known if path.rpartition(".")[2] == name), None)
     remedy = did_you_mean(name, known) or f"its form is {form}; memory keeps other things"
+    if owned is not None:
+        remedy = f"write its whole name: last({owned}, first)"
     return Diagnostic("E0207", message, span, remedy)
 
 

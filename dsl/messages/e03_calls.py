@@ -59,9 +59,14 @@ def few_arguments_of_at(span: Span) -> Diagnostic:
     return Diagnostic("E0302", "'at' takes at least 3 arguments", span, AT_FORM)
 
 
-def without_binder(quantifier: str, span: Span) -> Diagnostic:
-    """A quantifier that is called as a function."""
-    remedy = f"write {quantifier}(i in T: ..)" if quantifier != "count" else "write count(i in T where ..)"
+def without_binder(quantifier: str, array: tuple[str, Sequence[Type]] | None, span: Span) -> Diagnostic:
+    """A quantifier that is called as a function; ``array``: the name and indexes of one that it is given."""
+    over, body = "i in T", ".."
+    if array is not None:
+        names = "ijklmnpqrstuvw"[: len(array[1])]
+        over = ", ".join(f"{i} in {t}" for i, t in zip(names, array[1], strict=False))
+        body = f"{array[0]}[{', '.join(names)}]"
+    remedy = f"write {quantifier}({over}{' where ' if quantifier == 'count' else ': '}{body})"
     return Diagnostic("E0302", f"'{quantifier}' runs over the values of a type", span, remedy)
 
 
@@ -138,10 +143,21 @@ def element_with_index(name: str, span: Span) -> Diagnostic:
     return Diagnostic("E0303", f"'{name}' is one element", span, f"write {name}.name")
 
 
-def family_without_index(name: str, binder: str, read: str, span: Span) -> Diagnostic:
+def family_without_index(name: str, binder: str, read: str, index: Type, has: int, span: Span) -> Diagnostic:
     """A family of elements without the index of a member; ``read`` is what is asked of it: ``at'``."""
+    if has and isinstance(index, Record):
+        fields = ", ".join(field for field, _ in index.fields)
+        message = f"'{name}' has one index, a {index}, here given {has}"
+        return Diagnostic("E0303", message, span, f"write {name}[{index}({fields})].{read}")
     message = f"'{name}' is a family: say which member"
     return Diagnostic("E0303", message, span, f"write {name}[{binder}].{read} of a member {binder}")
+
+
+def twice_indexed(name: str, index: Type, span: Span) -> Diagnostic:
+    """A family of elements with a second index in brackets of its own."""
+    form = f"{index}({', '.join(f for f, _ in index.fields)})" if isinstance(index, Record) else ".."
+    message = f"'{name}' has one index, of type {index}"
+    return Diagnostic("E0303", message, span, f"write {name}[{form}] and then one of its variables")
 
 
 def not_indexable(found: Type, span: Span) -> Diagnostic:

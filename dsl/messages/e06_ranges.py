@@ -15,6 +15,7 @@ from hypgen.dsl.messages.words import lies
 from hypgen.dsl.types import Int, Type
 
 TOO_MANY_STEPS = "E0609"
+WITHOUT_VALUE = ("E0603", "E0612")  # of a division by zero, and of a function that has no value
 
 
 def outside_range(what: str, found: Int, target: Int, is_constant: bool, span: Span) -> Diagnostic:
@@ -69,6 +70,7 @@ _DEFINED = {
     "asin": "it takes numbers from -1 to 1",
     "acos": "it takes numbers from -1 to 1",
     "exp": "it takes numbers up to 88",
+    **dict.fromkeys("+-*/", "use a larger unit: floats end at 3.4e38"),
 }
 
 
@@ -189,10 +191,12 @@ _KEPT_DEFINED = {
 }
 
 
-def unlimited_reward(bound: str, reward: str, undefined: str | None, span: Span) -> Diagnostic:
-    """A reward that keeps a bound from being derived; ``undefined``: what in it may have no value."""
-    message = f"bound {bound} cannot be derived: nothing limits the reward '{reward}'"
-    remedy = f"declare it: bound {bound} = .., or limit the reward with clamp(.., low, high)"
+def unlimited_reward(bounds: Sequence[str], reward: str, undefined: str | None, span: Span) -> Diagnostic:
+    """A reward that keeps bounds from being derived; ``undefined``: what in it may have no value."""
+    which = " and ".join(f"bound {name}" for name in bounds)
+    message = f"{which} cannot be derived: nothing limits the reward '{reward}'"
+    forms = "   ".join(f"bound {name} = .." for name in bounds)
+    remedy = f"limit the reward with clamp(.., low, high), or declare {forms}"
     if undefined is not None:
         message += f", as '{undefined}' in it may have no value"
         remedy = f"keep what it is of in range, as in {_KEPT_DEFINED[undefined]}; clamp lets NaN through"

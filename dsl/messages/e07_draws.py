@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Span
-from hypgen.dsl.types import Int, Type
+from hypgen.dsl.types import Int, Record, Type
 
+TABLE = "a table of weights"
 _NAME_IT = "name the draw with 'let name ~ ..' and use the name"
 _LET = "name the draw with 'let name ~ ...' in an element and read the name"
 _WITHOUT_DRAWS = frozenset({"legal", "bound", "invariant", "draw", "first memory", "next memory"})
@@ -31,6 +32,8 @@ def misplaced_draw(what: str, owner: str, span: Span) -> Diagnostic:
         remedy = "give a number; a variable may be drawn at the start: hidden fixed name: T  init name ~ .."
     elif owner in _WITHOUT_DRAWS:
         remedy = "let a variable hold what is drawn, name' ~ .., and read that"
+    if what == TABLE:
+        remedy += "; to choose by a value, match value { first => a  else => b }"
     return Diagnostic("E0702", f"{what} is a draw, and a value is needed here", span, remedy)
 
 
@@ -141,9 +144,13 @@ def weighted_without_form(span: Span) -> Diagnostic:
     return Diagnostic("E0705", message, span, remedy)
 
 
-def array_for_draw(span: Span) -> Diagnostic:
-    """A list where one value is asked for."""
+def array_for_draw(target: Type | None, span: Span) -> Diagnostic:
+    """A list where one value, of the type ``target`` if that is known, is asked for."""
     message = "an array stands where one value is asked for"
+    if isinstance(target, Record):
+        fields = ", ".join(name for name, _ in target.fields)
+        message = f"an array stands where a value of '{target}' is asked for"
+        return Diagnostic("E0706", message, span, f"write {target}({fields})")
     remedy = "give one entry; what has an index is a variable, or a function of it: fn name(i: T): bool = .."
     return Diagnostic("E0706", message, span, remedy)
 

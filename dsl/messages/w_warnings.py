@@ -81,6 +81,12 @@ def endless_bound(bound: str, why: str, span: Span) -> Diagnostic:
     return Diagnostic("W08", f"bound {bound} is no finite number: {why}", span, "give a finite number")
 
 
+def reward_without_value(reward: str, why: str, span: Span) -> Diagnostic:
+    """A reward with a part that is infinite or no number, as params are."""
+    message = f"reward '{reward}' is no finite number with the defaults of params: {why}"
+    return Diagnostic("W08", message, span, "give the param another default, or guard what it is in")
+
+
 def never_paid(reward: str, steps: int, span: Span) -> Diagnostic:
     """A reward that sampling never saw paid."""
     return Diagnostic(

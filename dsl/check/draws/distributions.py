@@ -72,7 +72,7 @@ def _check(node: ast.Expr, scope: Scope, target: Type | None, what: str) -> ir.D
     ):
         raise Mistake(e07_draws.list_of_probabilities([v.name for v in target.variants], node.span))
     if isinstance(node, ast.Comprehension | ast.ArrayLiteral):
-        raise Mistake(e07_draws.array_for_draw(node.span))
+        raise Mistake(e07_draws.array_for_draw(target, node.span))
     if target is None and not is_draw(node, scope):
         value = scope.check(node)
         return ir.Certain(value.type, value)

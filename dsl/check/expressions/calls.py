@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
@@ -15,7 +16,7 @@ from hypgen.dsl.check.scope.fit_type import check_as
 from hypgen.dsl.check.scope.scope import Scope
 from hypgen.dsl.check.scope.symbols import kind_of
 from hypgen.dsl.check.scope.unit_checks import require_plain, require_root, require_same
-from hypgen.dsl.check.terms import guarded_reads, range_calls, recursion
+from hypgen.dsl.check.terms import guarded_reads, range_calls, recursion, references
 from hypgen.dsl.check.terms.references import owner_of
 from hypgen.dsl.ir import evaluate, operators, trigonometric_operators
 from hypgen.dsl.ir.walk import children
@@ -62,7 +63,7 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     if name in builtin_names.FUNCTIONS and name != "at":
         return _builtin(node, scope)
     if name in builtin_names.QUANTIFIERS | builtin_names.TABLES:
-        raise Mistake(e03_calls.without_binder(name, node.span))
+        raise Mistake(e03_calls.without_binder(name, _array_argument(node, scope), node.span))
     item = symbols.functions.get(name)
     if item is not None:
         if item.rhs.draw:
@@ -87,6 +88,17 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     ]
     own = builtin_names.FOREIGN_FUNCTIONS.get(name.lower())
     raise Mistake(e02_names.unknown_function(name, own, known, node.span))
+
+
+def _array_argument(node: ast.Call, scope: Scope) -> tuple[str, tuple[Type, ...]] | None:
+    """Return the name and indexes of the array that is a call's only argument."""
+    if len(node.arguments) != 1:
+        return None
+    with suppress(Mistake):
+        reference = references.find(node.arguments[0], scope)
+        if reference is not None and reference.indices:
+            return reference.label, reference.indices
+    return None
 
 
 def _arguments(node: ast.Call, count: int, signature: str) -> None:
@@ -170,6 +182,8 @@ def _builtin(node: ast.Call, scope: Scope) -> ir.Expr:
     least, most = _COUNTS.get(node.name, (1, 1))
     given = len(node.arguments)
     if given < least or (most is not None and given > most):
+        if node.name in builtin_names.QUANTIFIERS and (array := _array_argument(node, scope)) is not None:
+            raise Mistake(e03_calls.without_binder(node.name, array, node.span))
         form = f"{node.name}({_FORMS.get(node.name, 'x' if least == 1 else 'a, b')})"
         raise Mistake(e03_calls.wrong_arguments_of_builtin(node.name, given, form, node.span))
     if node.name == "index":

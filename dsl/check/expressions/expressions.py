@@ -78,7 +78,7 @@ def _dispatch(node: ast.Expr, scope: Scope, expected: Type | None) -> ir.Expr:
         case ast.ArrayLiteral(span) | ast.Comprehension(span):
             raise Mistake(e03_values.array_in_expression(span))
         case ast.TableLiteral(span):
-            raise misplaced("a table of weights", node, scope)
+            raise misplaced(e07_draws.TABLE, node, scope)
     raise AssertionError(node)
 
 
@@ -158,7 +158,10 @@ def _comparison(node: ast.Binary, scope: Scope) -> ir.Expr:
 
 
 def _arithmetic(node: ast.Binary, scope: Scope) -> ir.Expr:
-    left, right = gather([partial(check, node.left, scope), partial(_right_operand, node, scope)])
+    if node.op in ("//", "%"):  # what stands behind may be prose, and then nothing else is to be told
+        right, left = _right_operand(node, scope), check(node.left, scope)
+    else:
+        left, right = gather([partial(check, node.left, scope), partial(_right_operand, node, scope)])
     for e, n in ((left, node.left), (right, node.right)):
         require_number(e, n.span, f"an operand of '{node.op}'")
     op = _ARITHMETIC[node.op]
@@ -171,6 +174,8 @@ def _arithmetic(node: ast.Binary, scope: Scope) -> ir.Expr:
     if op in ("div", "floordiv", "mod") and operators.ends(right.type) == (0, 0):
         raise Mistake(e06_ranges.division_by_zero(node.right.span))
     found = operators.arithmetic(op, left, right)
+    if isinstance(found.type, Float):
+        calls.refuse_undefined(found, node.op, node.span)
     return placed(found, node.span) if op in ("floordiv", "mod") else found
 
 
@@ -178,9 +183,13 @@ def _right_operand(node: ast.Binary, scope: Scope) -> ir.Expr:
     try:
         return check(node.right, scope)
     except Mistake as error:
-        if node.op != "//" or not isinstance(node.right, ast.Name | ast.Call):
+        behind, sign = node.right, node.op
+        if sign == "-" and isinstance(behind, ast.Unary):
+            behind, sign = behind.operand, "--"
+        if sign not in ("//", "%", "--") or not isinstance(behind, ast.Name | ast.Call):
             raise
-        raise Mistake(*(e02_names.behind_slashes(d, node.right.span) for d in error.diagnostics)) from None
+        found = [e02_names.behind_comment_sign(d, sign, behind.span) for d in error.diagnostics]
+        raise Mistake(*found) from None
 
 
 def _power(node: ast.Binary, scope: Scope) -> ir.Expr:

@@ -81,6 +81,18 @@ def _observation(path: str, member: tuple[ir.Expr, ...], scope: Scope) -> _Subje
     return _Subject(path, t, indices, "last", make)
 
 
+def _as_read(scope: Scope) -> Callable[[str], str]:
+    """Return how an observation's path is written: ``machine[m].hum`` of a family."""
+
+    def written(path: str) -> str:
+        element, _, name = path.partition(".")  # or a record of floats and its field
+        is_element = name and element in scope.program.symbols.elements
+        binder = scope.program.element(element).binder if is_element else None
+        return path if binder is None else f"{element}[{binder.name}].{name}"
+
+    return written
+
+
 def _not_seen(node: ast.Expr, scope: Scope) -> Mistake:
     symbols = scope.program.symbols
     if not isinstance(node, ast.Name | ast.Member):
@@ -93,5 +105,5 @@ def _not_seen(node: ast.Expr, scope: Scope) -> Mistake:
     kind = symbols.other_kind(name) if item is None else kind_of(item)
     if kind is not None:
         return Mistake(e02_names.last_of_other(name, kind, _FORM, node.span))
-    known = [*symbols.observations, *symbols.actions]
+    known = [*map(_as_read(scope), symbols.observations), *symbols.actions]
     return Mistake(e02_names.last_of_unknown(name, known, _FORM, node.span))

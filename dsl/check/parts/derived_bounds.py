@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial, reduce
@@ -20,23 +21,47 @@ from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import INT32_MAX, intervals, size_of
 
 _SLACK = 2.0**-20
+Term = float | ir.Expr  # the most (or least) that a reward earns: a number, or an expression of params
 
 
-def derived(name: str, parts: Parts, declared: Declarations, program: Program) -> ir.Expr:
-    """Return ``bound upper`` or ``bound tail`` from the least or largest reward of a step.
+def derived(
+    names: Iterable[str], parts: Parts, declared: Declarations, program: Program
+) -> Mapping[str, ir.Expr]:
+    """Return those named of ``bound upper`` and ``bound tail``, from the largest and least reward of a step.
 
     The tail is what the default policy earns, so that its rewards alone count if it always takes one action.
     Params count as they are when a solver starts. Where the discount has a mistake, that is all to be told.
+    A reward that nothing limits is told once, with both bounds that it keeps from being derived.
     """
-    upper, discount, horizon = name == "upper", parts.discount, parts.horizon
-    if discount is None:
+    found: dict[str, list[Term]] = {name: [] for name in names}
+    if not found:
+        return {}
+    if parts.discount is None:
         raise Mistake
-    if discount == 1 and horizon is None:
+    if parts.discount == 1 and parts.horizon is None:
         setting = (i.span for i in program.file.items if isinstance(i, ast.Setting) and i.kind == "discount")
         raise Mistake(e08_parts.infinite_return(next(setting)))
-    action = None if upper else _constant_action(parts, program)
     limits = ParamLimits(declared.params, (*declared.functions, *program.unrolled.values()), declared.lets)
-    terms = [_term(r, upper, action, name, limits, program) for r in parts.rewards]
+    action = _constant_action(parts, program)
+    for reward in parts.rewards:
+        terms = {
+            name: _term(reward, name == "upper", None if name == "upper" else action, limits, program)
+            for name in found
+        }
+        lacking = [name for name, term in terms.items() if term is None]
+        if lacking:
+            undefined = may_be_undefined((reward.value,), limits.functions)
+            raise Mistake(e06_ranges.unlimited_reward(lacking, reward.name, undefined, reward.span))
+        for name, term in terms.items():
+            assert term is not None
+            found[name].append(term)
+    return {name: _bound(name == "upper", terms, parts) for name, terms in found.items()}
+
+
+def _bound(upper: bool, terms: list[Term], parts: Parts) -> ir.Expr:
+    """Return a bound from the most (or least) that each reward earns in a step."""
+    discount, horizon = parts.discount, parts.horizon
+    assert discount is not None
     steps = float(horizon) if discount == 1 and horizon else 1 / (1 - discount)
     # An episode may end at once.
     ends = parts.terminal is not None and not operators.is_false(parts.terminal) or horizon is not None
@@ -67,22 +92,33 @@ def _outward(value: float, upper: bool) -> float:
 
 
 def _term(
-    reward: ir.Reward, upper: bool, action: ir.Const | None, name: str, limits: ParamLimits, program: Program
-) -> float | ir.Expr:
-    """Return the most (or least) that all members earn: a number, or an expression of params."""
-    value = reward.value
-    if action is not None:
+    reward: ir.Reward, upper: bool, action: ir.Const | None, limits: ParamLimits, program: Program
+) -> Term | None:
+    """Return the most (or least) that all members earn; None where nothing limits it."""
+    value, end = reward.value, _end(reward.value, upper)
+    if action is not None or end is None:
         scope = replace(element_scope(program, reward.element, None), evaluate=True, action=action)
-        with suppress(Mistake):  # too long to evaluate: then all actions count
-            value = scope.check(_source(reward, program))
-    end = operators.ends(value.type)[1 if upper else 0]
-    if abs(end) < INT32_MAX:  # what ends there is a param of type int, whose value says more
-        return float(end) * (1 if reward.binder is None else size_of(reward.binder.type))
+        try:
+            evaluated = scope.check(_source(reward, program))
+            value, end = (value if action is None else evaluated), _end(evaluated, upper)
+        except Mistake as mistake:  # too long to evaluate: then all actions count
+            found = [d for d in mistake.diagnostics if d.code in e06_ranges.WITHOUT_VALUE and end is None]
+            if found and action is None:
+                note = (reward.span, f"reward '{reward.name}' comes to it")
+                raise Mistake(*(replace(d, notes=(*d.notes, note)) for d in found)) from None
+    if end is not None:
+        return end * (1 if reward.binder is None else size_of(reward.binder.type))
     try:
-        return limits.of_sum(value, reward.binder)[1 if upper else 0]
+        found_limit = limits.of_sum(value, reward.binder)[1 if upper else 0]
     except Unlimited:
-        undefined = may_be_undefined((value,), limits.functions)
-        raise Mistake(e06_ranges.unlimited_reward(name, reward.name, undefined, reward.span)) from None
+        return None
+    return float(found_limit.value) if isinstance(found_limit, ir.Const) else found_limit
+
+
+def _end(value: ir.Expr, upper: bool) -> float | None:
+    """Return the end of an expression's interval; None where it says nothing."""
+    end = operators.ends(value.type)[1 if upper else 0]
+    return float(end) if abs(end) < INT32_MAX else None  # what ends there is a param of type int
 
 
 def _source(reward: ir.Reward, program: Program) -> ast.Expr:

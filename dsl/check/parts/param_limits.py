@@ -11,16 +11,19 @@ from hypgen.dsl import ir
 from hypgen.dsl.ir import operators
 from hypgen.dsl.ir.inline import certain
 from hypgen.dsl.ir.reads import reached
+from hypgen.dsl.ir.undefined import undefined_operator
 from hypgen.dsl.ir.walk import free_locals
-from hypgen.dsl.types import Float, length_of
+from hypgen.dsl.types import Float, Int, length_of
 from hypgen.dsl.types.units import PLAIN
 
 Limits = tuple[ir.Expr, ir.Expr]
 _Local = Mapping[str, Limits | None]  # None: the value of a binder, over which the limit runs itself
 _COMPUTED = (
     ir.Const, ir.Local, ir.ParamRead, ir.TableRead, ir.ToFloat, ir.Unary, ir.Binary, ir.If, ir.Clamp,
-    ir.LetIn, ir.Quantified,
+    ir.LetIn, ir.Quantified, ir.Call,
 )  # fmt: skip
+_ROOTS = {"sqrt": -math.ulp(0.0), "exp": -math.inf, "log": 0.0, "log2": 0.0}  # a value above has a result
+_MOST_EXPONENTS = 64  # of a power that are tried one by one
 
 
 class Unlimited(Exception):  # noqa: N818  # no error: the answer that there are no limits
@@ -49,23 +52,29 @@ class ParamLimits:
         if isinstance(e, ir.Local) and (found := local.get(e.name)) is not None:
             return found
         if self._is_known(e, local):
+            parts = (node for node, _ in reached((e,), {}, {}) if isinstance(node, ir.Expr))
+            if any(undefined_operator(part) and not self.reads_params(part) for part in parts):
+                raise Unlimited
             return _plain(e), _plain(e)
-        if self.reads_params(e) or free_locals(e) & local.keys():
+        low, high = operators.ends(e.type)
+        is_open = math.isinf(low) or math.isinf(high)
+        if is_open or self.reads_params(e) or free_locals(e) & local.keys():
             try:
                 return self._found(e, local)
             except Unlimited:
-                pass
-        low, high = operators.ends(e.type)
-        if math.isinf(low) or math.isinf(high):
-            raise Unlimited
+                if is_open:
+                    raise
         return operators.real(low), operators.real(high)
 
     def _is_known(self, e: ir.Expr, local: _Local) -> bool:
         """Return whether ``e`` reads nothing but params and binders over which its limit runs."""
         if any(local[name] is not None for name in free_locals(e) & local.keys()):
             return False
-        is_free = free_locals(e) <= local.keys()
-        return is_free and all(isinstance(node, _COMPUTED) for node, _ in reached((e,), {}, {}))
+        if not free_locals(e) <= local.keys():
+            return False
+        computed = all(isinstance(node, _COMPUTED) for node, _ in reached((e,), self.functions, {}))
+        calls = (node for node, _ in reached((e,), {}, {}) if isinstance(node, ir.Call))
+        return computed and all(map(self.reads_params, calls))  # of others, the body's limits say more
 
     def reads_params(self, e: ir.Expr) -> bool:
         """Return whether ``e`` reads a param, through functions and lets too."""
@@ -81,10 +90,11 @@ class ParamLimits:
                 low, high = self.of(operand, local)
                 return operators.negate(high), operators.negate(low)
             case ir.Unary(op="abs", operand=operand):
-                low, high = map(operators.absolute, self.of(operand, local))
-                return operators.real(0.0), operators.arithmetic("max", low, high)
+                return operators.real(0.0), self._farthest(self.of(operand, local))
             case ir.Unary(op="sqrt" | "exp" | "log" | "log2" as op, operand=operand):
                 low, high = self.of(operand, local)
+                if not operators.ends(low.type)[0] > _ROOTS[op] and not self.reads_params(low):
+                    raise Unlimited
                 return operators.rising(op, low), operators.rising(op, high)
             case ir.Binary(op="add" | "min" | "max" as op, left=left, right=right):
                 (a, b), (c, d) = self.of(left, local), self.of(right, local)
@@ -100,13 +110,22 @@ class ParamLimits:
                     raise Unlimited
                 inverse = [operators.arithmetic("div", operators.real(1.0), end) for end in (high, low)]
                 return _product(self.of(left, local), (inverse[0], inverse[1]))
+            case ir.Binary(op="hypot", left=left, right=right):
+                across, along = (self._farthest(self.of(side, local)) for side in (left, right))
+                return operators.real(0.0), operators.hypotenuse(across, along)
+            case ir.Binary(op="pow", left=left, right=right) if not isinstance(
+                left, ir.Const
+            ) and self._is_known(left, local):
+                return self._powers(left, right)
             case ir.If(condition=condition, then=then, otherwise=otherwise):
                 (a, b), (c, d) = self.of(then, local), self.of(otherwise, local)
                 if self._is_known(condition, local):
                     return operators.choose(condition, a, c), operators.choose(condition, b, d)
                 return operators.arithmetic("min", a, c), operators.arithmetic("max", b, d)
-            case ir.LetIn(name=name, value=value, body=body) if operators.is_numeric(value.type):
-                return self.of(body, {**local, name: self.of(value, local)})
+            case ir.LetIn(name=name, value=value, body=body):
+                if operators.is_numeric(value.type):
+                    return self.of(body, {**local, name: self.of(value, local)})
+                return self.of(body, local)  # an enum or a record, which counts by its type
             case ir.Call(function=name, arguments=arguments):
                 return self._call(name, arguments, local)
             case ir.LetRead(let=name) if (body := certain(self._lets[name].dist)) is not None:
@@ -133,6 +152,20 @@ class ParamLimits:
             indices.append(index)
         entry = _plain(ir.ParamRead(e.type, e.param, tuple(indices)))
         return _over(tuple(binders), "min", entry), _over(tuple(binders), "max", entry)
+
+    def _farthest(self, limits: Limits) -> ir.Expr:
+        """Return the largest absolute value between two ends."""
+        low, high = map(operators.absolute, limits)
+        return low if limits[0] is limits[1] else operators.arithmetic("max", low, high)
+
+    def _powers(self, base: ir.Expr, exponent: ir.Expr) -> Limits:
+        """Return the least and largest power of a known base whose exponent is one of few ints."""
+        whole = exponent.operand if isinstance(exponent, ir.ToFloat) else exponent
+        if not isinstance(whole.type, Int) or whole.type.high - whole.type.low >= _MOST_EXPONENTS:
+            raise Unlimited
+        binder = ir.Binder(f"limit%{next(self._numbers)}", whole.type)
+        power = _plain(operators.power(base, ir.Local(whole.type, binder.name)))
+        return _over((binder,), "min", power), _over((binder,), "max", power)
 
     def _call(self, name: str, arguments: tuple[ir.Expr, ...], local: _Local) -> Limits:
         function = self.functions[name]

@@ -12,7 +12,7 @@ from hypgen.dsl.messages.report import Mistake, Report, gather
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax import ast
 from hypgen.dsl.types import Enum, Type
-from hypgen.dsl.types.builtin_names import RESERVED_CALLS, RESERVED_VALUES
+from hypgen.dsl.types.builtin_names import FOREIGN_VALUES, RESERVED_CALLS, RESERVED_VALUES
 
 TypeItem = ast.TypeAlias | ast.EnumDecl | ast.RecordDecl
 Value = ast.Const | ast.Param | ast.Action
@@ -127,6 +127,8 @@ class Symbols:
         )
         if element is not None:
             known |= set(self.members[element])
+        if name in FOREIGN_VALUES:
+            return f"write {FOREIGN_VALUES[name]}"
         owner = next((e for e, members in self.members.items() if name in members), None)
         if owner is not None:
             item, prime = self.elements[owner], "'" * primed

@@ -201,12 +201,19 @@ def element_of(node: ast.Expr, member: str, scope: Scope) -> tuple[str, tuple[ir
     if len(given) != (0 if binder is None else 1):
         if binder is None:
             raise Mistake(e03_calls.element_with_index(name.name, node.span))
+        read = member + "'" * scope.primed
         raise Mistake(
-            e03_calls.family_without_index(name.name, binder.name, member + "'" * scope.primed, node.span)
+            e03_calls.family_without_index(name.name, binder.name, read, binder.type, len(given), node.span)
         )
     if binder is None:
         return name.name, ()
-    index = check_as(given[0], scope, binder.type, f"the index of '{name.name}'", is_index=True)
+    try:
+        index = check_as(given[0], scope, binder.type, f"the index of '{name.name}'", is_index=True)
+    except Mistake as error:
+        told = partial(
+            e02_names.unknown_member_index, family=name.name, index=binder.type, span=given[0].span
+        )
+        raise Mistake(*map(told, error.diagnostics)) from None
     return name.name, (index,)
 
 
@@ -298,7 +305,8 @@ def _plain_name(node: ast.Name, scope: Scope, expected: Type | None) -> ir.Expr:
     if name == "pi":
         return operators.real(_PI, PLAIN)
     if name in program.symbols.elements:
-        raise Mistake(e02_names.element_as_value(name, node.span))
+        is_family = program.element(name).binder is not None
+        raise Mistake(e02_names.element_as_value(name, is_family, scope.primed, node.span))
     if name in program.symbols.functions:
         raise Mistake(e02_names.function_as_value(name, node.span))
     if name in program.symbols.types:
@@ -357,9 +365,15 @@ def _member(node: ast.Member, scope: Scope) -> ir.Expr:
 def _not_indexable(node: ast.Index, scope: Scope) -> Mistake:
     if isinstance(node.operand, ast.Name):
         if node.operand.name in scope.program.symbols.elements:
-            return Mistake(e02_names.member_as_value(node.operand.name, node.span))
+            if scope.program.element(node.operand.name).binder is None:
+                return Mistake(e03_calls.element_with_index(node.operand.name, node.span))
+            return Mistake(e02_names.member_as_value(node.operand.name, scope.primed, node.span))
         if node.operand.name in scope.program.symbols.functions:
             return Mistake(e02_names.function_as_array(node.operand.name, node.span))
+    match node.operand:
+        case ast.Index(_, ast.Name(_, name)) if name in scope.program.symbols.elements:
+            if (binder := scope.program.element(name).binder) is not None:
+                return Mistake(e03_calls.twice_indexed(name, binder.type, node.span))
     operand = scope.check(node.operand)
     return Mistake(e03_calls.not_indexable(operand.type, node.span))
 

@@ -180,26 +180,28 @@ def _in_order(text: str, fields: list[str]) -> str | None:
     return ", ".join(given[f].strip() for f in fields) if given.keys() == set(fields) else None
 
 
-def _variant_value(s: Situation) -> Diagnostic | None:
-    """Know the variants `move(Obj, Obj)` and `move[Obj]`."""
+def _braces_of_fields(s: Situation) -> Diagnostic | None:
+    """Know `{ x = 0, y = 0 }`, where a record is built."""
     opened, name = s.open_bracket, s.previous()
-    enum = next((n for n in range(len(s.before) - 1, -1, -1) if s.before[n].type == "ENUM"), None)
-    if opened is None or name is None or enum is None or any(t.type == "RBRACE" for t in s.before[enum:]):
+    if s.token.type != "EQUAL" or opened is None or opened.type != "LBRACE" or name is None:
         return None
-    carried = re.match(r"\[\s*([\w. ]+?)\s*\]", s.rest)
-    if s.token.type == "LSQB" and name.type == "NAME" and carried is not None:
-        remedy = f"write `{name}({carried[1]})`"
-        return Diagnostic("E0147", "what a variant carries stands in parentheses", s.span(), remedy)
-    if s.token.type != "COMMA" or s.accepts != {"RPAR"} or _called(s, opened) is None:
+    inside = _inside(s, opened)
+    at = next(n for n, t in enumerate(s.before) if t is opened)
+    if len(inside) != 1 or name.type != "NAME" or s.before[at - 1].type not in _BEFORE_RECORDS:
         return None
-    types = re.match(r"\s*([\w, \t]*)\)", s.source.text[opened.end_pos :])
-    kinds = re.findall(r"\w+", types[1]) if types else []
-    fields = ", ".join(f"{chr(ord('a') + n % 26)}: {kind}" for n, kind in enumerate(kinds))
-    variant = _called(s, opened)
-    remedy = f"write `{variant}(Pair)` with `record Pair {{ {fields or 'a: Type, b: Type'} }}`"
-    return Diagnostic(
-        "E0147", f"a variant carries one value, and '{variant}' is given more", s.span(), remedy
+    records = re.findall(r"\brecord\s+(\w+)", s.source.text)
+    record = next((r for r in records if str(name) in (names_of(s, r) or "").split(", ")), None)
+    fields = None if record is None else names_of(s, record)
+    values = (
+        ""
+        if fields is None
+        else _in_order(s.source.text[opened.end_pos :].replace("}", ")"), fields.split(", "))
     )
+    remedy = f"write `{record or 'Name'}({values or fields or 'a, b'})`, its fields in order"
+    return Diagnostic("E0146", "a record is built by its name and parentheses", s.span(opened), remedy)
 
 
-BRACKET_MISTAKES = (_foreign_binder, _misplaced_body, _foreign_record, _variant_value)
+_BEFORE_RECORDS = ("EQUAL", "TILDE", "THEN", "ELSE", "COLON", "COMMA", "LPAR", "LBRACE", "_ARROW")
+
+
+BRACKET_MISTAKES = (_foreign_binder, _misplaced_body, _foreign_record, _braces_of_fields)

@@ -47,6 +47,8 @@ _FORMS = {
     "WITH": "value with { field = new }",
     "IF": "if condition then expression else expression",
 }
+_UPDATE = "name' = expression` or `name' ~ distribution"
+_UNFINISHED = ("IF", "MATCH", "WITH")
 _WORDS = {
     "NAME": "a name",
     "STRING": "a text in double quotes",
@@ -161,8 +163,23 @@ def _after_operand(situation: Situation) -> bool:
 
 
 def _remedy(situation: Situation) -> str:
-    """Show the form of what the author was most likely writing."""
-    started = next((t for t in reversed(situation.before) if t.type in _FORMS), None)
-    if started is None:
-        return "see the examples for how a model is written"
-    return f"the form is `{_FORMS[started.type]}`"
+    """Show the form of what the author was most likely writing: of an expression while it is unfinished."""
+    if situation.accepts == {"QUOTE"}:
+        return f"the form is `{_UPDATE}`"
+    opened = {id(token) for token in situation.open}
+    words = situation.before
+    for n in range(len(words) - 1, -1, -1):
+        if words[n].type in ("EQUAL", "TILDE") and n > 1 and words[n - 1].type == "QUOTE":
+            return f"the form is `{_UPDATE}`"
+        if words[n].type in _FORMS and (words[n].type not in _UNFINISHED or _is_open(n, words, opened)):
+            return f"the form is `{_FORMS[words[n].type]}`"
+    return "see the examples for how a model is written"
+
+
+def _is_open(at: int, words: tuple[Token, ...], opened: set[int]) -> bool:
+    """Return whether the `if`, `match` or `with` at a place has not ended."""
+    if words[at].type == "IF":
+        then = next((t for t in words[at:] if t.type == "THEN"), None)
+        return id(words[at]) in opened or (then is not None and id(then) in opened)
+    brace = next((t for t in words[at:] if t.type == "LBRACE"), None)
+    return brace is None or id(brace) in opened

@@ -7,6 +7,7 @@ import re
 
 from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.syntax.errors.situation import Situation
+from hypgen.dsl.types.builtin_names import FOREIGN_FUNCTIONS, QUANTIFIERS
 
 _TYPE_WORDS = ("BOOL", "INT_TYPE", "FLOAT_TYPE", "PROB")
 _DECLARES = ("VISIBLE", "HIDDEN", "FIXED", "CONST", "PARAM", "MEMORY", "OBSERVE", "LPAR", "COMMA", "LBRACE")
@@ -23,11 +24,22 @@ _FOREIGN_ITEMS = {
     ),
     **dict.fromkeys(("transition", "transitions", "dynamics"), "write `x' = ..` in the element that owns x"),
     **dict.fromkeys(("start", "initial"), "write `init x = ..` in the element that owns x"),
-    **dict.fromkeys(("observations", "sensor"), "write `observe name: type ~ distribution`"),
+    **dict.fromkeys(
+        ("observation", "observations", "obs", "sensor"), "write `observe name: type ~ distribution`"
+    ),
     "gamma": "write `discount 0.95`; gamma is its value in expressions",
     **dict.fromkeys(("var", "state"), "write `element name { visible x: type }`, its `init` and update"),
     "using": 'write `type Name = 0 .. 9`, or `import "file.pomdp"`',
     "from": 'write `import "file.pomdp"`',
+    **dict.fromkeys(("done", "goal", "end", "terminated"), "write `terminal when condition`"),
+    **dict.fromkeys(("max_steps", "steps", "time_limit", "episode_length"), "write `horizon 100`"),
+    **dict.fromkeys(("agent", "object", "entity", "process"), "write `element name { .. }`"),
+    "module": "write `element name { .. }`",
+    **dict.fromkeys(("formula", "macro"), "write `fn name(): type = expression`"),
+    "label": "write `success when condition`, `invariant condition` or `fn name(): bool = condition`",
+    "pvariables": "write `element name { hidden x: type }`, its `init` and update",
+    "cpfs": "write `x' ~ ..` in the element that owns x",
+    **dict.fromkeys(("data", "parameters"), "write `param name: type`"),
 }
 
 
@@ -98,7 +110,10 @@ def _method(s: Situation) -> Diagnostic | None:
     name = s.previous()
     if s.token.type != "LPAR" or name is None or not s.follows("DOT", "NAME") or not s.touches_previous:
         return None
-    remedy = f"write `{name}(..)`, with the value as an argument"
+    own = FOREIGN_FUNCTIONS.get(name.lower())
+    remedy = f"write {own}" if own else f"write `{name}(..)`, with the value as an argument"
+    if name in QUANTIFIERS:
+        remedy = f"write `{name}(i in Type: ..)`"
     return Diagnostic("E0149", f"values have no methods such as '{name}'", s.span(name), remedy)
 
 
@@ -113,12 +128,53 @@ def _in_values(s: Situation) -> Diagnostic | None:
     return Diagnostic("E0149", "there is no 'in' for values", s.span(), remedy)
 
 
+def _case(s: Situation) -> Diagnostic | None:
+    """Know `case act of left -> right` and `case when c then a else b end`."""
+    word = s.previous()
+    if word != "case" or s.on_new_line or s.token.type not in ("NAME", "WHEN"):
+        return None
+    remedy = "write `match value { first => a  second => b  else => c }`"
+    if s.token.type == "WHEN":
+        remedy = "write `if condition then a else b`"
+    return Diagnostic("E0149", "there is no 'case'", s.span(word), remedy)
+
+
+def _quoted(s: Situation) -> Diagnostic | None:
+    """Know `'listen'`."""
+    text = re.match(r"'(\w+)'", s.rest)
+    if s.token.type != "QUOTE" or not s.expects_expression or text is None:
+        return None
+    at = s.span(length=len(text[0]))
+    return Diagnostic("E0149", "a name has no quotes", at, f"write `{text[1]}`")
+
+
+def _number_as_index_type(s: Situation) -> Diagnostic | None:
+    """Know `visible lit: bool[2]`."""
+    count = s.previous()
+    if s.token.type not in ("RSQB", "COMMA") or count is None or not s.follows("LSQB", "INT"):
+        return None
+    if "_DOTDOT" not in s.accepts or int(count) < 1:
+        return None
+    remedy = f"write `[0 .. {int(count) - 1}]`, or the name of a type"
+    return Diagnostic("E0149", "an array is indexed by the values of a type", s.span(count), remedy)
+
+
+def _init_in(s: Situation) -> Diagnostic | None:
+    """Know `init x in T`."""
+    of = re.match(r"in\s+(\w+)", s.rest)
+    if s.token.type != "IN" or not s.follows("INIT", "NAME") or of is None:
+        return None
+    return Diagnostic(
+        "E0149", "an init says a value or a draw", s.span(), f"write `init {s.previous()} ~ uniform({of[1]})`"
+    )
+
+
 def _switch(s: Situation) -> Diagnostic | None:
-    words = [t for t in s.before if t == "switch" and t.line == s.token.line]
+    words = [t for t in s.before if t.lower() in ("switch", "case") and t.line == s.token.line]
     if s.token.type != "LBRACE" or not s.follows("RPAR") or not words:
         return None
     remedy = "write `match value { first => a  second => b  else => c }`"
-    return Diagnostic("E0149", "there is no 'switch'", s.span(words[-1]), remedy)
+    return Diagnostic("E0149", f"there is no '{words[-1]}'", s.span(words[-1]), remedy)
 
 
 def _condition_behind(s: Situation) -> Diagnostic | None:
@@ -181,6 +237,10 @@ FOREIGN_MISTAKES = (
     _return,
     _method,
     _in_values,
+    _case,
+    _quoted,
+    _number_as_index_type,
+    _init_in,
     _switch,
     _condition_behind,
     _increment,

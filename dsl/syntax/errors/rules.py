@@ -16,10 +16,13 @@ from hypgen.dsl.messages.diagnostic import Diagnostic
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.syntax.errors.brackets import BRACKET_MISTAKES
 from hypgen.dsl.syntax.errors.comments import foreign_comment
+from hypgen.dsl.syntax.errors.families import family_index
+from hypgen.dsl.syntax.errors.foreign_signs import SIGN_MISTAKES
 from hypgen.dsl.syntax.errors.other_languages import FOREIGN_MISTAKES
 from hypgen.dsl.syntax.errors.situation import CLOSERS, END, SIGNS, UNKNOWN, Situation, shown
-from hypgen.dsl.syntax.errors.small_forms import SMALL_FORM_MISTAKES
+from hypgen.dsl.syntax.errors.small_forms import SMALL_FORM_MISTAKES, braces_behind_value, record_behind_bar
 from hypgen.dsl.syntax.errors.targets import TARGET_MISTAKES
+from hypgen.dsl.syntax.errors.variants import variant_value
 
 _COMPARISONS = ("EQ", "NE", "LE", "GE", "LT", "GT")
 _OPERATORS = (
@@ -53,7 +56,7 @@ _OPERATOR_WORDS = {
 _ASSIGNMENTS = (":=", "<-", "+=", "-=", "*=", "/=")
 _LOOKALIKES = {
     "≤": "<=", "≥": ">=", "≠": "!=", "∧": "and", "∨": "or", "¬": "not", "×": "*", "−": "-", "–": "-",
-    "∈": "in", "’": "'", "′": "'", "“": '"', "”": '"', "→": "=>", "γ": "gamma", "π": "pi",
+    "∈": "in", "÷": "//", "’": "'", "′": "'", "“": '"', "”": '"', "→": "=>", "γ": "gamma", "π": "pi",
 }  # fmt: skip
 
 
@@ -63,6 +66,8 @@ def _foreign_operator(s: Situation) -> Diagnostic | None:
         return None
     written = sign * 2 if s.rest.startswith(sign * 2) and sign in "&|" else sign
     remedy = f"write `{_SIGNS[sign]}` in its place"
+    if sign == "^":
+        remedy = "write `**` for a power, and `and` to join conditions"
     return Diagnostic("E0106", f"'{written}' is not an operator here", s.span(length=len(written)), remedy)
 
 
@@ -127,6 +132,9 @@ def _unterminated_text(s: Situation) -> Diagnostic | None:
 def _conditional_sign(s: Situation) -> Diagnostic | None:
     if s.token.type != UNKNOWN or s.token != "?":
         return None
+    name = re.match(r"\?(\w+)", s.rest)
+    if name is not None and (s.expects_expression or s.accepts == {"NAME"} or s.follows("LBRACE")):
+        return Diagnostic("E0119", "a name has no '?' before it", s.span(), f"write `{name[1]}`")
     return Diagnostic("E0119", "there is no '?' operator", s.span(), "write `if condition then a else b`")
 
 
@@ -231,6 +239,10 @@ def _table_without_weights(s: Situation) -> Diagnostic | None:
     at = next(i for i, t in enumerate(s.before) if t is opened)
     if opened.type != "LBRACE" or s.before[at - 1].type in ("NAME", "RSQB"):
         return None
+    if at > 1 and s.before[at - 2] == "uniform":
+        message = "'uniform' draws from a type, not from a list of values"
+        remedy = "write `uniform(i in Type where condition of i)`, or the table `{ a: 0.5, else b }`"
+        return Diagnostic("E0144", message, s.span(opened), remedy)
     first = "".join(s.before[at + 1 :])
     message = f"a table gives each value its probability; found {shown(s.token)}"
     return Diagnostic(
@@ -349,9 +361,20 @@ def _missing_keyword(s: Situation) -> Diagnostic | None:
         and s.token.type == "NAME"
         and re.match(r"\w+\s*[:=~(]", s.rest)
     ):
-        remedy = "start it with `const`, `param`, `type`, `fn`, `reward`, `observe`, `policy` or `bound`"
+        remedy = "start it with `const`, `param`, `type`, `fn`, `element`, `reward`, `observe` or the like"
         return Diagnostic("E0123", f"it is not said what kind of thing '{s.token}' is", s.span(), remedy)
     return None
+
+
+def _unknown_declaration(s: Situation) -> Diagnostic | None:
+    """Know a word at the start of a line that declares nothing, as in `agent robot {`."""
+    starts = s.expects_item and s.on_new_line and s.open_bracket is None and s.token.column == 1
+    if not starts or s.token.type != "NAME" or re.match(r"\w+\s*'", s.rest):
+        return None
+    remedy = (
+        "start it with `element`, `const`, `param`, `type`, `fn`, `reward`, `observe`, `policy` or the like"
+    )
+    return Diagnostic("E0141", f"nothing is declared by the word '{s.token}'", s.span(), remedy)
 
 
 def _unclosed_bracket(s: Situation) -> Diagnostic | None:
@@ -426,6 +449,10 @@ Mistake = Callable[[Situation], Diagnostic | None]
 MISTAKES: tuple[Mistake, ...] = (
     foreign_comment,
     _file_start,
+    family_index,
+    variant_value,
+    record_behind_bar,
+    *SIGN_MISTAKES,
     _foreign_operator,
     _word_operator,
     _semicolon,
@@ -440,6 +467,7 @@ MISTAKES: tuple[Mistake, ...] = (
     *SMALL_FORM_MISTAKES,
     *FOREIGN_MISTAKES,
     *BRACKET_MISTAKES,
+    braces_behind_value,
     _misspelt_keyword,
     _reserved_word,
     _missing_when,
@@ -456,6 +484,7 @@ MISTAKES: tuple[Mistake, ...] = (
     _unfinished_if,
     _outside_element,
     _missing_keyword,
+    _unknown_declaration,
     *TARGET_MISTAKES,
     _unclosed_bracket,
     _missing_comma,

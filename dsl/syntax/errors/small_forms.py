@@ -47,4 +47,25 @@ def _colon_behind_else(s: Situation) -> Diagnostic | None:
     return Diagnostic("E0154", message, s.span(), "write `else value`: it takes the probability that is left")
 
 
+def record_behind_bar(s: Situation) -> Diagnostic | None:
+    """Know `{ p | x = 1 }`."""
+    within = re.match(r"\|\s*(\w+)\s*(=|:|->|<-)", s.rest)
+    return _changed(s, f"{s.previous()}", within[1]) if within and s.follows("LBRACE", "NAME") else None
+
+
+def braces_behind_value(s: Situation) -> Diagnostic | None:
+    """Know `P(0, 0) { x = 1 }` and `p { x = 1 }`."""
+    value, behind = s.previous(), re.match(r"\{\s*(\w+)\s*=[^=]", s.rest)
+    if value is None or behind is None or value.type not in ("NAME", "RPAR", "RSQB") or s.on_new_line:
+        return None
+    if s.expects_expression or not any(t.type in ("EQUAL", "TILDE") for t in s.before[-12:]):
+        return None
+    return _changed(s, "value", behind[1])
+
+
+def _changed(s: Situation, value: str, field: str) -> Diagnostic:
+    remedy = f"write `{value} with {{ {field} = .. }}`"
+    return Diagnostic("E0154", "a record with other fields is written by 'with'", s.span(), remedy)
+
+
 SMALL_FORM_MISTAKES = (_value_behind_is, _fields_behind_with, _colon_behind_else)

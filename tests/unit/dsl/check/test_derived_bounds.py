@@ -20,6 +20,13 @@ param gain: float = 8
 param cost: float = 2
 param scale: float = 4
 param prize: float[Cell] = [1, 6, -3, 2]
+record Vec { x, y: float }
+record Deed { what: Act  at: Cell }
+param goal: Vec = Vec(3, 4)
+const spots: Vec[Cell] = [c in Cell: Vec(3 * c, 4 * c)]
+fn far(v: Vec): float = hypot(v.x, v.y)
+fn turned(v: Vec): Vec = Vec(v.y, -v.x)
+fn level(x: float): float = log(x)
 fn worth(x: Cell, g: float): float = if x > 1 then g * x else -g
 element cart {
   visible at: Cell
@@ -64,9 +71,17 @@ def bounds(tmp_path: Path, reward: str, family: str = "") -> tuple[float, float]
         ("if gain > cost then gain else cart.at", 8, 8),
         ("let k = gain * 0.5 in k * cart.at", 0, 12),
         ("sqrt(gain / 2) * cart.at", 0, 6),
+        ("if act == go then far(goal) else -1", -1, 5),
+        ("-far(Vec(goal.x - 3, cart.at))", -3, 0),
+        ("(cost / 4) ** cart.at", 0.125, 1),
+        ("let done = Deed(act, cart.at) in match done.what { go => prize[done.at]  wait => -cost }", -3, 6),
+        ("if act == go then far(Vec(6.0, 8.0)) else 0", 0, 10),
+        ("turned(turned(Vec(1.0, 2.0))).y", -2, -2),
+        ("-far(spots[cart.at])", -15, 0),
+        ("level(1 + cart.at) * 0 + level(cost / 2)", 0, 0),
     ],
 )
-def test_a_param_counts_by_its_value(reward: str, least: float, most: float, tmp_path: Path) -> None:
+def test_what_is_known_at_the_start_counts(reward: str, least: float, most: float, tmp_path: Path) -> None:
     upper, tail = bounds(tmp_path, f"reward r = {reward}")
     assert upper == pytest.approx(2 * most, rel=1e-5, abs=1e-5) and upper >= 2 * most
     assert tail == pytest.approx(2 * least, rel=1e-5, abs=1e-5) and tail <= 2 * least
@@ -85,14 +100,37 @@ def test_an_end_limits_what_is_lost(tmp_path: Path) -> None:
     assert upper == 0.0
 
 
-@pytest.mark.parametrize("reward", ["cart.x", "gain * cart.x", "gain / (cart.at - cost)"])
+@pytest.mark.parametrize(
+    "reward", ["cart.x", "gain * cart.x", "gain / (cart.at - cost)", "far(Vec(cart.x, gain)) - cart.x"]
+)
 def test_what_nothing_limits_is_asked_for(reward: str, tmp_path: Path) -> None:
     with pytest.raises(ModelError) as caught:
         bounds(tmp_path, f"reward r = {reward}")
-    assert [d.code for d in caught.value.diagnostics] == ["E0607", "E0607"]
+    assert [d.code for d in caught.value.diagnostics] == ["E0607"]
+    assert "bound upper and bound tail" in caught.value.diagnostics[0].message
+
+
+def test_one_bound_alone_may_be_lacking(tmp_path: Path) -> None:
+    with pytest.raises(ModelError) as caught:
+        bounds(tmp_path, "reward r = -level(cart.at)")
+    assert "bound upper cannot be derived" in caught.value.diagnostics[0].message
+
+
+@pytest.mark.parametrize(("call", "code"), [("level(0)", "E0612"), ("level(1 - cart.at // 4 - 1)", "E0607")])
+def test_a_call_without_a_value_is_told_where_it_has_none(call: str, code: str, tmp_path: Path) -> None:
+    with pytest.raises(ModelError) as caught:
+        bounds(tmp_path, f"reward r = if act == go then {call} else 0")
+    assert [d.code for d in caught.value.diagnostics] == [code]
+
+
+@pytest.mark.parametrize("value", ["log(c)", "level(c)", "2 * level(c)", "gain * level(c)", "sqrt(c - 1)"])
+def test_a_member_without_a_value_leaves_the_family_unlimited(value: str, tmp_path: Path) -> None:
+    with pytest.raises(ModelError) as caught:
+        bounds(tmp_path, "reward r = 0", f"reward lit = {value}")
+    assert [d.code for d in caught.value.diagnostics] == ["E0607"]
 
 
 def test_bounds_are_asked_for_together_with_other_mistakes(tmp_path: Path) -> None:
     with pytest.raises(ModelError) as caught:
         bounds(tmp_path, "reward r = cart.x\nterminal when cart.att == 3")
-    assert [d.code for d in caught.value.diagnostics] == ["E0607", "E0607", "E0205"]
+    assert [d.code for d in caught.value.diagnostics] == ["E0607", "E0205"]

@@ -212,7 +212,7 @@ reward r = ahead() + room.before"""
     ("bound", "why"),
     [
         ("log(p - p)", "'log' of 0 is not finite"),
-        ("1e30 * 1e30", "'*' of 1e+30 and 1e+30 is not finite"),
+        ("1e38 * (1e3 * p)", "'*' of 1e+38 and 250 is not finite"),
         ("sqrt(p - 1)", "'sqrt' of -0.75 is not finite"),
         ("2 + (if p > 1 then 1 else 1 / (p - p))", "'/' of 1 and 0 is not finite"),
         ("if room.x == 0 then log(p - 1) else 1", ""),
@@ -226,3 +226,19 @@ def test_bounds_that_are_never_finite(bound: str, why: str, tmp_path: Path) -> N
         bottom=f"bound upper = {bound}\nreward r = if room.x == 0 and p > 0 then 1 else 0",
     )
     assert found == ([f"W08 bound upper is no finite number: {why}"] if why else [])
+
+
+@pytest.mark.parametrize(
+    ("part", "why"),
+    [
+        ("log(p - p)", "'log' of 0 is not finite"),
+        ("(if act == wait then sqrt(p - 1) else 1)", "'sqrt' of -0.75 is not finite"),
+        ("(if p > 1 then log(p - 1) else 1)", ""),
+        ("log(p)", ""),
+    ],
+)
+def test_rewards_without_a_value_at_the_defaults(part: str, why: str, tmp_path: Path) -> None:
+    bottom = f"bound upper = 1\nbound tail = 0\nreward r = if room.x == 0 then {part} else 0"
+    found = warned(tmp_path, "param p: float = 0.25\n", bottom=bottom)
+    told = f"W08 reward 'r' is no finite number with the defaults of params: {why}"
+    assert found == [told] * bool(why)

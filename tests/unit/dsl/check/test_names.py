@@ -109,3 +109,23 @@ def test_a_record_of_floats_whose_name_is_taken_is_told_once(tmp_path: Path) -> 
     assert told(HEAD + taken + ROOM + "reward s = Vec(1.0, 2.0).x\n", tmp_path) == [
         "E0202 'Vec' is already declared"
     ]
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [("x", "last(place.x, first)"), ("tick", "last(ear[i].tick, first)"), ("place", "take one of its parts")],
+)
+def test_last_of_a_part_of_a_name_is_told_the_whole(asked: str, told: str, tmp_path: Path) -> None:
+    text = f"""model M
+record Vec {{ x, y: float }}
+discount 0.9
+action act: bool
+observe place: Vec ~ Vec(normal(0, 1), normal(0, 1))
+element ear[i in 0 .. 1] {{ observe tick: bool ~ bernoulli(0.5) }}
+policy default = last({asked}, 0) == 0
+"""
+    path = tmp_path / "m.pomdp"
+    path.write_text(text)
+    with pytest.raises(ModelError) as caught:
+        load(path)
+    assert any(told in d.remedy for d in caught.value.diagnostics), caught.value.diagnostics
