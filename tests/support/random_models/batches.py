@@ -94,7 +94,7 @@ bool lanes_hold(const typename M::Params& params, const hypgen_lanes::Kernel& ke
       M::init_visible(params, draws, fixed[i], state);
       M::init_hidden(params, draws, fixed[i], state);
       if constexpr (M::kHasHistory) M::init_history(params, fixed[i], state, histories[i]);
-      found[wide].push_back(wide ? rollout.begin(fixed[i], state, histories[i], i)
+      found[wide].push_back(wide ? rollout.begin(fixed[i], i, state, histories[i], i)
                                  : rollout.bounds(fixed[i], state, histories[i], i, 0));
     }}
     if (!wide) continue;
