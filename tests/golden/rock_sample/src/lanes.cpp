@@ -30,7 +30,7 @@ struct RockSampleLanes {
 
   struct Fixed {
     lanes::Word words[1];
-    friend HYPGEN_FN void assign(lanes::Mask on, Fixed& target, const Fixed& value) {
+    [[maybe_unused]] friend HYPGEN_FN void assign(lanes::Mask on, Fixed& target, const Fixed& value) {
       lanes::assign_words(on, target.words, value.words);
     }
   };
@@ -59,7 +59,7 @@ struct RockSampleLanes {
       const auto i = i0;
       lanes::put(on, words, 1, 0 + i * 1, 1, lanes::as<std::uint32_t>(value));
     }
-    friend HYPGEN_FN void assign(lanes::Mask on, State& target, const State& value) {
+    [[maybe_unused]] friend HYPGEN_FN void assign(lanes::Mask on, State& target, const State& value) {
       lanes::assign_words(on, target.words, value.words);
     }
   };
@@ -76,7 +76,7 @@ struct RockSampleLanes {
       const auto i = i0;
       lanes::put_word(on, words, 0 + i, lanes::to_bits(value));
     }
-    friend HYPGEN_FN void assign(lanes::Mask on, History& target, const History& value) {
+    [[maybe_unused]] friend HYPGEN_FN void assign(lanes::Mask on, History& target, const History& value) {
       lanes::assign_words(on, target.words, value.words);
     }
   };

@@ -39,7 +39,7 @@ struct TagLanes : lanes::NoHistoryLanes {
 
   struct Fixed {
     lanes::Word words[1];
-    friend HYPGEN_FN void assign(lanes::Mask on, Fixed& target, const Fixed& value) {
+    [[maybe_unused]] friend HYPGEN_FN void assign(lanes::Mask on, Fixed& target, const Fixed& value) {
       lanes::assign_words(on, target.words, value.words);
     }
   };
@@ -70,7 +70,7 @@ struct TagLanes : lanes::NoHistoryLanes {
     HYPGEN_FN void set_opponent_cell(lanes::Mask on, lanes::Int value) {
       lanes::put(on, words, 1, 0, 6, lanes::as<std::uint32_t>(value));
     }
-    friend HYPGEN_FN void assign(lanes::Mask on, State& target, const State& value) {
+    [[maybe_unused]] friend HYPGEN_FN void assign(lanes::Mask on, State& target, const State& value) {
       lanes::assign_words(on, target.words, value.words);
     }
   };

@@ -24,7 +24,7 @@ struct TigerMemoryLanes {
 
   struct Fixed {
     lanes::Word words[1];
-    friend HYPGEN_FN void assign(lanes::Mask on, Fixed& target, const Fixed& value) {
+    [[maybe_unused]] friend HYPGEN_FN void assign(lanes::Mask on, Fixed& target, const Fixed& value) {
       lanes::assign_words(on, target.words, value.words);
     }
   };
@@ -37,7 +37,7 @@ struct TigerMemoryLanes {
     HYPGEN_FN void set_room_tiger(lanes::Mask on, lanes::Int value) {
       lanes::put(on, words, 0, 0, 1, lanes::as<std::uint32_t>(value));
     }
-    friend HYPGEN_FN void assign(lanes::Mask on, State& target, const State& value) {
+    [[maybe_unused]] friend HYPGEN_FN void assign(lanes::Mask on, State& target, const State& value) {
       lanes::assign_words(on, target.words, value.words);
     }
   };
@@ -68,7 +68,7 @@ struct TigerMemoryLanes {
     HYPGEN_FN void set_started(lanes::Mask on, lanes::Mask value) {
       lanes::put(on, words, 0, 6, 1, lanes::as<std::uint32_t>(value));
     }
-    friend HYPGEN_FN void assign(lanes::Mask on, History& target, const History& value) {
+    [[maybe_unused]] friend HYPGEN_FN void assign(lanes::Mask on, History& target, const History& value) {
       lanes::assign_words(on, target.words, value.words);
     }
   };
