@@ -125,7 +125,7 @@ def _function(name: str, formals: list[str], value: Expr) -> list[str]:
     arguments = ", ".join(f"T{n} {formal}" for n, formal in enumerate(formals))
     return [
         f"template <{template}>",
-        f"HYPGEN_FN static auto {name}({arguments}) {{ return {text_of(_in_lanes(value))}; }}",
+        f"HYPGEN_FN static constexpr auto {name}({arguments}) {{ return {text_of(_in_lanes(value))}; }}",
     ]
 
 

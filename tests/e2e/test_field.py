@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -106,7 +107,9 @@ def test_code_grows_with_the_number_of_calls_alone(calls: int) -> None:
         timeout=60,
     )
     assert done.returncode == Exit.OK, done.stderr
-    assert len(done.stdout) < 20_000 + 500 * calls
+    files = re.split(r"(?m)^// (?=src/)", done.stdout)
+    lanes = sum(len(text) for text in files if text.startswith("src/lanes.cpp"))  # a second text of the same
+    assert max(len(done.stdout) - lanes, lanes) < 20_000 + 500 * calls
 
 
 @pytest.mark.cxx

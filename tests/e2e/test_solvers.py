@@ -159,7 +159,7 @@ def test_the_solver_plans_and_the_other_program_checks() -> None:
     assert listed == set(re.findall(r"`(--[a-z-]+)[^`]*`", " ".join(rows)))
     checks = {"--trace", "--lanes", "--warps", "--check-bounds", "--check-beliefs"}
     assert checks < listed and program.name == "tiger_verify"
-    for option in checks:
+    for option in checks - {"--lanes"}:  # a solver's own says how rollouts are played
         done = hypgen("run", TIGER, f"{option}=1")
         assert (done.returncode, f"unknown option {option}" in done.stderr) == (2, True)
 

@@ -21,11 +21,11 @@ struct RockSampleLanes {
 
   struct Act : Model::Act {
     template <class T0>
-    HYPGEN_FN static auto check(T0 argument) { return argument + 5; }
+    HYPGEN_FN static constexpr auto check(T0 argument) { return argument + 5; }
     template <class T0>
-    HYPGEN_FN static auto is_check(T0 value) { return lanes::both(value >= 5, value <= 12); }
+    HYPGEN_FN static constexpr auto is_check(T0 value) { return lanes::both(value >= 5, value <= 12); }
     template <class T0>
-    HYPGEN_FN static auto argument_of_check(T0 value) { return value - 5; }
+    HYPGEN_FN static constexpr auto argument_of_check(T0 value) { return value - 5; }
   };
 
   struct Fixed {

@@ -21,20 +21,20 @@ struct TagLanes : lanes::NoHistoryLanes {
 
   struct Act : Model::Act {
     template <class T0>
-    HYPGEN_FN static auto move(T0 argument) { return argument; }
+    HYPGEN_FN static constexpr auto move(T0 argument) { return argument; }
     template <class T0>
-    HYPGEN_FN static auto is_move(T0 value) { return lanes::both(value >= 0, value <= 3); }
+    HYPGEN_FN static constexpr auto is_move(T0 value) { return lanes::both(value >= 0, value <= 3); }
     template <class T0>
-    HYPGEN_FN static auto argument_of_move(T0 value) { return value; }
+    HYPGEN_FN static constexpr auto argument_of_move(T0 value) { return value; }
   };
 
   struct Cell : Model::Cell {
     template <class T0, class T1>
-    HYPGEN_FN static auto make(T0 x_, T1 y_) { return x_ * 5 + y_; }
+    HYPGEN_FN static constexpr auto make(T0 x_, T1 y_) { return x_ * 5 + y_; }
     template <class T0>
-    HYPGEN_FN static auto x(T0 value) { return value / 5; }
+    HYPGEN_FN static constexpr auto x(T0 value) { return value / 5; }
     template <class T0>
-    HYPGEN_FN static auto y(T0 value) { return value % 5; }
+    HYPGEN_FN static constexpr auto y(T0 value) { return value % 5; }
   };
 
   struct Fixed {

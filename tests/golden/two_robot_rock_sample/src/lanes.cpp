@@ -21,11 +21,11 @@ struct TwoRobotRockSampleLanes {
 
   struct Move : Model::Move {
     template <class T0>
-    HYPGEN_FN static auto check(T0 argument) { return argument + 5; }
+    HYPGEN_FN static constexpr auto check(T0 argument) { return argument + 5; }
     template <class T0>
-    HYPGEN_FN static auto is_check(T0 value) { return lanes::both(value >= 5, value <= 24); }
+    HYPGEN_FN static constexpr auto is_check(T0 value) { return lanes::both(value >= 5, value <= 24); }
     template <class T0>
-    HYPGEN_FN static auto argument_of_check(T0 value) { return value - 5; }
+    HYPGEN_FN static constexpr auto argument_of_check(T0 value) { return value - 5; }
   };
 
   struct Joint {
