@@ -18,6 +18,7 @@ include_patterns = [
     "CHANGELOG.md",
     "benchmarks/**.md",
     "docs/**.md",
+    "examples/**.md",
     "cli/**.md",
     "codegen/**.md",
     "dsl/**.md",

@@ -2,6 +2,7 @@
 """What the documentation site takes from the sources: options, grammar, words, and the playground's calls."""
 
 import re
+import runpy
 from pathlib import Path
 
 import browser
@@ -9,6 +10,18 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 TIGER = ROOT / "examples" / "tiger.pomdp"
+
+
+def test_pages_link_to_pages_that_the_site_has() -> None:
+    """Sphinx says so too, but a build takes a minute."""
+    matching = pytest.importorskip("sphinx.util.matching", reason="needs Sphinx, of [docs]")
+    conf = runpy.run_path(str(ROOT / "docs" / "site" / "conf.py"))
+    included, excluded = conf["include_patterns"], [*conf["exclude_patterns"], "**/_*"]
+    pages = [ROOT / name for name in matching.get_matching_files(ROOT, included, excluded)]
+    for page in (p for p in pages if p.suffix == ".md"):
+        text = re.sub(r"^```.*?^```|`[^`\n]*`", "", page.read_text(), flags=re.DOTALL | re.MULTILINE)
+        linked = re.findall(r"\]\(([^():#\s]+\.md)[)#]", text)
+        assert {(page.parent / name).resolve() for name in linked} <= set(pages), page
 
 
 def test_options_are_those_of_the_guide() -> None:
