@@ -66,6 +66,22 @@ struct Batch {
     }                                                                           \
   }
 
+// What a table of three entries gives the second: of a number of each lane, then of numbers for all lanes.
+double density(float p) {
+  dist::Masses table;
+  table.take(p, false);
+  table.take(0.25F, true);
+  table.take(math::mass(0.125F), true);
+  return table.density();
+}
+hypgen::lanes::Double density(Float p) {
+  dist::MassesLanes table;
+  table.take(true, p, false);
+  table.take(true, 0.25F, true);
+  table.take(true, math::mass(0.125F), true);
+  return table.density();
+}
+
 void compare(const Batch& batch) {
   SAME("sin", math::sin(batch.x), math::sin(x));
   SAME("cos", math::cos(batch.x), math::cos(x));
@@ -94,6 +110,7 @@ void compare(const Batch& batch) {
        static_cast<std::uint32_t>(std::uint64_t{w} * 0xD2511F53U >> 32));
   SAME("uniform", dist::uniform(batch.w, 13), dist::uniform(w, 13));
   SAME("noisy", dist::noisy(batch.w, 2, batch.x, 5), dist::noisy(w, 2, x, 5));
+  SAME("a table's density", density(batch.x), density(x));
   SAME("poisson", dist::poisson(batch.w, batch.x, {1, 30, true}, 0, 40),
        dist::poisson(w, x, {1, 30, true}, 0, 40));
   SAME("binomial", dist::binomial(batch.w, Int(20), batch.x, {}, 0, 20), dist::binomial(w, 20, x, {}, 0, 20));

@@ -241,6 +241,10 @@ HYPGEN_FN lanes::Bits up_to(lanes::Bits until, lanes::Bits mass) {
 class MassesLanes {
  public:
   HYPGEN_FN void take(Mask on, Float p, Mask is_value) { take(on, math::mass(p), is_value); }
+  HYPGEN_FN void take(Mask on, float p, Mask is_value) { take(on, Float(p), is_value); }
+  HYPGEN_FN void take(Mask on, std::uint64_t mass, Mask is_value) {
+    take(on, lanes::Lanes<std::uint64_t>(mass), is_value);
+  }
   HYPGEN_FN void take(Mask on, lanes::Lanes<std::uint64_t> mass, Mask is_value) {
     const lanes::Lanes<std::uint64_t> got = select(mass < left_, mass, left_);
     lanes::assign(on, left_, left_ - got);
