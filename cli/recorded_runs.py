@@ -14,7 +14,7 @@ from typing import IO, TYPE_CHECKING
 
 import click
 
-from hypgen.cli.exit_codes import code_of_program
+from hypgen.cli.exit_codes import Exit, code_of_program
 from hypgen.cli.interrupts import interrupt_code
 from hypgen.cli.output import say
 
@@ -77,8 +77,9 @@ def play_recorded(
             return code
     except RecordingError as error:
         raise click.ClickException(str(error)) from None
-    except OSError as error:
-        raise click.ClickException(f"{log} cannot be written: {error.strerror}") from None
+    except OSError as error:  # as the solver ends that cannot write its recording
+        say(f"error: {log} cannot be written: {error.strerror}")
+        return Exit.DIFFERENT
 
 
 def _play(solver: Path, options: Sequence[str], log: Path | None, take: Take) -> int:
@@ -87,15 +88,18 @@ def _play(solver: Path, options: Sequence[str], log: Path | None, take: Take) ->
     reading: Future[None] | None = None
 
     def hand_on() -> None:
-        try:
-            with open(read, "rb") as lines, _opened(log) as keep:
-                for line in lines:
-                    keep(line)
-                    take(line)
-        except Exception:
-            if process is not None:
-                process.terminate()
-            raise
+        with open(read, "rb") as lines:
+            try:
+                with _opened(log) as keep:
+                    for line in lines:
+                        keep(line)
+                        take(line)
+            except Exception:
+                if process is not None:
+                    process.terminate()
+                for _ in lines:  # until the solver has ended: it need not say that nobody reads
+                    pass
+                raise
 
     with ThreadPoolExecutor(1) as pool, open(write, "wb") as end:
         try:
@@ -132,7 +136,8 @@ def _opened(log: Path | None) -> Iterator[Take]:
 
     try:
         yield keep
-    finally:
         if file is not None:
             os.fsync(file.fileno())
+    finally:
+        if file is not None:
             file.close()

@@ -14,18 +14,20 @@ import click
 
 from hypgen.cli.building import build
 from hypgen.cli.exit_codes import EXIT_CODES, Exit
-from hypgen.cli.model_arguments import load, model_options, require_params
+from hypgen.cli.model_arguments import choose_cuda, load, model_options, require_params, target_options
 from hypgen.cli.output import say, say_warnings
 from hypgen.cli.progress import notice
 
 if TYPE_CHECKING:
     from hypgen.dsl.load import Loaded
+    from hypgen.runtime.builder.cuda_tools import CudaBuild
 
 _FILE = click.Path(path_type=Path, dir_okay=False)
 
 
 @click.command(epilog=EXIT_CODES, context_settings={"ignore_unknown_options": True})
 @model_options
+@target_options
 @click.option(
     "--log",
     metavar="FILE",
@@ -58,6 +60,9 @@ def command(
     model: Path,
     instance: Path | None,
     settings: tuple[str, ...],
+    target: str,
+    arch: str,
+    nvcc: str,
     log: Path | None,
     episode: int | None,
     steps: int | None,
@@ -83,10 +88,11 @@ def command(
     """
     if str(model).startswith("-"):
         raise click.UsageError(f"The model comes first, before the solver's options (found '{model}').")
-    if log is not None and (solver_options or steps is not None):
-        raise click.UsageError("--log shows what was played: leave out --steps and the solver's options.")
+    if log is not None and (solver_options or steps is not None or target != "auto" or arch or nvcc):
+        raise click.UsageError("--log shows what was played: leave out --steps and all options of a solver.")
     if (gif or png) and not all(map(importlib.util.find_spec, ("matplotlib", "PIL"))):
         raise click.ClickException("pictures need matplotlib and pillow: pip install 'hypgen[draw]'")
+    cuda = None if log is not None else choose_cuda(target, arch, nvcc)
     loaded = load(model, instance, settings)
     say_warnings(loaded)
     from hypgen.recordings import RecordingError
@@ -96,7 +102,7 @@ def command(
             view = _view(log, loaded, model, episode, first)
         else:
             require_params(loaded, " or --param FILE")
-            view = _played(loaded, model, instance, episode or 0, steps, first, solver_options)
+            view = _played(loaded, model, instance, cuda, episode or 0, steps, first, solver_options)
     except RecordingError as error:
         raise click.ClickException(str(error)) from None
     page = output
@@ -112,13 +118,14 @@ def _played(
     loaded: Loaded,
     model: Path,
     instance: Path | None,
+    cuda: CudaBuild | None,
     episode: int,
     steps: int | None,
     first: int,
     options: tuple[str, ...],
 ) -> dict[str, Any]:
     """Return what is shown of an episode that the solver plays now."""
-    solver = build("solver", loaded, model, instance)
+    solver = build("solver", loaded, model, instance, cuda)
     with tempfile.TemporaryDirectory(prefix="hypgen-") as folder:
         log = Path(folder) / "recording.jsonl"
         told = [*options, "--runs=1", f"--first-run={episode}", f"--record={log}", "--quiet"]

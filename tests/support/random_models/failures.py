@@ -79,8 +79,12 @@ def _small(model: Node, kind: str, size: batches.Size) -> str:
 def main() -> None:
     """Compare the models of a range of seeds."""
     first, last = int(sys.argv[1]), int(sys.argv[2])
-    for report in failures(range(first, last), batches.Size()):
-        print(report, flush=True)
+    at_once = 2 * BATCH  # a batch for each of the workers
+    for start in range(first, last, at_once):
+        end = min(start + at_once, last)
+        for report in failures(range(start, end), batches.Size()):
+            print(report, flush=True)
+        print(f"seeds {first} to {end - 1} are compared", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

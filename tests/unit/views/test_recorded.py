@@ -90,8 +90,9 @@ def changed(**more: Any) -> Callable[[Lines], Lines]:
         (lambda lines: [{"type": "run"}], (), "has the lines of --json; record the run with --record FILE"),
         (changed(), ("--episode", "7"), "has no episode 7; it has 3, 4"),
         (changed(), ("--step", "3"), "--step 3: the episode has the steps 0 to 2"),
-        (changed(), ("--mode", "despot"), "leave out --steps and the solver's options"),
-        (changed(), ("--steps", "2"), "leave out --steps and the solver's options"),
+        (changed(), ("--mode", "despot"), "leave out --steps and all options of a solver"),
+        (changed(), ("--steps", "2"), "leave out --steps and all options of a solver"),
+        (changed(), ("--target", "cpu"), "leave out --steps and all options of a solver"),
     ],
 )
 def test_a_log_that_cannot_be_shown_is_refused_in_words(
