@@ -256,6 +256,16 @@ def test_a_curve_leads_to_its_step(opened: Any) -> None:
     assert one.text("#place").startswith(f"step {STEPS - 1}")
 
 
+def test_bounds_that_are_far_away_do_not_flatten_what_was_earned(opened: Any) -> None:
+    far = view()
+    for step in far["steps"]:
+        step["upper"] = 1e6
+    one = opened(far)
+    assert "to 1000000, outside the picture" in one.text("#curves figcaption >> nth=0")
+    tall = one.page.locator("#curves .line >> nth=0").bounding_box()["height"]
+    assert tall > 0.1 * one.page.locator("#curves svg >> nth=0").bounding_box()["height"]
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_a_narrow_page_does_not_scroll_sideways(opened: Any, scheme: str) -> None:
     one = opened(viewport={"width": 400, "height": 800}, color_scheme=scheme)

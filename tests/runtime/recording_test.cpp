@@ -90,6 +90,14 @@ TEST(Recording, WorksWithThreadsWeightsAndPomcp) {
     words.insert(words.end(), {"--trials", "50"});
     const nlohmann::json step = recorded(words)[2];
     EXPECT_EQ(size_of(step["tree"]), step["tree_shown"]);
+    for (const nlohmann::json& action : step["tree"]["actions"]) {
+      double share = 0.0;
+      for (const nlohmann::json& group : action["groups"]) {
+        EXPECT_NE(group["terminal"].get<bool>(), group.contains("seen"));
+        share += group["share"].get<double>();
+      }
+      EXPECT_NEAR(share, 1.0, 1e-9);
+    }
   }
 }
 

@@ -140,7 +140,9 @@ class WalkingInstance final : public VerifiableInstance {
     return nullptr;
   }
   void export_states(const ScenarioBuffer&, std::int32_t*) const override {}
-  std::unique_ptr<ScenarioWalk> walk(const ScenarioBuffer&, StreamKey) const override { return nullptr; }
+  std::unique_ptr<ScenarioWalk> walk(const ScenarioBuffer&, StreamKey, bool) const override {
+    return nullptr;
+  }
   bool write_trace(const TraceOptions&, std::string&) const override { return false; }
   ScheduleFault digests(const DigestRange& range, int warps, std::uint64_t* out) const override {
     return walk_lanes<M>(params_, range, warps, out);

@@ -299,7 +299,7 @@ Status Agent::describe_tree(const TreeExtent& extent, std::string& text, std::st
     return refuse("depth, top or nodes: expected a depth from 0 to 100, and 1 or more of the others", error);
   const Tree& tree = planner_->tree_at_rest();
   if (!has_tree_ || tree.is_empty()) return refuse("the last plan has left no tree", error);
-  const auto walk = instance_->walk(planner_->scenarios(), planner_->search_key());
+  const auto walk = instance_->walk(planner_->scenarios(), planner_->search_key(), tree.is_weighted());
   text = tree_text(model_, codec_, tree, *walk, extent).json;
   return Status::kOk;
 }

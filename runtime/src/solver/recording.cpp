@@ -175,7 +175,7 @@ void Recording::keep(const Belief& belief, Planner& planner, const Decision& dec
   std::size_t size = 0;
   if (decision.keeps_tree && !planner.tree_at_rest().is_empty()) {
     const Tree& tree = planner.tree_at_rest();
-    const auto walk = recorded_.believed.walk(planner.scenarios(), planner.search_key());
+    const auto walk = recorded_.believed.walk(planner.scenarios(), planner.search_key(), tree.is_weighted());
     text = tree_text(model, codec_, tree, *walk, kExtent);
     size = tree_size(tree);
   }

@@ -73,7 +73,6 @@ class TreeWriter {
       if (needed > left) continue;
       left -= needed;
       open_.insert(&node);
-      if (tree_.is_weighted()) break;  // no groups are told
       for (const std::uint32_t place : most_visited(*node.expanded())) {
         const ActionTable* const table = tree_.table(*node.expanded(), place);
         if (table == nullptr) continue;
@@ -148,33 +147,29 @@ class TreeWriter {
                  {"upper", scale * expansion.uppers()[place].load()}};
     if (tree_.keeps_values() && node.parent == nullptr) json["mean"] = tree_.mean_value(node, place);
     const ActionTable* const table = tree_.table(expansion, place);
-    if (table == nullptr || tree_.is_weighted()) return json;  // the walk knows groups that see the same
+    if (table == nullptr) return json;
     json["groups"] = Json::array();
-    const std::vector<ScenarioWalk::Group> seen = walk_.groups(number);
     const std::vector<const Child*> children = children_by_size(*table);
     const std::size_t shown = std::min(children.size(), extent_.most);
-    for (std::size_t i = 0; i < shown; ++i) json["groups"].push_back(group(node, number, *children[i], seen));
+    for (std::size_t i = 0; i < shown; ++i) json["groups"].push_back(group(node, number, *children[i]));
     if (children.size() > shown) json["groups_left_out"] = children.size() - shown;
     return json;
   }
 
-  Json group(const Node& parent, int action, const Child& child,
-             const std::vector<ScenarioWalk::Group>& seen) {
-    const auto same = std::find_if(seen.begin(), seen.end(), [&](const ScenarioWalk::Group& one) {
-      return one.first == child.first && one.count == child.count;
-    });
+  Json group(const Node& parent, int action, const Child& child) {
+    const ScenarioWalk::Seen seen = walk_.seen(action, child.first);
     const std::uint32_t of = parent.child->count;
-    Json json = {{"terminal", same == seen.end() || same->is_terminal}};
+    Json json = {{"terminal", seen.is_terminal}};
     std::vector<std::int32_t> values;
-    if (!json["terminal"] && codec_.decode({same->key.data(), same->key.size()}, values))
+    if (!seen.is_terminal && codec_.decode({seen.key.data(), seen.key.size()}, values))
       json["seen"] = Json::parse(values_text(model_.seen, values));
     const Node* const below = child.node.load(std::memory_order_acquire);
-    if (json["terminal"] || below == nullptr) {
+    if (seen.is_terminal || below == nullptr) {
       ++shown_;
       json.update(bounds(child, of, parent.depth + 1));
       return json;
     }
-    walk_.enter(action, child.first);
+    walk_.enter(action, child.first, child.count);
     json.update(node(*below, of));
     walk_.leave();
     return json;

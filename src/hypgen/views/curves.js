@@ -31,7 +31,7 @@ function panelOf(panel, steps, go) {
   const all = [...series.map((one) => one.values), ...ends].flat().filter((value) => value !== null);
   if (!all.length) return null;
   const zero = panel.zero ? [0] : [];
-  const low = Math.min(...all, ...zero), high = Math.max(...all, ...zero);
+  const { low, high } = near(series, ends, Math.min(...all, ...zero), Math.max(...all, ...zero));
   const scale = scaleOf(low, high === low ? low + 1 : high, steps.length);
   const cursor = svg("line", { class: "cursor", y1: CURVE.top, y2: CURVE.tall - CURVE.bottom });
   const dots = series.map((one) => svg("circle", { class: `dot ${one.kind}`, r: 3.5 }));
@@ -52,7 +52,10 @@ function panelOf(panel, steps, go) {
       if (value !== null) { dots[i].setAttribute("cx", scale.x(at)); dots[i].setAttribute("cy", scale.y(value)); }
     });
     const said = series.map((one) => html("span", { class: one.kind }, `${one.name} ${panel.unit(one.values[at])}`));
-    if (ends.length && ends[0][at] !== null) said.unshift(html("span", { class: "range" }, `bounds ${number(ends[0][at])} to ${number(ends[1][at])}`));
+    if (ends.length && ends[0][at] !== null) {
+      const outside = ends[0][at] < low || ends[1][at] > high ? ", outside the picture" : "";
+      said.unshift(html("span", { class: "range" }, `bounds ${number(ends[0][at])} to ${number(ends[1][at])}${outside}`));
+    }
     if (panel.note && panel.note(steps[at])) said.push(html("span", { class: "range" }, panel.note(steps[at])));
     figures.replaceChildren(...said);
   }
@@ -63,11 +66,21 @@ function known(value) {
   return value === undefined || value === null ? null : value;
 }
 
+// Cuts off bounds that are so far away that nothing else of the picture could be told apart.
+function near(series, ends, low, high) {
+  if (!ends.length || !series.length) return { low, high };
+  const earned = series[0].values, lines = earned.filter((value) => value !== null);
+  const nearest = earned.map((value, i) => (value === null || ends[0][i] === null ? 0
+    : Math.min(Math.abs(ends[0][i] - value), Math.abs(ends[1][i] - value))));
+  const least = Math.min(...lines), most = Math.max(...lines), room = 4 * Math.max(most - least, ...nearest);
+  return room > 0 ? { low: Math.max(low, least - room), high: Math.min(high, most + room) } : { low, high };
+}
+
 function scaleOf(low, high, count) {
   const wide = CURVE.wide - CURVE.left - CURVE.right, tall = CURVE.tall - CURVE.top - CURVE.bottom;
   return {
     x: (index) => CURVE.left + (count > 1 ? (wide * index) / (count - 1) : wide / 2),
-    y: (value) => CURVE.top + tall * (1 - (value - low) / (high - low)),
+    y: (value) => CURVE.top + tall * (1 - (Math.min(high, Math.max(low, value)) - low) / (high - low)),
   };
 }
 

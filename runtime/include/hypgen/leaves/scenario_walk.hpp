@@ -4,102 +4,132 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
-#include "hypgen/leaves/grouping.hpp"
+#include "hypgen/leaves/weighted_parts.hpp"
 #include "hypgen/memory/scenario_buffer.hpp"
 #include "hypgen/model/key.hpp"
 #include "hypgen/random/philox.hpp"
 
 namespace hypgen {
 
-// The rows of an evaluator name a group by its first scenario and keep no observation. A scenario's future is a
-// function of its number, so that a second walk meets the same groups. The walk begins at the root.
+// The rows of an evaluator name a group by its first member, a place among those of the node, and keep no observation.
+// A scenario's future is a function of its number, so that a second walk meets the same groups. The walk begins at the
+// root.
 class ScenarioWalk {
  public:
-  struct Group {
-    std::uint32_t first = 0;  // its first scenario: a position among those of the node, as in a ChildRow
-    std::uint32_t count = 0;  // of its scenarios
+  struct Seen {
     bool is_terminal = false;
-    std::vector<std::uint64_t> key{};  // what they see
+    std::vector<std::uint64_t> key{};  // nothing after the end
   };
 
   virtual ~ScenarioWalk() = default;
-  virtual std::size_t size() const = 0;  // scenarios at the node
-  // The groups below an action that is legal at the node, by `first`.
-  virtual std::vector<Group> groups(int action) = 0;
-  // Goes on to a group that is not terminal, and back.
-  virtual void enter(int action, std::uint32_t first) = 0;
+  // What the group sees after an action that is legal at the node.
+  virtual Seen seen(int action, std::uint32_t first) = 0;
+  // Goes on to a group that is not terminal, of that count or mass, and back.
+  virtual void enter(int action, std::uint32_t first, std::uint32_t count) = 0;
   virtual void leave() = 0;
 };
 
 template <class M>
 class ModelWalk final : public ScenarioWalk {
  public:
-  // `key` is that of the search whose root has these scenarios. All arguments outlive the walk.
-  ModelWalk(const typename M::Params& params, const ScenarioBuffer& root, StreamKey key)
-      : params_(params), first_(root.first()), key_(key), fixed_(root.size()), nodes_(1) {
+  // `key` is that of the search whose root has these scenarios. `weighted`: its groups share them. All arguments outlive
+  // the walk.
+  ModelWalk(const typename M::Params& params, const ScenarioBuffer& root, StreamKey key, bool weighted)
+      : work_{params, root.first(), key, std::vector<typename M::Fixed>(root.size())}, nodes_(1) {
     std::vector<typename M::State> states(root.size());
-    root.copy_to(fixed_.data(), states.data());
+    root.copy_to(work_.all_fixed.data(), states.data());
     for (std::uint32_t i = 0; i < states.size(); ++i) nodes_[0].push_back({i, states[i]});
+    if (weighted) parts_ = std::make_unique<WeightedParts<M>>(root.capacity());
   }
 
-  std::size_t size() const override { return nodes_.back().size(); }
-
-  std::vector<Group> groups(int action) override {
-    std::vector<Group> found;
-    ActionGrouping<typename M::Key> grouping(size());
-    grouping.clear();
-    for (std::uint32_t i = 0; i < size(); ++i) {
-      const Successor next = successor(nodes_.back()[i], action);
-      const std::uint32_t number = grouping.number(next.is_terminal, next.key);
-      if (number == found.size()) {
-        const KeyWords words = words_of(next.key);
-        found.push_back({i, 0, next.is_terminal, {words.begin(), words.end()}});
-      }
-      ++found[number].count;
-    }
-    return found;
+  Seen seen(int action, std::uint32_t first) override {
+    const Successor next = successor(first, action);
+    if (next.is_terminal) return {true};
+    const KeyWords words = words_of(next.key);
+    return {false, {words.begin(), words.end()}};
   }
 
-  void enter(int action, std::uint32_t first) override {
-    const std::vector<Member>& members = nodes_.back();
-    const typename M::Key wanted = successor(members[first], action).key;
-    std::vector<Member> group;
-    for (std::size_t i = first; i < members.size(); ++i) {
-      const Successor next = successor(members[i], action);
-      if (!next.is_terminal && next.key == wanted) group.push_back({members[i].scenario, next.state});
-    }
-    nodes_.push_back(std::move(group));
+  void enter(int action, std::uint32_t first, std::uint32_t count) override {
+    nodes_.push_back(parts_ ? drawn(action, first, count) : like(action, first));
   }
 
   void leave() override { nodes_.pop_back(); }
 
+  // Of the node where the walk is.
+  const std::vector<CpuMember<M>>& members() const { return nodes_.back(); }
+
  private:
-  struct Member {
-    std::uint32_t scenario;
-    typename M::State state;
-  };
+  using Members = std::vector<CpuMember<M>>;
+
   struct Successor {
     typename M::State state;
     typename M::Key key;
     bool is_terminal;
   };
 
-  Successor successor(const Member& member, int action) const {
-    const typename M::Fixed& fixed = fixed_[member.scenario];
-    PhiloxDraws draws(key_, first_ + member.scenario, static_cast<std::uint32_t>(nodes_.size()) - 1);
+  // What simulates the model, as long as it takes.
+  struct Work {
+    struct Endless {
+      bool add(std::size_t) { return false; }
+    };
+    const typename M::Params& params;
+    std::uint32_t first;
+    StreamKey key;
+    std::vector<typename M::Fixed> all_fixed;
+    Endless clock{};
+
+    const typename M::Fixed& fixed(const CpuMember<M>& member) const { return all_fixed[member.scenario]; }
+    PhiloxDraws draws(std::uint32_t number, int depth) const {
+      return PhiloxDraws(key, first + number, static_cast<std::uint32_t>(depth));
+    }
+  };
+
+  int depth() const { return static_cast<int>(nodes_.size()) - 1; }
+
+  Successor successor(std::size_t i, int action) const {
+    const CpuMember<M>& member = nodes_.back()[i];
+    const typename M::Fixed& fixed = work_.fixed(member);
+    PhiloxDraws draws = work_.draws(parts_ ? static_cast<std::uint32_t>(i) : member.scenario, depth());
     Successor next{{}, {}, false};
-    next.is_terminal = M::step(params_, fixed, member.state, action, draws, next.state).terminal;
-    if (!next.is_terminal) next.key = M::observe(params_, fixed, member.state, action, draws, next.state);
+    next.is_terminal = M::step(work_.params, fixed, member.state, action, draws, next.state).terminal;
+    if (!next.is_terminal)
+      next.key = M::observe(work_.params, fixed, member.state, action, draws, next.state);
     return next;
   }
 
-  const typename M::Params& params_;
-  std::uint32_t first_;
-  StreamKey key_;
-  std::vector<typename M::Fixed> fixed_;
-  std::vector<std::vector<Member>> nodes_;  // from the root to where the walk is
+  // The members that see what member `first` sees.
+  Members like(int action, std::uint32_t first) const {
+    const typename M::Key wanted = successor(first, action).key;
+    Members group;
+    for (std::size_t i = first; i < nodes_.back().size(); ++i) {
+      const Successor next = successor(i, action);
+      if (!next.is_terminal && next.key == wanted) group.push_back({nodes_.back()[i].scenario, next.state});
+    }
+    return group;
+  }
+
+  // The members that a group of shares draws.
+  Members drawn(int action, std::uint32_t first, std::uint32_t mass) {
+    const Members& from = nodes_.back();
+    std::vector<bool> ended(from.size());
+    parts_->step(work_, action, from.data(), from.size(), depth(),
+                 [&](std::size_t i, const StepResult& result) { ended[i] = result.terminal; });
+    parts_->part(work_, action, from.data(), from.size(), depth(), [&](std::size_t i) { return ended[i]; });
+    const WeightedGroups<M>& groups = parts_->groups();
+    const std::uint32_t group = groups.named(first);
+    Members members(parts_->most());
+    if (group != groups.count())
+      members.resize(
+          parts_->draw(group, mass, work_.key, action, depth(), from.data(), from.size(), members.data()));
+    return members;
+  }
+
+  Work work_;
+  std::unique_ptr<WeightedParts<M>> parts_;  // null: scenarios that see the same stay together
+  std::vector<Members> nodes_;               // from the root to where the walk is
 };
 
 }  // namespace hypgen

@@ -8,27 +8,23 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
-#include <type_traits>
 #include <vector>
 
 #include "hypgen/leaves/leaf_work.hpp"
-#include "hypgen/leaves/weighted_groups.hpp"
+#include "hypgen/leaves/weighted_parts.hpp"
 #include "hypgen/leaves/weighted_sums.hpp"
-#include "hypgen/random/philox.hpp"
 
 namespace hypgen {
 
 template <class M>
 class WeightedLeaves {
  public:
-  explicit WeightedLeaves(LeafWork<M>& work)
-      : work_(work), groups_(work.scene.options.max_scenarios), nexts_(work.scene.options.max_scenarios) {
+  explicit WeightedLeaves(LeafWork<M>& work) : work_(work), parts_(work.scene.options.max_scenarios) {
     after_.reserve(work.scene.options.max_scenarios);
   }
 
   // Forgets the previous search, so that results do not depend on it.
-  void begin_search() { depends_on_draws_ = false; }
+  void begin_search() { parts_.begin_search(); }
 
   // Draws the members of a group of an action of `request.parent`; gives their number, or 0 if there is no such group
   // or the deadline has passed.
@@ -39,15 +35,8 @@ class WeightedLeaves {
     if (!make_groups(request.action, from, parent.count, depth)) return 0;
     const std::uint32_t group = groups_.named(request.first);
     if (group == groups_.count()) return 0;
-    const std::uint32_t drawn =
-        members_for(request.count, parent.count, static_cast<std::uint32_t>(work_.members.size()));
-    const std::uint32_t word =
-        PhiloxDraws(work_.cache.key(), request.first, static_cast<std::uint32_t>(depth))
-            .word(kMembersSite, static_cast<std::uint32_t>(request.action));
-    groups_.draw(Alone{}, group, drawn, word, [&](std::size_t i, std::size_t pick) {
-      const State* const next = groups_.next(group, pick);
-      work_.members[i] = {from[pick].scenario, next != nullptr ? *next : nexts_[pick]};
-    });
+    const std::size_t drawn = parts_.draw(group, request.count, work_.cache.key(), request.action, depth,
+                                          from, parent.count, work_.members.data());
     if (M::kHasHistory) see(request.action, from, request.first, depth, parent.history, work_.history);
     return drawn;
   }
@@ -72,23 +61,14 @@ class WeightedLeaves {
   using State = typename M::State;
   using History = typename M::History;
 
-  SearchDraws draws(std::size_t member, int depth) {
-    return work_.draws(static_cast<std::uint32_t>(member), depth);
-  }
-
   // Steps members; false if the deadline has passed.
   bool step(int action, const CpuMember<M>* members, std::size_t count, int depth) {
-    for (std::size_t i = 0; i < count; ++i) {
-      if (work_.clock.add(1)) return false;
-      SearchDraws words = draws(i, depth);
-      const StepResult result =
-          M::step(work_.params, work_.fixed(members[i]), members[i].state, action, words, nexts_[i]);
+    return parts_.step(work_, action, members, count, depth, [&](std::size_t i, const StepResult& result) {
       work_.rollout.note_error(is_broken<M>(result));
       work_.outcomes[i].reward = result.reward;
       work_.outcomes[i].terminal = result.terminal;
       work_.outcomes[i].bounds = {0, 0};
-    }
-    return true;
+    });
   }
 
   // The row of an action of which only the steps are known, with upper bounds if actions are to be chosen by it.
@@ -99,7 +79,7 @@ class WeightedLeaves {
     for (std::size_t i = 0; i < count; ++i) {
       rewards += work_.outcomes[i].reward;
       if (is_lazy && !work_.outcomes[i].terminal)
-        upper += bounds(i, nexts_[i], work_.history, request.depth, false).upper;
+        upper += bounds(i, parts_.next(i), work_.history, request.depth, false).upper;
     }
     row.reward_sum = spread(rewards, request.count, count);
     row.upper_sum = spread(upper, request.count, count);
@@ -108,45 +88,9 @@ class WeightedLeaves {
 
   // Steps members and parts them into groups; false if the deadline has passed.
   bool make_groups(int action, const CpuMember<M>* members, std::size_t count, int depth) {
-    if (!step(action, members, count, depth)) return false;
-    const bool depended = depends_on_draws_;
-    if (!part(action, members, count, depth)) return false;
-    return depended == depends_on_draws_ || part(action, members, count, depth);
-  }
-
-  bool part(int action, const CpuMember<M>* members, std::size_t count, int depth) {
-    const auto observe = [&](std::size_t i) {
-      SearchDraws words = draws(i, depth);
-      return M::observe(work_.params, work_.fixed(members[i]), members[i].state, action, words, nexts_[i]);
-    };
-    const auto weigh = [&](std::size_t i, const typename M::Key& key, [[maybe_unused]] State& next) {
-      SearchDraws words = draws(i, depth);
-      WatchedDraws<SearchDraws> watched(words);
-      const Fixed& fixed = work_.fixed(members[i]);
-      double density = 0.0;
-      if constexpr (kKeyHoldsState<M>) {
-        density = M::filter(work_.params, fixed, members[i].state, action, key, watched, next);
-      } else {
-        density =
-            M::observation_density(work_.params, fixed, members[i].state, action, key, watched, nexts_[i]);
-      }
-      depends_on_draws_ |= watched.is_read();
-      return density;
-    };
-    // Members to which all observations are as likely: those of the same states, unless draws of the step count too.
-    const auto alike = [&](std::size_t i, std::size_t j) {
-      return !depends_on_draws_ && is_same(nexts_[i], nexts_[j]) &&
-             is_same(members[i].state, members[j].state) &&
-             is_same(work_.fixed(members[i]), work_.fixed(members[j]));
-    };
-    return groups_.make(
-        count, [&](std::size_t i) { return work_.outcomes[i].terminal; }, alike, observe, weigh,
-        [&](std::size_t steps) { return work_.clock.add(steps); });
-  }
-
-  template <class T>
-  static bool is_same(const T& a, const T& b) {
-    return std::is_empty_v<T> || std::memcmp(&a, &b, sizeof a) == 0;
+    return step(action, members, count, depth) &&
+           parts_.part(work_, action, members, count, depth,
+                       [&](std::size_t i) { return work_.outcomes[i].terminal; });
   }
 
   // Appends the groups of an action to the rows, and sums them; false if the deadline has passed.
@@ -205,9 +149,9 @@ class WeightedLeaves {
         if (work_.outcomes[i].terminal) continue;
         ScenarioBounds& found = work_.outcomes[i].bounds;
         const CpuMember<M>& member = work_.members[i];
-        found = waits ? work_.rollout.begin(work_.fixed(member), member.scenario, nexts_[i], after(i),
+        found = waits ? work_.rollout.begin(work_.fixed(member), member.scenario, parts_.next(i), after(i),
                                             static_cast<std::uint32_t>(i))
-                      : bounds(i, nexts_[i], after(i), depth, rolls);
+                      : bounds(i, parts_.next(i), after(i), depth, rolls);
       }
       if (!waits) break;
       if (!work_.rollout.play(work_.scene.fixed.data(), depth + 1)) return false;
@@ -228,7 +172,7 @@ class WeightedLeaves {
   // A member's bounds in a group, which may see another state than the member's own.
   ScenarioBounds bounds_in(std::uint32_t group, std::size_t i, const History& after, int depth, bool rolls) {
     const State* const next = groups_.next(group, i);
-    const bool is_other = next != nullptr && !is_same(*next, nexts_[i]);
+    const bool is_other = next != nullptr && !WeightedParts<M>::is_same(*next, parts_.next(i));
     return is_other ? bounds(i, *next, after, depth, rolls) : work_.outcomes[i].bounds;
   }
 
@@ -242,17 +186,15 @@ class WeightedLeaves {
   // The history after what member i sees.
   void see(int action, const CpuMember<M>* members, std::size_t i, int depth, const History& before,
            History& after) {
-    SearchDraws words = draws(i, depth);
     const Fixed& fixed = work_.fixed(members[i]);
-    const typename M::Key key = M::observe(work_.params, fixed, members[i].state, action, words, nexts_[i]);
-    M::advance_history(work_.params, fixed, members[i].state, action, key, nexts_[i], before, after);
+    const typename M::Key key = parts_.seen(work_, action, members, i, depth);
+    M::advance_history(work_.params, fixed, members[i].state, action, key, parts_.next(i), before, after);
   }
 
   LeafWork<M>& work_;
-  WeightedGroups<M> groups_;
-  std::vector<State> nexts_;       // after the action in work, by member
-  std::vector<History> after_;     // by group
-  bool depends_on_draws_ = false;  // how likely observations are, besides states
+  WeightedParts<M> parts_;  // of the action in work
+  const WeightedGroups<M>& groups_ = parts_.groups();
+  std::vector<History> after_;  // by group
 };
 
 }  // namespace hypgen

@@ -118,8 +118,10 @@ class ModelInstance {
   // `digits` are those of an observation's key.
   virtual std::unique_ptr<Worlds> make_worlds(std::uint64_t seed, std::size_t count,
                                               std::vector<KeyDigit> digits) const = 0;
-  // Walks the scenarios again of a search with this root and this key. The instance and `root` outlive the walk.
-  virtual std::unique_ptr<ScenarioWalk> walk(const ScenarioBuffer& root, StreamKey key) const = 0;
+  // Walks the scenarios again of a search with this root and this key. `weighted`: its groups share scenarios. The
+  // instance and `root` outlive the walk.
+  virtual std::unique_ptr<ScenarioWalk> walk(const ScenarioBuffer& root, StreamKey key,
+                                             bool weighted) const = 0;
   // Writes the values of each state of a belief of this model, one state after the other.
   virtual void export_states(const ScenarioBuffer& states, std::int32_t* out) const = 0;
   virtual const void* params() const = 0;  // the model's Params, for a device

@@ -55,8 +55,9 @@ class TypedInstance : public Interface {
     return std::make_unique<ModelWorlds<M>>(*params_, seed, count, std::move(digits));
   }
 
-  std::unique_ptr<ScenarioWalk> walk(const ScenarioBuffer& root, StreamKey key) const override {
-    return std::make_unique<ModelWalk<M>>(*params_, root, key);
+  std::unique_ptr<ScenarioWalk> walk(const ScenarioBuffer& root, StreamKey key,
+                                     bool weighted) const override {
+    return std::make_unique<ModelWalk<M>>(*params_, root, key, weighted);
   }
 
   void export_states(const ScenarioBuffer& states, std::int32_t* out) const override {
