@@ -72,11 +72,13 @@ async function show(task) {
   }
 }
 
+const layers = { truth: true, belief: true }; // of the world: what is shown
+
 function episode({ text, legal, ended, scene, moment }, isNew) {
   $("result").textContent = (isNew ? "" : $("result").textContent) + text;
   $("result").scrollTop = $("result").scrollHeight;
   $("world").hidden = !scene;
-  if (scene) worldOf({ scene, steps: [moment] }, $("world")).draw(moment);
+  if (scene) worldOf({ scene, steps: [moment] }, $("world"), layers).draw(moment);
   const last = $("actions").value;
   $("actions").replaceChildren(...legal.map(([code, name]) => new Option(name, code)));
   if (legal.some(([code]) => code === last)) $("actions").value = last;
