@@ -52,6 +52,22 @@ TEST(Pomcp, TigerIsWorthWhatItIs) {
   EXPECT_FALSE(decision.lower > decision.upper);
 }
 
+TEST(Pomcp, HasAsManyScenariosAsTheTimeAllows) {
+  PlannerOptions options;
+  options.mode = Mode::kPomcp;
+  options.scenarios = 100'000;  // the root's actions alone would take longer
+  options.time_limit = 0.02;
+  Solver solver(tiger_descriptor(), options);
+  Decision decision;
+  // Other processes may hold the processor until a plan's time is over.
+  for (int step = 0; step < 50 && decision.looked != Looked::kTree; ++step) decision = solver.plan(step);
+  EXPECT_EQ(decision.looked, Looked::kTree);
+  EXPECT_EQ(decision.status, Status::kDeadline);
+  EXPECT_GT(decision.scenarios, 0U);
+  EXPECT_LT(decision.scenarios, options.scenarios);
+  EXPECT_GT(decision.trials, 1U);
+}
+
 TEST(Pomcp, OpensOnceItIsSure) {
   Solver solver(tiger_descriptor(), by_values(500));
   for (int i = 0; i < 3; ++i) ASSERT_EQ(solver.see(0, 0), Status::kOk);

@@ -120,10 +120,9 @@ void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decisio
     return;
   }
   const bool is_timed = setup_.deadline.is_limited();
-  const bool probes = is_timed && options_.mode != Mode::kPomcp;
-  const std::size_t count = probes ? std::min(options_.scenarios, kProbeScenarios) : options_.scenarios;
+  const std::size_t count = is_timed ? std::min(options_.scenarios, kProbeScenarios) : options_.scenarios;
   setup_.weighted =
-      options_.observations == Observations::kWeighted && !probes && options_.mode != Mode::kRollout;
+      options_.observations == Observations::kWeighted && !is_timed && options_.mode != Mode::kRollout;
   belief.sample(key, 0, count, scenarios_);
   const Clock::time_point sampled = Clock::now();
   search_.clear();
@@ -139,7 +138,9 @@ void Planner::plan_search(const Belief& belief, StreamKey key, Decision& decisio
   root_actions_.clear();
   if (options_.mode == Mode::kRollout) {
     plan_rollout(belief, key, decision, root);
-  } else if (probes) {
+  } else if (is_timed && options_.mode == Mode::kPomcp) {
+    plan_pomcp(belief, key, decision, root);
+  } else if (is_timed) {
     plan_anytime(belief, key, decision, root);
   } else {
     plan_tree(decision, root);
@@ -188,8 +189,19 @@ void Planner::plan_tree(Decision& decision, const RootResult& root) {
   if (decision.expansions == 0) return;
   decision.looked = Looked::kTree;
   decision.keeps_tree = true;
-  decision.scenarios = options_.scenarios;
+  decision.scenarios = scenarios_.size();
   decision.pruning = pruning;
+}
+
+// `root` is that of a few scenarios. The tree has as many as its root, whose actions are all rolled out, leaves time for.
+void Planner::plan_pomcp(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root) {
+  const std::size_t count = std::max(scenarios_.size(), affordable_scenarios(all_actions_.size()));
+  if (count == scenarios_.size()) return plan_tree(decision, root);
+  belief.sample(key, 0, count, scenarios_);
+  search_.clear();
+  const RootResult next = evaluator_->begin_search(scenarios_, setup_);
+  decision.status = next.status;
+  if (next.status == Status::kOk) plan_tree(decision, next);
 }
 
 // Takes in how long so many rollouts took. Fewer than the evaluator has lanes take as long as that many.

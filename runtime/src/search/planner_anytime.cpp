@@ -29,7 +29,8 @@ void Planner::plan_anytime(const Belief& belief, StreamKey key, Decision& decisi
   const Clock::time_point start = Clock::now();
   compare_actions(belief, key, start + (setup_.deadline.time() - start) / kComparedShare,
                   {kSurvivors, kComparedSamples * options_.scenarios}, decision);
-  std::size_t count = affordable_scenarios(std::min(kSurvivors, candidates_.size()));
+  std::size_t count =
+      affordable_scenarios(std::min({kSurvivors, candidates_.size(), std::size_t{options_.rolled_at_root}}));
   const auto has_trials = [&] { return decision.trials < options_.trial_limit; };
   while (decision.status == Status::kOk && count < kLeastScenarios && has_trials() &&
          !setup_.deadline.has_passed()) {
@@ -113,11 +114,10 @@ void Planner::keep_survivors(int default_action) {
 }
 
 // How many scenarios a tree may have, so that its root takes a share of the time that is left: bounds of the
-// root, and an expansion of so many actions.
-std::size_t Planner::affordable_scenarios(std::size_t actions) const {
+// root, and an expansion that rolls so many actions out, and the default policy's.
+std::size_t Planner::affordable_scenarios(std::size_t rolled) const {
   const double seconds = std::chrono::duration<double>(setup_.deadline.time() - Clock::now()).count();
-  const double rolled = static_cast<double>(std::min<std::size_t>(actions, options_.rolled_at_root) + 2);
-  const double count = kRootShare * seconds / (rollout_seconds_ * rolled);
+  const double count = kRootShare * seconds / (rollout_seconds_ * (static_cast<double>(rolled) + 2.0));
   return static_cast<std::size_t>(std::clamp(count, 0.0, static_cast<double>(options_.scenarios)));
 }
 

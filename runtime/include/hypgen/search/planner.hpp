@@ -105,10 +105,11 @@ class Planner {
   void plan_search(const Belief& belief, StreamKey key, Decision& decision);
   void replace_evaluator();
   void plan_tree(Decision& decision, const RootResult& root);
+  void plan_pomcp(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root);
   void plan_rollout(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root);
   void plan_anytime(const Belief& belief, StreamKey key, Decision& decision, const RootResult& root);
   double chosen_pruning() const;
-  std::size_t affordable_scenarios(std::size_t actions) const;
+  std::size_t affordable_scenarios(std::size_t rolled) const;
   void keep_survivors(int default_action);
   void compare_actions(const Belief& belief, StreamKey key, Clock::time_point end, const ComparisonGoal& goal,
                        Decision& decision);
