@@ -15,7 +15,17 @@ from hypgen.codegen.model.model_functions import arguments, density_needs
 from hypgen.codegen.passes.expr_shapes import branches
 from hypgen.codegen.passes.guards import Guards
 from hypgen.codegen.tree.expr import FALSE, TRUE, Expr, Literal, all_of, call, not_, of, op
-from hypgen.codegen.tree.statements import CONTINUE, Declare, ForEach, assign, const, var, when, zeroed
+from hypgen.codegen.tree.statements import (
+    CONTINUE,
+    Comment,
+    Declare,
+    ForEach,
+    assign,
+    const,
+    var,
+    when,
+    zeroed,
+)
 from hypgen.dsl import ir
 from hypgen.dsl.ir.walk import walk
 from hypgen.dsl.types import length_of, low_of
@@ -57,9 +67,9 @@ class Weighing(Hypotheses):
             direct = _own_entry(evidence.touch, evidence, factor)
             touched: Expr | None = None
             if not direct and not _always(evidence, factor):
-                name = evidence.name.replace(".", "_") or "end"
-                local = printer.scope.unique(f"{name}_touch")
+                local = printer.scope.unique(told_by(evidence))
                 touched = of(local)
+                builder.code.add(Comment(_told(evidence, factor)))
                 length = length_of(tuple(b.type for b in evidence.binders))
                 self._touch(builder, evidence, local, length)
             found.append(Watch(evidence, touched, direct))
@@ -177,6 +187,18 @@ class Weighing(Hypotheses):
             return dist, parts.densities[evidence.name]
         dist = next(o.dist for o in self.model.observations if o.name == evidence.name)
         return dist, parts.observation_densities[evidence.name]
+
+
+def told_by(evidence: ir.Evidence) -> str:
+    """Return the name of what holds the member that the evidence tells of."""
+    return f"{evidence.name.replace('.', '_') or 'end'}_tells_of"
+
+
+def _told(evidence: ir.Evidence, factor: ir.Factor) -> str:
+    what = evidence.name or "the episode's going on"
+    if factor.binder is None:
+        return f"0 where {what} tells of {factor.element}, -1 elsewhere."
+    return f"The {factor.element} that {what} tells of, or -1."
 
 
 def _always(evidence: ir.Evidence, factor: ir.Factor) -> bool:

@@ -121,7 +121,8 @@ class FactorFunctions(UnitFunctions):
                 code.add(Do(seen))
         if watches:
             code.add(Return(of(possible)))
-        return builder.done("bool" if watches else "void", self.start[factor.element])
+        comment = [f"// How likely each joint value h of {factor.element} is at the start."]
+        return builder.done("bool" if watches else "void", self.start[factor.element], comment)
 
     def _advance(self, factor: ir.Factor) -> Function:
         """Return what takes a factor's posterior over a step; false where what was seen is impossible."""
@@ -148,9 +149,10 @@ class FactorFunctions(UnitFunctions):
                 place = self._place(builder, factor, "now")
                 code.add(const("Real", p, call(f"posteriors::probability<{n}>", place, h)))
                 code.add(when(not_(op(p, ">", braces("Real"))), CONTINUE))
-                for state in ("state", "next") if "state" in self.owners(factor) else ("state",):
-                    self._write(builder, factor, state, h)
+                self._write(builder, factor, "state", h)
                 if self._certain(factor):
+                    if "state" in self.owners(factor):  # an update writes nothing where it keeps a value
+                        self._write(builder, factor, "next", h)
                     self._certain_step(builder, factor, digits, watches, (sums, same, h, p))
                 else:
                     self._drawn_step(builder, factor, digits, watches, (sums, same, h, p))
@@ -158,7 +160,12 @@ class FactorFunctions(UnitFunctions):
             failed = op(not_(same), "&&", not_(call(_normalise(n), sums, place)))
             code.add(when(failed, assign(possible, FALSE)))
         code.add(Return(of(possible)))
-        return builder.done("bool", self.advance[factor.element])
+        drawn = "" if self._certain(factor) else ", and g after it"
+        comment = [
+            f"// Bayes' rule for {factor.element}: its joint value is h before the step{drawn}.",
+            "// Returns false where what was seen is impossible.",
+        ]
+        return builder.done("bool", self.advance[factor.element], comment)
 
     def _write(self, builder: Builder, factor: ir.Factor, state: str, h: str) -> None:
         """Append what writes a joint value into a state."""
@@ -281,6 +288,7 @@ class FactorFunctions(UnitFunctions):
     def _unit_of(self) -> Function:
         """Return what gives the unit of a flattened variable: exact ones, then the others; -1 if visible."""
         builder = self.interface.given([("int", "variable")])
+        units: list[tuple[int, Expr]] = []  # of the variables below an end
         firsts: dict[str, tuple[int, ir.Factor]] = {}
         first, end = 0, 0
         for factor in (*self.exact, *self.sampled):
@@ -296,6 +304,12 @@ class FactorFunctions(UnitFunctions):
                 offset = shifted("variable", -start)
                 offset = offset / each if each > 1 else offset
                 unit = number(base) if factor.members == 1 else plus(base, offset) if base else offset
+            if units and units[-1][1] == unit:
+                units.pop()
+            units.append((end, unit))
+        if units[-1][1] == number(-1):
+            units.pop()
+        for end, unit in units:
             builder.code.add(when(op("variable", "<", end), Return(unit)))
         builder.code.add(Return(number(-1)))
         return builder.done("int", "unit_of")

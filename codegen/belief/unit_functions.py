@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 
-from hypgen.codegen.belief.evidence import Watch
+from hypgen.codegen.belief.evidence import Watch, told_by
 from hypgen.codegen.belief.hypotheses import MEMBER, locals_of
 from hypgen.codegen.belief.moment_functions import MomentFunctions
 from hypgen.codegen.cpp.function_builder import Builder, origin
@@ -42,7 +42,7 @@ class UnitFunctions(MomentFunctions):
         self.export = {f.element: unique(f"export_{f.element}") for f in self.sampled}
         used = {e.name for f in self.sampled for e in f.evidence if e.kind != "end"}
         fields = [f.name for f in self.interface.key.reading() if f.name in used]
-        self.members = {name: scope.unique(f"{name}_seen") for name in fields}  # of Evidence
+        self.members = {name: scope.unique(f"observed_{name}") for name in fields}  # of Evidence
         self.watches = {f.element: self._kept(f, scope) for f in self.sampled}
 
     def evidence(self) -> tuple[str, ...]:
@@ -106,7 +106,7 @@ class UnitFunctions(MomentFunctions):
         """Return how the factor's evidence is watched, with what it touches in ``Evidence``."""
         found = []
         for evidence in factor.evidence:
-            name = (evidence.name.replace(".", "_") or "end") + "_touch"
+            name = told_by(evidence)
             watch = self._kept_watch(evidence, factor, of(name))
             if watch.touched is not None:
                 watch = replace(watch, touched=member("seen", scope.unique(name)))

@@ -116,9 +116,9 @@ class GroupFunctions:
         if self.relaxation.declared:
             builder.code.add(Return(reads[0]))
             return builder.done("float", "upper", ["// The tables hold the declared bound where it is less."])
-        builder.code.add(var("float", "worth", reads[0]))
+        builder.code.add(var("float", "bound", reads[0]))
         for read in reads[1:]:
-            builder.code.add(assign("worth", read, "+="))
+            builder.code.add(assign("bound", read, "+="))
         less_of_both(builder.code)
         return builder.done("float", "upper")
 
@@ -187,9 +187,7 @@ class GroupFunctions:
 
     def _numbering(self, named: Named) -> Function:
         """Return the function that numbers a state of the group."""
-        return self._index(
-            named.group.parts, named.index, f"// States as far as {describe(named.group)} goes."
-        )
+        return self._index(named.group.parts, named.index, f"// Where a state stands in {named.table}.")
 
     def _index(self, parts: Sequence[Part], name: str, comment: str) -> Function:
         """Return the function that numbers the joint values of the parts."""
@@ -229,7 +227,11 @@ class GroupFunctions:
                 builder.code.add(assign("index", size_of(type_), "/="))
 
             self._each(builder, part, take, ascending=False)
-        return on_host(builder.done("void", named.put))
+        return on_host(
+            builder.done(
+                "void", named.put, ["// The state of an entry: all that the group does not read is zero."]
+            )
+        )
 
     def _each(
         self, builder: Builder, part: Part, use: Callable[[ir.StateRead], None], ascending: bool
@@ -298,7 +300,9 @@ class GroupFunctions:
         self.interface.limit(builder, REWARD)
         builder.code.add(assign(member("result", "terminal"), self._ends()))
         builder.code.add(Return(of("result")))
-        return on_host(builder.done("StepResult", named.step))
+        return on_host(
+            builder.done("StepResult", named.step, ["// A step of the group's own variables and rewards."])
+        )
 
 
 @dataclass(frozen=True)
@@ -330,9 +334,9 @@ def _loop(builder: Builder, binder: ir.Binder | None, some: range, ascending: bo
 
 
 def less_of_both(code: Code) -> None:
-    """Append the return of ``worth`` or of the declared bound, whichever is less."""
+    """Append the return of ``bound`` or of the declared bound, whichever is less."""
     code.add(const("float", "declared", call("declared_upper", "params", "fixed", "state")))
-    code.add(Return(Choice(op("worth", "<", "declared"), of("worth"), of("declared"))))
+    code.add(Return(Choice(op("bound", "<", "declared"), of("bound"), of("declared"))))
 
 
 def on_host(function: Function) -> Function:

@@ -54,7 +54,7 @@ class TeamFunctions(GroupFunctions):
             ]
             tokens = cast("std::uint32_t", call(self.tokens[share], "fixed", "state"))
             best = call("relaxation::best_share", *rows, tokens)
-            builder.code.add(assign("worth", best, "+=") if share else var("float", "worth", best))
+            builder.code.add(assign("bound", best, "+=") if share else var("float", "bound", best))
         less_of_both(builder.code)
         return builder.done("float", "upper")
 

@@ -7,6 +7,8 @@ runtime's ``KeyWriter`` and ``KeyReader``, which know where a word is full.
 
 from __future__ import annotations
 
+from collections.abc import Set
+
 from hypgen.codegen.tree.code import Code
 from hypgen.codegen.tree.expr import Expr, call, cast, method, of, shifted
 from hypgen.codegen.tree.statements import Declare, Do, For, Return, assign, for_below, for_down, var
@@ -50,6 +52,13 @@ class KeyLayout:
     def reading(self) -> tuple[ir.KeyField, ...]:
         """Return the fields in the order in which digits are taken from a key."""
         return self.fields if self.wide else self.fields[::-1]
+
+    def reading_of(self, used: Set[str] | None) -> tuple[ir.KeyField, ...]:
+        """Return the fields that are taken or passed over until the last of ``used``, or all."""
+        found = self.reading()
+        while used is not None and found and found[-1].name not in used:
+            found = found[:-1]
+        return found
 
     def begin_reading(self, code: Code) -> None:
         """Append what digits are then taken from."""

@@ -9,7 +9,7 @@ from hypgen.codegen.cpp import template_data
 from hypgen.codegen.cpp.text import code_of, row_major, scalar, value_of
 from hypgen.codegen.layout.naming import Names
 from hypgen.codegen.layout.state_layout import Block, Field
-from hypgen.codegen.tree.expr import Expr, number, of, shifted
+from hypgen.codegen.tree.expr import Expr, number, of, plus, shifted
 from hypgen.codegen.tree.lines import text_of
 from hypgen.dsl import ir
 from hypgen.dsl.types import Bool, Enum, Float, Record, Type, length_of, size_of
@@ -141,7 +141,7 @@ def _accessors(field: Field, get: str, set_: str) -> list[str]:
 def _float_accessors(field: Field, getter: str, setter: str) -> list[str]:
     formals = ", ".join(f"{scalar(t)} i{n}" for n, t in enumerate(field.indices))
     place = _position(field.indices)
-    word = f"words[{field.word} + {place}]" if field.indices else f"words[{field.word}]"
+    word = f"words[{text_of(plus(field.word, place))}]" if field.indices else f"words[{field.word}]"
     given = f"{formals}, float value" if formals else "float value"
     return [
         f"{getter}({formals}) const {{ return math::from_bits({word}); }}",

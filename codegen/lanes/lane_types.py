@@ -29,6 +29,9 @@ def _accessors(field: Field, get: str, set_: str) -> list[str]:
         "Mask" if isinstance(field.type, Bool) else "Float" if isinstance(field.type, Float) else "Int"
     )
     names = [f"i{n}" for n in range(len(field.indices))]
+    position = _position(field)
+    if position == "i0":
+        names = ["i"]
     template = [f"template <{', '.join(f'class I{n}' for n in range(len(names)))}>"] if names else []
     formals = [f"I{n} {name}" for n, name in enumerate(names)]
     getter = f"HYPGEN_FN {kind} {get}"
@@ -42,10 +45,10 @@ def _accessors(field: Field, get: str, set_: str) -> list[str]:
             *template,
             f"{setter}({unused}) {{}}",
         ]
-    position = [f"  const auto i = {_position(field)};"] if names else []
+    place = [f"  const auto i = {position};"] if names and names != ["i"] else []
     word, shift = _place(field)
     if isinstance(field.type, Float):
-        word = f"{field.word} + i" if names else str(field.word)
+        word = _from(field.word, "i") if names else str(field.word)
         read = f"lanes::from_bits(lanes::word_at(words, {word}))"
         put = f"lanes::put_word(on, words, {word}, lanes::to_bits(value));"
     else:
@@ -59,12 +62,12 @@ def _accessors(field: Field, get: str, set_: str) -> list[str]:
     return [
         *template,
         f"{getter}({', '.join(formals)}) const {{",
-        *position,
+        *place,
         f"  return {read};",
         "}",
         *template,
         f"{setter}({', '.join(['lanes::Mask on', *formals, f'{kind} value'])}) {{",
-        *position,
+        *place,
         f"  {put}",
         "}",
     ]
@@ -80,11 +83,15 @@ def _place(field: Field) -> tuple[str, str]:
     if not field.indices:
         return str(field.word), str(field.shift)
     if field.spread:
-        return f"{field.word} + i", str(field.shift)
+        return _from(field.word, "i"), str(field.shift)
     if field.one_word:
-        return str(field.word), f"{field.shift} + i * {field.width}"
+        return str(field.word), _from(field.shift, f"i * {field.width}" if field.width > 1 else "i")
     entries = 32 // field.width
-    return f"{field.word} + lanes::over<{entries}>(i)", f"lanes::rest<{entries}>(i) * {field.width}"
+    return _from(field.word, f"lanes::over<{entries}>(i)"), f"lanes::rest<{entries}>(i) * {field.width}"
+
+
+def _from(first: int, more: str) -> str:
+    return f"{first} + {more}" if first else more
 
 
 def enum_in_lanes(enum: Enum, names: Names) -> template_data.ValueType:

@@ -14,6 +14,8 @@ from hypgen.codegen.lanes.predication import predicated
 from hypgen.codegen.lanes.repeated_calls import without_repeated_calls
 from hypgen.codegen.layout.naming import Names
 from hypgen.codegen.layout.state_layout import Layout
+from hypgen.codegen.tree.effects import Effects
+from hypgen.codegen.tree.passes import without_last_writes
 from hypgen.codegen.tree.statements import Function
 from hypgen.codegen.tree.walks import calls
 from hypgen.dsl import ir
@@ -45,7 +47,9 @@ def _lanes(
     has_history = bool(layout.history.fields)
     roots = _ROLLOUT | ({"roll_history"} if has_history else set())
     reached = calls(functions, roots)
-    found = without_repeated_calls(predicated([f for f in functions if f.name in reached]))
+    made = predicated([f for f in functions if f.name in reached])
+    known = {f.name: f for f in made}
+    found = without_repeated_calls([without_last_writes(f, Effects(f, known)) for f in made])
     words = [
         words_in_lanes("Fixed", layout.fixed, names.variables, names.setters),
         words_in_lanes("State", layout.state, names.variables, names.setters),

@@ -300,7 +300,9 @@ class Interface:
         code.add(when(self._test("is_terminal", self.model.terminal), NOTHING))
         self._weigh_observations(builder, digits)
         code.add(Return(of("weight")))
-        return builder.done("double", "filter")
+        return builder.done(
+            "double", "filter", ["// A step given what was seen of it, and how likely that was."]
+        )
 
     def observation_density(self) -> Function:
         """Return ``observation_density``: how likely a key is, given the state after the step."""
@@ -325,7 +327,9 @@ class Interface:
         code.add(WEIGHT)
         self._weigh_observations(builder, digits)
         code.add(Return(of("weight")))
-        return builder.done("double", "observation_density")
+        return builder.done(
+            "double", "observation_density", ["// How likely a key is after a step to `next`."]
+        )
 
     def weigh_hidden(self) -> Function:
         """Return ``weigh_hidden``: what ``filter`` returns, where the state after the step is known."""
@@ -381,17 +385,19 @@ class Interface:
         """
         result: dict[str, Digit] = {}
         self.key.begin_reading(builder.code)
-        for field in self.key.reading():
-            name = builder.printer.scope.unique(f"{field.name.replace('.', '_')}_seen")
-            unused = used is not None and field.name not in used
+        for field in self.key.reading_of(used):
+            if used is not None and field.name not in used:
+                self._skip(builder, field)
+                continue
+            name = builder.printer.scope.unique(f"observed_{field.name}")
             if field.indices:
                 length = length_of(field.indices)
-                builder.code.add(Declare("std::int32_t", name, dimensions=(length,), unused=unused))
+                builder.code.add(Declare("std::int32_t", name, dimensions=(length,)))
                 with builder.code.block(self.key.entries(field)):
                     builder.code.add(assign(of(name)["i"], self.key.take(field)))
                     self.key.go_on(builder.code, field)
             else:
-                builder.code.add(Declare("const std::int32_t", name, self.key.take(field), unused=unused))
+                builder.code.add(Declare("const std::int32_t", name, self.key.take(field)))
                 self.key.go_on(builder.code, field)
             result[field.name] = digit(builder, name, field.type)
         return result
@@ -399,15 +405,20 @@ class Interface:
     def keep_digits(self, builder: Builder, kept: Mapping[str, Expr]) -> None:
         """Append what stores digits of the key: ``kept`` has where, by the name of their field."""
         self.key.begin_reading(builder.code)
-        for field in self.key.reading():
+        for field in self.key.reading_of(kept.keys()):
             target = kept.get(field.name)
+            if target is None:
+                self._skip(builder, field)
+                continue
             with builder.code.block(self.key.entries(field)) if field.indices else nullcontext():
-                if target is None:
-                    self.key.skip(builder.code, field)
-                else:
-                    entry = target["i"] if field.indices else target
-                    builder.code.add(assign(entry, self.key.take(field)))
-                    self.key.go_on(builder.code, field)
+                entry = target["i"] if field.indices else target
+                builder.code.add(assign(entry, self.key.take(field)))
+                self.key.go_on(builder.code, field)
+
+    def _skip(self, builder: Builder, field: ir.KeyField) -> None:
+        """Append what passes over the values of a field."""
+        with builder.code.block(self.key.entries(field)) if field.indices else nullcontext():
+            self.key.skip(builder.code, field)
 
     # What the agent does -------------------------------------------------------------------------
 
@@ -430,7 +441,12 @@ class Interface:
             else:
                 builder.value(value if isinstance(value.type, Float) else ir.ToFloat(Float(), value))
             function = "declared_upper" if derived and name == "upper" else name
-            result.append(builder.done("float", function, self._origin(name)))
+            comment = self._origin(name)
+            if name == "lower" and value is None:
+                comment = ["// There is none: kHasLower is false."]
+            if name == "upper" and not comment:
+                comment = ["// None is declared: the most that all steps together can earn."]
+            result.append(builder.done("float", function, comment))
         return result
 
     def joint(self) -> Function:

@@ -36,7 +36,7 @@ class PartNames:
             key_of(u): unique(
                 f"update_{u.element.name}"
                 + (f"_stage_{u.stage}" if names.count(u.element.name) > 1 else "")
-                + ("_seen" if u.observed else "")
+                + ("_observed" if u.observed else "")
             )
             for u in updates
         }

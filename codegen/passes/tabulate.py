@@ -37,7 +37,13 @@ from hypgen.dsl.ir.walk import (
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.types import INT32_MAX, INT32_MIN, Int, Type, is_finite, size_of
 
-_PARTS = (("inits", "dist"), ("updates", "dist"), ("observations", "dist"), ("rewards", "value"))
+# The lists of a model's parts, what of each is rewritten, and how names of tables of first values begin.
+_PARTS = (
+    ("inits", "dist", "init_"),
+    ("updates", "dist", ""),
+    ("observations", "dist", ""),
+    ("rewards", "value", ""),
+)
 _SLOW = frozenset(
     {"pow", "hypot", "exp", "log", "log2", "sqrt", "sin", "cos", "tan", "asin", "acos", "atan2", "normal_cdf"}
 )
@@ -107,8 +113,8 @@ class _Tabulator:
             lets=tuple(self.lets[let.name] for let in self.model.lets),
         )
         changes: dict[str, Any] = {
-            group: tuple(self._part(part, attribute) for part in getattr(model, group))
-            for group, attribute in _PARTS
+            group: tuple(self._part(part, attribute, prefix) for part in getattr(model, group))
+            for group, attribute, prefix in _PARTS
         }
         model = replace(model, **changes)
         if model.policy is not None:
@@ -131,8 +137,8 @@ class _Tabulator:
         value = self.rewrite(update.value, register.name, register.span)
         return replace(register, update=replace(update, value=value))
 
-    def _part(self, part: Any, attribute: str) -> Any:
-        name = part.variable if isinstance(part, ir.Assign) else part.name
+    def _part(self, part: Any, attribute: str, prefix: str) -> Any:
+        name = part.name if not isinstance(part, ir.Assign) else f"{prefix}{part.variable}"
         return replace(part, **{attribute: self.rewrite(getattr(part, attribute), name, part.span)})
 
     # Choosing what to tabulate -------------------------------------------------------------------

@@ -11,6 +11,7 @@ from hypgen.codegen.tree.statements import Assign, Block, Declare, For, ForEach,
 from hypgen.codegen.tree.walks import all_nodes, nodes, root
 
 _OWN = ("math::",)  # functions of the runtime that change nothing
+_NUMBERS = ("bool", "float", "int", "std::int32_t")
 
 
 @dataclass
@@ -22,6 +23,10 @@ class Effects:
 
     def __post_init__(self) -> None:
         self.constant = {name for kind, name in self.function.arguments if kind.startswith("const ")}
+        # Nothing of the runtime takes a number by reference: only the function itself may change one.
+        numbers = {name for kind, name in self.function.arguments if kind in _NUMBERS}
+        self.constant |= numbers
+        self.constant -= numbers & {*self._of(self.function.body)}
 
     def is_pure(self, expr: Expr) -> bool:
         """Return whether evaluating an expression draws and changes nothing, and gives the same again."""

@@ -253,6 +253,8 @@ def shifted(value: Operand, amount: int) -> Expr:
 def plus(left: Operand, right: Operand) -> Expr:
     """Return the sum of two integers that do not overflow, without parentheses."""
     left, right = of(left), of(right)
+    if left == number(0):
+        return right
     if isinstance(right, Operation) and right.sign in ("+", "-"):
         return op(plus(left, right.left), right.sign, right.right)
     return op(left, "+", right)

@@ -296,7 +296,7 @@ def _short(short: bool, head: Line, body: Block, indent: str, depth: int) -> Ite
     if short and len(body) == 1 and _may_follow(body[0]):
         heads = wrapped(head, indent)
         lines = list(_statement(body[0], "  " * (depth + 1), depth + 1))
-        if len(heads) == len(lines) == 1 and len(heads[0]) + len(lines[0].strip()) < LINE_LENGTH:
+        if len(heads) == len(lines) == 1 and len(heads[0]) + len(lines[0].strip()) < LINE_LENGTH - 2:
             yield f"{heads[0]} {lines[0].strip()}"
             return
     head.add(" {")

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from hypgen.codegen.tree.effects import Effects
-from hypgen.codegen.tree.expr import FALSE, TRUE, Name, Operation, number
+from hypgen.codegen.tree.expr import FALSE, TRUE, Braces, Expr, Literal, Name, Operation, number
 from hypgen.codegen.tree.statements import (
     Assign,
     Block,
@@ -24,9 +24,13 @@ from hypgen.codegen.tree.statements import (
     Return,
     Statement,
     While,
+    names_in,
     walk,
 )
 from hypgen.codegen.tree.walks import calls, declared, integer, with_values
+
+# What a value combined with another leaves as it is, to the bit.
+_NEUTRAL: dict[str, Expr] = {"&=": TRUE, "|=": FALSE, "*=": Literal("1.0")}
 
 
 def tidy(functions: Sequence[Function]) -> list[Function]:
@@ -39,6 +43,8 @@ def _tidy(function: Function, known: Mapping[str, Function]) -> Function:
     effects = Effects(function, known)
     function = replace(function, body=Unrolling(function).block(function.body))
     function = replace(function, body=Merging(effects).block(function.body))
+    function = replace(function, body=Starting(function.result).block(function.body))
+    function = without_last_writes(function, effects)
     return replace(function, body=Dropping(function, effects).block(function.body))
 
 
@@ -111,10 +117,80 @@ class Merging(Rewriting):
         if conditions != second.expressions or not all(map(self.effects.is_pure, conditions)):
             return False
         for one, other in zip(first.blocks, second.blocks, strict=True):
-            if declared(one) & declared(other) or any(isinstance(s, Jump | Return) for s in walk(one)):
+            if any(isinstance(s, Jump | Return) for s in walk(one)):
+                return False
+            if declared(one) & declared([s for s in other if not self._is_known(s, one)]):
                 return False
         read = {name for condition in conditions for name in condition.names}
         return not any(read & self.effects.of(block) for block in first.blocks)
+
+    def _is_known(self, statement: Statement, block: Block) -> bool:
+        """Return whether a block declares the same constant, of what it does not change."""
+        if not isinstance(statement, Declare) or not statement.type.startswith("const "):
+            return False
+        same = statement in block and all(map(self.effects.is_pure, statement.expressions))
+        return same and not {*statement.names} & self.effects.of(block)
+
+
+class Starting(Rewriting):
+    """Lets a local start with what is combined with its first value, and returns what only goes back."""
+
+    def __init__(self, result: str) -> None:
+        self.result = result
+
+    def block(self, block: Block) -> Block:
+        """Return a block whose locals start with their values."""
+        done: Block = []
+        for statement in map(self.inside, block):
+            before = done[-1] if done else None
+            start = None
+            if isinstance(before, Declare) and before.value is not None and not before.dimensions:
+                start = self._start(before, before.value, statement)
+            if start is None:
+                done.append(statement)
+            else:
+                done[-1] = start
+        return done
+
+    def _start(self, before: Declare, first: Expr, statement: Statement) -> Statement | None:
+        """Return what a declaration and the statement behind it are together, if they are one."""
+        match statement:
+            case Assign(target=Name(text=name), value=Operation(Operation(Name(text=by), "*"), "+", value)):
+                if name == by == before.name and first == number(0) and name not in value.names:
+                    return replace(before, value=value)
+            case Assign(target=Name(text=name), sign=sign, value=value):
+                if name == before.name and _NEUTRAL.get(sign) == first and name not in value.names:
+                    return replace(before, value=value)
+            case Return(value=Name(text=name)):
+                same = before.type.removeprefix("const ") == self.result
+                if name == before.name and same and not isinstance(first, Braces):
+                    return Return(first)
+        return None
+
+
+def without_last_writes(function: Function, effects: Effects) -> Function:
+    """Return a function that writes nothing into a local that nothing reads from there on."""
+    own = {s.name for s in walk(function.body) if isinstance(s, Declare) and s.type[-1] not in "&*"}
+    own |= {name for kind, name in function.arguments if kind[-1] not in "&*"}
+
+    def read_on(block: Block, later: frozenset[str]) -> Block:
+        kept: Block = []
+        for statement in reversed(block):
+            match statement:
+                case Assign(target=Name(text=name), value=value) if name in own - later:
+                    if effects.is_pure(value):
+                        continue
+                case If(branches=branches, otherwise=otherwise):
+                    inner = [(condition, read_on(then, later)) for condition, then in branches]
+                    statement = replace(statement, branches=inner, otherwise=read_on(otherwise, later))
+                case For(body=body) | ForEach(body=body) | While(body=body):
+                    again = names_in([statement])
+                    statement = replace(statement, body=read_on(body, later | again))
+            later |= names_in([statement])
+            kept.append(statement)
+        return kept[::-1]
+
+    return replace(function, body=read_on(function.body, frozenset()))
 
 
 class Dropping(Rewriting):
@@ -156,5 +232,11 @@ class Dropping(Rewriting):
 
 def _merged(first: If, second: If) -> If:
     both = zip(first.branches, second.branches, strict=True)
-    branches = [(condition, [*one, *other]) for (condition, one), (_, other) in both]
-    return replace(first, branches=branches, otherwise=[*first.otherwise, *second.otherwise])
+    branches = [(condition, _joined(one, other)) for (condition, one), (_, other) in both]
+    return replace(first, branches=branches, otherwise=_joined(first.otherwise, second.otherwise))
+
+
+def _joined(one: Block, other: Block) -> Block:
+    """Return two blocks as one, without declarations that the second repeats."""
+    known = declared(one)
+    return [*one, *(s for s in other if not (isinstance(s, Declare) and s.name in known))]

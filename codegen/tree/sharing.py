@@ -73,6 +73,8 @@ def _template(some: Sequence[Function], name: str) -> tuple[Function, list[Value
         for f, v in zip(some, values, strict=True)
         for line in f.comment
     ]
+    if len({f.comment for f in some}) == 1:
+        comments = [*some[0].comment]
     template = (*some[0].template, *(f"int {names[column]}" for column in differing))
     body = _with_numbers(some[0], change).body
     return replace(some[0], name=name, body=body, comment=tuple(comments), template=template), values

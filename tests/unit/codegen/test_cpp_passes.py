@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Passes over C++: loops of one trip, equal neighbours, functions without a call, functions alike."""
+"""Passes over C++: loops of one trip, equal neighbours, first values, last writes, functions alike."""
 
 from __future__ import annotations
 
-from hypgen.codegen.tree.expr import FALSE, TRUE, Expr, call, method, number, of, op
+from hypgen.codegen.tree.expr import FALSE, TRUE, Expr, Literal, call, method, number, of, op
 from hypgen.codegen.tree.lines import head_of, statements
 from hypgen.codegen.tree.passes import called, tidy
 from hypgen.codegen.tree.sharing import renamed, share
@@ -73,6 +73,55 @@ def test_neighbours_stay_two_where_the_first_may_change_the_answer() -> None:
     drawn = call("dist::bernoulli", method("draws", "word", 1))
     assert len(tidied(when(drawn, update(1)), when(drawn, update(2)))) == 2
     assert len(tidied(when(act, Return(of("act"))), when(act, update(2)))) == 2
+
+
+def test_neighbours_that_declare_the_same_constant_share_it() -> None:
+    test, use = op("act", "==", 1), Do(call("update", "state", "next", "x"))
+    entry, other = const("int", "x", method("state", "x")), const("int", "x", method("next", "x"))
+    assert tidied(when(test, entry, use), when(test, entry, update(2))) == [
+        "if (act == 1) {",
+        "  const int x = state.x();",
+        "  update(state, next, x);",
+        "  update(state, next, 2);",
+        "}",
+    ]
+    for first, second in ((entry, other), (other, other)):
+        assert len(tidied(when(test, first, use), when(test, second, use))) == 8
+
+
+def test_a_local_starts_with_what_its_neutral_value_is_combined_with() -> None:
+    weight = [var("double", "w", Literal("1.0")), assign("w", call("one", "act"), "*=")]
+    assert tidied(*weight, assign("w", call("two", "act"), "*="), Return(of("w"))) == [
+        "double w = one(act);",
+        "w *= two(act);",
+        "return w;",
+    ]
+    digits = [var("int", "key", 0), assign("key", of("key") * 3 + of("act")), Return(of("key"))]
+    assert tidied(*digits) == ["int key = act;", "return key;"]
+    kept = [var("int", "key", 1), assign("key", of("key") * 3 + of("act")), Return(of("key"))]
+    assert tidied(*kept) == ["int key = 1;", "key = key * 3 + act;", "return key;"]
+    own = [var("double", "w", Literal("1.0")), assign("w", call("one", "w"), "*="), Return(of("w"))]
+    assert len(tidied(*own)) == 3
+
+
+def test_a_local_of_the_type_of_the_result_is_returned_at_once() -> None:
+    function = Function("double", "f", GIVEN, [var("double", "w", call("two", "act")), Return(of("w"))])
+    [tidy_one] = tidy([function])
+    assert [*statements(tidy_one.body)] == ["return two(act);"]
+    assert tidied(var("float", "w", call("two", "act")), Return(of("w"))) == [
+        "float w = two(act);",
+        "return w;",
+    ]
+
+
+def test_a_last_write_that_nothing_reads_goes() -> None:
+    rest = [var("int", "rest", "act"), Do(call("update", "state", "next", "rest"))]
+    assert tidied(*rest, assign("rest", 2, "/=")) == ["int rest = act;", "update(state, next, rest);"]
+    assert tidied(*rest, when("act", assign("rest", 2, "/="))) == tidied(*rest)
+    again = loop(0, 4, Do(call("update", "state", "next", "rest")), assign("rest", 2, "/="))
+    assert "  rest /= 2;" in tidied(*rest, again)
+    assert "rest /= 2;" in tidied(*rest, assign("rest", 2, "/="), Return(of("rest")))
+    assert tidied(assign("next", "state")) == ["next = state;"]
 
 
 def test_what_has_no_effect_goes() -> None:

@@ -214,7 +214,7 @@ def test_a_wide_range_is_narrowed_to_a_finite_part() -> None:
 
 def test_finite_values_and_draws_become_byte_tables() -> None:
     header = generate(load(EXAMPLES / "tag.pomdp").model)["src/tag.hpp"]
-    assert "std::uint8_t opponent_cell_table_2[50][50][5];" in header
+    assert "std::uint8_t opponent_cell_table[50][50][5];" in header
     assert "dist::reached(word, 0x33333340u)" in header
     assert "static_cast<std::uint8_t>(compute_back_table(d))" in header
 

@@ -20,6 +20,7 @@
 namespace hypgen::models {
 
 struct FirstLook {
+  // What the runtime asks of every model: hypgen/model/model.hpp says what each name means.
   static constexpr int kActionCount = 3;
   static constexpr int kVisibleCount = 5;
   static constexpr int kVariableCount = 7;
@@ -101,8 +102,8 @@ struct FirstLook {
   // What the default policy knows of the past.
   struct History {
     std::uint32_t words[2];
-    HYPGEN_FN float belief_chest(std::int32_t i0) const { return math::from_bits(words[0 + i0]); }
-    HYPGEN_FN void set_belief_chest(std::int32_t i0, float value) { words[0 + i0] = math::to_bits(value); }
+    HYPGEN_FN float belief_chest(std::int32_t i0) const { return math::from_bits(words[i0]); }
+    HYPGEN_FN void set_belief_chest(std::int32_t i0, float value) { words[i0] = math::to_bits(value); }
   };
 
   // What the agent knows: the probabilities of each exact factor's values.
@@ -114,7 +115,7 @@ struct FirstLook {
 
   // first_look.pomdp:13: rings'
   template <class D>
-  HYPGEN_FN static void update_bell_seen(const Fixed& fixed, std::int32_t act, D& draws, State& next) {
+  HYPGEN_FN static void update_bell_observed(const Fixed& fixed, std::int32_t act, D& draws, State& next) {
     if (act == Act::listen) {
       next.set_bell_rings(dist::noisy(draws.word(Site::bell_rings, 0),
           static_cast<std::int32_t>(fixed.chest_full(1)), 0.8f, 2) != 0);
@@ -178,19 +179,20 @@ struct FirstLook {
     return static_cast<std::int32_t>(fixed.chest_full(c));
   }
 
+  // How likely each joint value h of chest is at the start.
   template <class Real>
   HYPGEN_FN static bool start_chest(const Params&, Fixed fixed, State state, Real* after) {
-    const std::int32_t bell_rings_touch = 1;
+    // The chest that bell.rings tells of, or -1.
+    const std::int32_t bell_rings_tells_of = 1;
     bool possible = true;
     for (std::int32_t c = 0; c <= 1; ++c) {
       Real sums[2];
       Real unseen[2];
       for (std::int32_t h = 0; h < 2; ++h) {
         put_chest(fixed, c, h);
-        double likelihood = 1.0;
-        likelihood *= density_init_chest_full(c, fixed.chest_full(c));
+        double likelihood = density_init_chest_full(c, fixed.chest_full(c));
         unseen[h] = static_cast<Real>(likelihood);
-        if (bell_rings_touch == c) likelihood *= density_init_bell_rings(fixed, state.bell_rings());
+        if (bell_rings_tells_of == c) likelihood *= density_init_bell_rings(fixed, state.bell_rings());
         likelihood *= density_init_chest_glint(fixed, c, fixed.chest_glint(c));
         sums[h] = static_cast<Real>(likelihood);
       }
@@ -202,16 +204,18 @@ struct FirstLook {
     return possible;
   }
 
+  // Bayes' rule for chest: its joint value is h before the step.
+  // Returns false where what was seen is impossible.
   template <class Real>
   HYPGEN_FN static bool advance_chest(const Params&, Fixed fixed, State, int act, Key key, State,
       const Real* now, Real* after) {
     Key rest = key;
-    const std::int32_t bell_rings_seen = static_cast<std::int32_t>(rest % 2);
-    rest /= 2;
-    const std::int32_t bell_rings_touch = act == Act::listen ? 1 : -1;
+    const std::int32_t observed_bell_rings = static_cast<std::int32_t>(rest % 2);
+    // The chest that bell.rings tells of, or -1.
+    const std::int32_t bell_rings_tells_of = act == Act::listen ? 1 : -1;
     bool possible = true;
     for (std::int32_t c = 0; c <= 1; ++c) {
-      if (!(bell_rings_touch == c)) continue;
+      if (!(bell_rings_tells_of == c)) continue;
       Real sums[2] = {};
       bool same = true;
       for (std::int32_t h = 0; h < 2; ++h) {
@@ -219,7 +223,7 @@ struct FirstLook {
         if (!(p > Real{})) continue;
         put_chest(fixed, c, h);
         double likelihood = 1.0;
-        if (bell_rings_touch == c) likelihood *= density_bell_rings(fixed, act, bell_rings_seen != 0);
+        if (bell_rings_tells_of == c) likelihood *= density_bell_rings(fixed, act, observed_bell_rings != 0);
         same = same && likelihood == 1.0;
         sums[h] += p * static_cast<Real>(likelihood);
       }
@@ -231,34 +235,27 @@ struct FirstLook {
   HYPGEN_FN static bool init_posterior(const Params& params, const Fixed& fixed, const State& state,
       Posterior& after) {
     after = Posterior{};
-    bool possible = true;
-    possible &= start_chest(params, fixed, state, after.chest);
-    return possible;
+    return start_chest(params, fixed, state, after.chest);
   }
 
   HYPGEN_FN static bool advance_posterior(const Params& params, const Fixed& fixed, const State& state,
       int action, Key key, const State& next, const Posterior& now, Posterior& after) {
     after = now;
-    bool possible = true;
-    possible &= advance_chest(params, fixed, state, action, key, next, now.chest, after.chest);
-    return possible;
+    return advance_chest(params, fixed, state, action, key, next, now.chest, after.chest);
   }
 
   HYPGEN_FN static void advance_visible(const Params&, const Fixed&, const State& state, int act, Key key,
       State& next) {
     Key rest = key;
-    const std::int32_t bell_rings_seen = static_cast<std::int32_t>(rest % 2);
-    rest /= 2;
+    const std::int32_t observed_bell_rings = static_cast<std::int32_t>(rest % 2);
     next = state;
-    next.set_bell_rings(bell_rings_seen != 0);
+    next.set_bell_rings(observed_bell_rings != 0);
     for (std::int32_t c = 0; c <= 1; ++c) next.set_chest_done(c, state.chest_done(c) || act == Act::open(c));
   }
 
   HYPGEN_FN static int unit_of(int variable) {
     if (variable < 1) return -1;
     if (variable < 3) return variable - 1;
-    if (variable < 5) return -1;
-    if (variable < 7) return -1;
     return -1;
   }
 
@@ -307,8 +304,7 @@ struct FirstLook {
   }
 
   HYPGEN_FN static double init_likelihood(const Params&, const Fixed& fixed, const State& state) {
-    double weight = 1.0;
-    weight *= density_init_bell_rings(fixed, state.bell_rings());
+    double weight = density_init_bell_rings(fixed, state.bell_rings());
     for (std::int32_t c = 0; c <= 1; ++c) weight *= density_init_chest_glint(fixed, c, fixed.chest_glint(c));
     return weight;
   }
@@ -349,7 +345,7 @@ struct FirstLook {
   HYPGEN_FN static StepResult step(const Params&, const Fixed& fixed, const State& state, int act,
       D& draws, State& next) {
     next = state;
-    update_bell_seen(fixed, act, draws, next);
+    update_bell_observed(fixed, act, draws, next);
     for (std::int32_t c = 0; c <= 1; ++c) update_chest(state, act, next, c);
     StepResult result{};
     result.reward += math::to_fixed(reward_found(fixed, state, act));
@@ -362,7 +358,7 @@ struct FirstLook {
   template <class D>
   HYPGEN_FN static void step_stage(int, const Params&, const Fixed& fixed, const State& state, int act,
       D& draws, State& next, Part part) {
-    if (part.takes(0)) update_bell_seen(fixed, act, draws, next);
+    if (part.takes(0)) update_bell_observed(fixed, act, draws, next);
     if (part.takes(1)) {
       for (std::int32_t c = 0; c <= 1; ++c) update_chest(state, act, next, c);
     }
@@ -388,35 +384,32 @@ struct FirstLook {
 
   template <class D>
   HYPGEN_FN static Key observe(const Params&, const Fixed&, const State&, int, D&, const State& next) {
-    Key key = 0;
-    key = key * 2 + static_cast<Key>(next.bell_rings());
-    return key;
+    return static_cast<Key>(next.bell_rings());
   }
 
+  // A step given what was seen of it, and how likely that was.
   template <class D>
   HYPGEN_FN static double filter(const Params&, const Fixed& fixed, const State& state, int act, Key key,
       D&, State& next) {
     Key rest = key;
-    const std::int32_t bell_rings_seen = static_cast<std::int32_t>(rest % 2);
-    rest /= 2;
+    const std::int32_t observed_bell_rings = static_cast<std::int32_t>(rest % 2);
     next = state;
     double weight = 1.0;
     for (std::int32_t c = 0; c <= 1; ++c) update_chest(state, act, next, c);
-    weight *= density_bell_rings(fixed, act, bell_rings_seen != 0);
-    next.set_bell_rings(bell_rings_seen != 0);
+    weight *= density_bell_rings(fixed, act, observed_bell_rings != 0);
+    next.set_bell_rings(observed_bell_rings != 0);
     if (is_terminal(next)) return 0.0;
     return weight;
   }
 
+  // How likely a key is after a step to `next`.
   template <class D>
   HYPGEN_FN static double observation_density(const Params&, const Fixed&, const State&, int, Key key, D&,
       const State& next) {
     Key rest = key;
-    const std::int32_t bell_rings_seen = static_cast<std::int32_t>(rest % 2);
-    rest /= 2;
-    if (next.bell_rings() != (bell_rings_seen != 0)) return 0.0;
-    double weight = 1.0;
-    return weight;
+    const std::int32_t observed_bell_rings = static_cast<std::int32_t>(rest % 2);
+    if (next.bell_rings() != (observed_bell_rings != 0)) return 0.0;
+    return 1.0;
   }
 
   HYPGEN_FN static void init_history(const Params& params, const Fixed& fixed, const State& state,
@@ -470,6 +463,7 @@ struct FirstLook {
     return choose(fixed, history);
   }
 
+  // None is declared: the most that all steps together can earn.
   HYPGEN_FN static float declared_upper(const Params&, const Fixed&, const State&) {
     return 380.0f;
   }
@@ -478,13 +472,14 @@ struct FirstLook {
     return -340.0f;
   }
 
+  // There is none: kHasLower is false.
   HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
     return 0.0f;
   }
 
   // Bounds from small models ----------------------------------------------------------------------------
 
-  // States as far as found, time goes.
+  // Where a state stands in group_0_table.
   HYPGEN_FN static std::int32_t index_of_group_0(const Fixed& fixed, const State& state) {
     std::int32_t index = 0;
     for (std::int32_t i = 0; i <= 1; ++i) index = index * 2 + static_cast<std::int32_t>(fixed.chest_full(i));
@@ -492,6 +487,7 @@ struct FirstLook {
     return index;
   }
 
+  // The state of an entry: all that the group does not read is zero.
   static void put_group_0(std::int32_t index, Fixed& fixed, State& state) {
     fixed = Fixed{};
     state = State{};
@@ -503,6 +499,7 @@ struct FirstLook {
     }
   }
 
+  // A step of the group's own variables and rewards.
   template <class D>
   static StepResult step_group_0(const Params&, const Fixed& fixed, const State& state, int act, D&,
       State& next) {
@@ -516,9 +513,9 @@ struct FirstLook {
   }
 
   HYPGEN_FN static float upper(const Params& params, const Fixed& fixed, const State& state) {
-    float worth = params.group_0_table[index_of_group_0(fixed, state)];
+    float bound = params.group_0_table[index_of_group_0(fixed, state)];
     const float declared = declared_upper(params, fixed, state);
-    return worth < declared ? worth : declared;
+    return bound < declared ? bound : declared;
   }
 
   // Loading ---------------------------------------------------------------------------------------------

@@ -50,14 +50,12 @@ struct RockSampleLanes {
       lanes::put(on, words, 0, 3, 3, lanes::as<std::uint32_t>(value));
     }
     template <class I0>
-    HYPGEN_FN lanes::Mask rock_good(I0 i0) const {
-      const auto i = i0;
-      return lanes::get(words, 1, 0 + i * 1, 1) != 0u;
+    HYPGEN_FN lanes::Mask rock_good(I0 i) const {
+      return lanes::get(words, 1, i, 1) != 0u;
     }
     template <class I0>
-    HYPGEN_FN void set_rock_good(lanes::Mask on, I0 i0, lanes::Mask value) {
-      const auto i = i0;
-      lanes::put(on, words, 1, 0 + i * 1, 1, lanes::as<std::uint32_t>(value));
+    HYPGEN_FN void set_rock_good(lanes::Mask on, I0 i, lanes::Mask value) {
+      lanes::put(on, words, 1, i, 1, lanes::as<std::uint32_t>(value));
     }
     [[maybe_unused]] friend HYPGEN_FN void assign(lanes::Mask on, State& target, const State& value) {
       lanes::assign_words(on, target.words, value.words);
@@ -67,14 +65,12 @@ struct RockSampleLanes {
   struct History {
     lanes::Word words[8];
     template <class I0>
-    HYPGEN_FN lanes::Float belief_rock(I0 i0) const {
-      const auto i = i0;
-      return lanes::from_bits(lanes::word_at(words, 0 + i));
+    HYPGEN_FN lanes::Float belief_rock(I0 i) const {
+      return lanes::from_bits(lanes::word_at(words, i));
     }
     template <class I0>
-    HYPGEN_FN void set_belief_rock(lanes::Mask on, I0 i0, lanes::Float value) {
-      const auto i = i0;
-      lanes::put_word(on, words, 0 + i, lanes::to_bits(value));
+    HYPGEN_FN void set_belief_rock(lanes::Mask on, I0 i, lanes::Float value) {
+      lanes::put_word(on, words, i, lanes::to_bits(value));
     }
     [[maybe_unused]] friend HYPGEN_FN void assign(lanes::Mask on, History& target, const History& value) {
       lanes::assign_words(on, target.words, value.words);
@@ -170,10 +166,7 @@ struct RockSampleLanes {
       done = lanes::either(done, on_2);
     }
     const lanes::Mask on_3 = lanes::without(on, done);
-    if (lanes::any(on_3)) {
-      assign(on_3, result, 0);
-      done = lanes::either(done, on_3);
-    }
+    if (lanes::any(on_3)) assign(on_3, result, 0);
     return result;
   }
 
@@ -200,10 +193,7 @@ struct RockSampleLanes {
       }
     }
     const lanes::Mask on_5 = lanes::without(on, done);
-    if (lanes::any(on_5)) {
-      assign(on_5, result, Reading::nothing);
-      done = lanes::either(done, on_5);
-    }
+    if (lanes::any(on_5)) assign(on_5, result, Reading::nothing);
     return result;
   }
 
@@ -234,10 +224,7 @@ struct RockSampleLanes {
       }
     }
     const lanes::Mask on_5 = lanes::without(on, done);
-    if (lanes::any(on_5)) {
-      assign(on_5, result, lanes::select(value == Reading::nothing, 1.0, 0.0));
-      done = lanes::either(done, on_5);
-    }
+    if (lanes::any(on_5)) assign(on_5, result, lanes::select(value == Reading::nothing, 1.0, 0.0));
     return result;
   }
 
@@ -252,21 +239,23 @@ struct RockSampleLanes {
     return lanes::as<std::int32_t>(state.rock_good(r));
   }
 
+  // Bayes' rule for rock: its joint value is h before the step.
+  // Returns false where what was seen is impossible.
   template <class T_act, class T_key, class Real>
   HYPGEN_FN static lanes::Lanes<bool> advance_rock(lanes::Mask on, const Params& params, const Fixed&,
       State state, const T_act& act, const T_key& key, State next, const lanes::Lanes<Real>* now,
           lanes::Lanes<Real>* after) {
     lanes::Lanes<Key> rest = lanes::as<Key>(key);
-    const auto reading_seen = lanes::as<std::int32_t>(lanes::as<std::int32_t>(rest % 3));
-    rest = rest / 3;
-    const auto reading_touch = lanes::as<std::int32_t>(lanes::select(Act::is_check(act),
+    const auto observed_reading = lanes::as<std::int32_t>(lanes::as<std::int32_t>(rest % 3));
+    // The rock that reading tells of, or -1.
+    const auto reading_tells_of = lanes::as<std::int32_t>(lanes::select(Act::is_check(act),
         Act::argument_of_check(act), -1));
     const auto moves = lanes::as<bool>(act == Act::sample);
     lanes::Lanes<bool> possible = lanes::as<bool>(true);
     for (std::int32_t r = 0; r <= 7; ++r) {
       const lanes::Mask on_2 = on;
       lanes::Mask skipped = false;
-      const lanes::Mask on_3 = lanes::both(on_2, !lanes::either(moves, reading_touch == r));
+      const lanes::Mask on_3 = lanes::both(on_2, !lanes::either(moves, reading_tells_of == r));
       skipped = lanes::either(skipped, on_3);
       const lanes::Mask on_4 = lanes::without(on_2, skipped);
       if (lanes::any(on_4)) {
@@ -286,9 +275,10 @@ struct RockSampleLanes {
                 here(on_7, params, state, r))));
             const auto g = lanes::as<std::int32_t>(code_of_rock(on_7, next, r));
             lanes::Lanes<double> likelihood = lanes::as<double>(1.0);
-            const lanes::Mask on_8 = lanes::both(on_7, reading_touch == r);
+            const lanes::Mask on_8 = lanes::both(on_7, reading_tells_of == r);
             if (lanes::any(on_8)) {
-              assign(on_8, likelihood, likelihood * density_reading(on_8, params, act, next, reading_seen));
+              assign(on_8, likelihood, likelihood * density_reading(on_8, params, act, next,
+                  observed_reading));
             }
             assign(on_7, same, lanes::both(lanes::both(same, g == h), likelihood == 1.0));
             lanes::put_at(on_7, sums, g, lanes::at(sums, g) + p * lanes::as<Real>(likelihood));
@@ -341,9 +331,7 @@ struct RockSampleLanes {
   template <class T_act>
   HYPGEN_FN static lanes::Lanes<Key> observe(lanes::Mask on, const Params& params, const Fixed&,
       const State&, const T_act& act, lanes::Draws& draws, const State& next) {
-    lanes::Lanes<Key> key = lanes::as<Key>(0);
-    key = key * 3 + lanes::as<Key>(observe_reading(on, params, act, draws, next));
-    return key;
+    return lanes::as<Key>(observe_reading(on, params, act, draws, next));
   }
 
   // What is kept besides what was seen.
@@ -411,10 +399,7 @@ struct RockSampleLanes {
               assign(on_12, result, Act::north);
               done = lanes::either(done, on_12);
               const lanes::Mask on_13 = lanes::without(on_11, done);
-              if (lanes::any(on_13)) {
-                assign(on_13, result, Act::south);
-                done = lanes::either(done, on_13);
-              }
+              if (lanes::any(on_13)) assign(on_13, result, Act::south);
             }
           }
         }
@@ -435,10 +420,7 @@ struct RockSampleLanes {
       done = lanes::either(done, on_3);
     }
     const lanes::Mask on_4 = lanes::without(on, done);
-    if (lanes::any(on_4)) {
-      assign(on_4, result, -1);
-      done = lanes::either(done, on_4);
-    }
+    if (lanes::any(on_4)) assign(on_4, result, -1);
     return result;
   }
 
@@ -463,10 +445,7 @@ struct RockSampleLanes {
     assign(on_3, result, chosen);
     done = lanes::either(done, on_3);
     const lanes::Mask on_4 = lanes::without(on, done);
-    if (lanes::any(on_4)) {
-      assign(on_4, result, first_legal(on_4, params, fixed, state));
-      done = lanes::either(done, on_4);
-    }
+    if (lanes::any(on_4)) assign(on_4, result, first_legal(on_4, params, fixed, state));
     return result;
   }
 

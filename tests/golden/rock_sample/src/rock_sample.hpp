@@ -20,6 +20,7 @@
 namespace hypgen::models {
 
 struct RockSample {
+  // What the runtime asks of every model: hypgen/model/model.hpp says what each name means.
   static constexpr int kActionCount = 13;
   static constexpr int kVisibleCount = 2;
   static constexpr int kVariableCount = 10;
@@ -109,8 +110,8 @@ struct RockSample {
   // What the default policy knows of the past.
   struct History {
     std::uint32_t words[8];
-    HYPGEN_FN float belief_rock(std::int32_t i0) const { return math::from_bits(words[0 + i0]); }
-    HYPGEN_FN void set_belief_rock(std::int32_t i0, float value) { words[0 + i0] = math::to_bits(value); }
+    HYPGEN_FN float belief_rock(std::int32_t i0) const { return math::from_bits(words[i0]); }
+    HYPGEN_FN void set_belief_rock(std::int32_t i0, float value) { words[i0] = math::to_bits(value); }
   };
 
   // What the agent knows: the probabilities of each exact factor's values.
@@ -245,31 +246,33 @@ struct RockSample {
     return static_cast<std::int32_t>(state.rock_good(r));
   }
 
+  // How likely each joint value h of rock is at the start.
   template <class Real>
   HYPGEN_FN static void start_rock(const Params&, Fixed, State state, Real* after) {
     for (std::int32_t r = 0; r <= 7; ++r) {
       Real sums[2];
       for (std::int32_t h = 0; h < 2; ++h) {
         put_rock(state, r, h);
-        double likelihood = 1.0;
-        likelihood *= density_init_rock_good(r, state.rock_good(r));
+        double likelihood = density_init_rock_good(r, state.rock_good(r));
         sums[h] = static_cast<Real>(likelihood);
       }
       posteriors::normalise<2>(sums, after + r);
     }
   }
 
+  // Bayes' rule for rock: its joint value is h before the step.
+  // Returns false where what was seen is impossible.
   template <class Real>
   HYPGEN_FN static bool advance_rock(const Params& params, const Fixed&, State state, int act, Key key,
       State next, const Real* now, Real* after) {
     Key rest = key;
-    const std::int32_t reading_seen = static_cast<std::int32_t>(rest % 3);
-    rest /= 3;
-    const std::int32_t reading_touch = Act::is_check(act) ? Act::argument_of_check(act) : -1;
+    const std::int32_t observed_reading = static_cast<std::int32_t>(rest % 3);
+    // The rock that reading tells of, or -1.
+    const std::int32_t reading_tells_of = Act::is_check(act) ? Act::argument_of_check(act) : -1;
     const bool moves = act == Act::sample;
     bool possible = true;
     for (std::int32_t r = 0; r <= 7; ++r) {
-      if (!(moves || reading_touch == r)) continue;
+      if (!(moves || reading_tells_of == r)) continue;
       Real sums[2] = {};
       bool same = true;
       for (std::int32_t h = 0; h < 2; ++h) {
@@ -280,7 +283,7 @@ struct RockSample {
         next.set_rock_good(r, state.rock_good(r) && !(act == Act::sample && here(params, state, r)));
         const std::int32_t g = code_of_rock(next, r);
         double likelihood = 1.0;
-        if (reading_touch == r) likelihood *= density_reading(params, act, next, reading_seen);
+        if (reading_tells_of == r) likelihood *= density_reading(params, act, next, observed_reading);
         same = same && g == h && likelihood == 1.0;
         sums[g] += p * static_cast<Real>(likelihood);
       }
@@ -298,9 +301,7 @@ struct RockSample {
   HYPGEN_FN static bool advance_posterior(const Params& params, const Fixed& fixed, const State& state,
       int action, Key key, const State& next, const Posterior& now, Posterior& after) {
     after = now;
-    bool possible = true;
-    possible &= advance_rock(params, fixed, state, action, key, next, now.rock, after.rock);
-    return possible;
+    return advance_rock(params, fixed, state, action, key, next, now.rock, after.rock);
   }
 
   HYPGEN_FN static void advance_visible(const Params&, const Fixed&, const State& state, int act, Key,
@@ -319,7 +320,6 @@ struct RockSample {
   }
 
   HYPGEN_FN static int unit_of(int variable) {
-    if (variable < 1) return -1;
     if (variable < 2) return -1;
     if (variable < 10) return variable - 2;
     return -1;
@@ -442,17 +442,15 @@ struct RockSample {
   template <class D>
   HYPGEN_FN static Key observe(const Params& params, const Fixed&, const State&, int act, D& draws,
       const State& next) {
-    Key key = 0;
-    key = key * 3 + static_cast<Key>(observe_reading(params, act, draws, next));
-    return key;
+    return static_cast<Key>(observe_reading(params, act, draws, next));
   }
 
+  // A step given what was seen of it, and how likely that was.
   template <class D>
   HYPGEN_FN static double filter(const Params& params, const Fixed&, const State& state, int act, Key key,
       D&, State& next) {
     Key rest = key;
-    const std::int32_t reading_seen = static_cast<std::int32_t>(rest % 3);
-    rest /= 3;
+    const std::int32_t observed_reading = static_cast<std::int32_t>(rest % 3);
     next = state;
     double weight = 1.0;
     update_rover(state, act, next);
@@ -460,19 +458,17 @@ struct RockSample {
       for (std::int32_t r = 0; r <= 7; ++r) update_rock(params, state, act, next, r);
     }
     if (is_terminal(next)) return 0.0;
-    weight *= density_reading(params, act, next, reading_seen);
+    weight *= density_reading(params, act, next, observed_reading);
     return weight;
   }
 
+  // How likely a key is after a step to `next`.
   template <class D>
   HYPGEN_FN static double observation_density(const Params& params, const Fixed&, const State&, int act,
       Key key, D&, const State& next) {
     Key rest = key;
-    const std::int32_t reading_seen = static_cast<std::int32_t>(rest % 3);
-    rest /= 3;
-    double weight = 1.0;
-    weight *= density_reading(params, act, next, reading_seen);
-    return weight;
+    const std::int32_t observed_reading = static_cast<std::int32_t>(rest % 3);
+    return density_reading(params, act, next, observed_reading);
   }
 
   HYPGEN_FN static void init_history(const Params& params, const Fixed& fixed, const State& state,
@@ -553,6 +549,7 @@ struct RockSample {
     return first_legal(params, fixed, state);
   }
 
+  // None is declared: the most that all steps together can earn.
   HYPGEN_FN static float declared_upper(const Params&, const Fixed&, const State&) {
     return 1800.0f;
   }
@@ -562,21 +559,22 @@ struct RockSample {
     return 0.0f;
   }
 
+  // There is none: kHasLower is false.
   HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
     return 0.0f;
   }
 
   // Bounds from small models ----------------------------------------------------------------------------
 
-  // States as far as rover.exit, rock.sampled goes.
+  // Where a state stands in group_0_table.
   HYPGEN_FN static std::int32_t index_of_group_0(const Fixed&, const State& state) {
-    std::int32_t index = 0;
-    index = index * 256 + state.rock_good_bits();
+    std::int32_t index = state.rock_good_bits();
     index = index * 8 + state.rover_x();
     index = index * 7 + state.rover_y();
     return index;
   }
 
+  // The state of an entry: all that the group does not read is zero.
   static void put_group_0(std::int32_t index, Fixed& fixed, State& state) {
     fixed = Fixed{};
     state = State{};
@@ -585,9 +583,9 @@ struct RockSample {
     state.set_rover_x(index % 8);
     index /= 8;
     state.set_rock_good_bits(index % 256);
-    index /= 256;
   }
 
+  // A step of the group's own variables and rewards.
   template <class D>
   static StepResult step_group_0(const Params& params, const Fixed&, const State& state, int act, D&,
       State& next) {
@@ -608,9 +606,9 @@ struct RockSample {
   }
 
   HYPGEN_FN static float upper(const Params& params, const Fixed& fixed, const State& state) {
-    float worth = params.group_0_table[index_of_group_0(fixed, state)];
+    float bound = params.group_0_table[index_of_group_0(fixed, state)];
     const float declared = declared_upper(params, fixed, state);
-    return worth < declared ? worth : declared;
+    return bound < declared ? bound : declared;
   }
 
   // Loading ---------------------------------------------------------------------------------------------

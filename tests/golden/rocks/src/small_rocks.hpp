@@ -20,6 +20,7 @@
 namespace hypgen::models {
 
 struct SmallRocks : NoHistory, NotFactored {
+  // What the runtime asks of every model: hypgen/model/model.hpp says what each name means.
   static constexpr int kActionCount = 5;
   static constexpr int kVisibleCount = 1;
   static constexpr int kVariableCount = 3;
@@ -281,17 +282,15 @@ struct SmallRocks : NoHistory, NotFactored {
   template <class D>
   HYPGEN_FN static Key observe(const Params& params, const Fixed&, const State&, int act, D& draws,
       const State& next) {
-    Key key = 0;
-    key = key * 3 + static_cast<Key>(observe_reading(params, act, draws, next));
-    return key;
+    return static_cast<Key>(observe_reading(params, act, draws, next));
   }
 
+  // A step given what was seen of it, and how likely that was.
   template <class D>
   HYPGEN_FN static double filter(const Params& params, const Fixed&, const State& state, int act, Key key,
       D&, State& next) {
     Key rest = key;
-    const std::int32_t reading_seen = static_cast<std::int32_t>(rest % 3);
-    rest /= 3;
+    const std::int32_t observed_reading = static_cast<std::int32_t>(rest % 3);
     next = state;
     double weight = 1.0;
     update_rover(state, act, next);
@@ -299,19 +298,17 @@ struct SmallRocks : NoHistory, NotFactored {
       for (std::int32_t r = 0; r <= 1; ++r) update_rock(params, state, act, next, r);
     }
     if (is_terminal(next)) return 0.0;
-    weight *= density_reading(params, act, next, reading_seen);
+    weight *= density_reading(params, act, next, observed_reading);
     return weight;
   }
 
+  // How likely a key is after a step to `next`.
   template <class D>
   HYPGEN_FN static double observation_density(const Params& params, const Fixed&, const State&, int act,
       Key key, D&, const State& next) {
     Key rest = key;
-    const std::int32_t reading_seen = static_cast<std::int32_t>(rest % 3);
-    rest /= 3;
-    double weight = 1.0;
-    weight *= density_reading(params, act, next, reading_seen);
-    return weight;
+    const std::int32_t observed_reading = static_cast<std::int32_t>(rest % 3);
+    return density_reading(params, act, next, observed_reading);
   }
 
   // sample.pomdp:30: policy default
@@ -334,6 +331,7 @@ struct SmallRocks : NoHistory, NotFactored {
     return first_legal(params, fixed, state);
   }
 
+  // None is declared: the most that all steps together can earn.
   HYPGEN_FN static float declared_upper(const Params& params, const Fixed&, const State& state) {
     float total = 0.0f;
     for (std::int32_t r = 0; r <= 1; ++r) {
@@ -348,23 +346,23 @@ struct SmallRocks : NoHistory, NotFactored {
 
   // Bounds from small models ----------------------------------------------------------------------------
 
-  // States as far as rover.exit, rock.sampled goes.
+  // Where a state stands in group_0_table.
   HYPGEN_FN static std::int32_t index_of_group_0(const Fixed&, const State& state) {
-    std::int32_t index = 0;
-    index = index * 4 + state.rock_good_bits();
+    std::int32_t index = state.rock_good_bits();
     index = index * 4 + state.rover_x();
     return index;
   }
 
+  // The state of an entry: all that the group does not read is zero.
   static void put_group_0(std::int32_t index, Fixed& fixed, State& state) {
     fixed = Fixed{};
     state = State{};
     state.set_rover_x(index % 4);
     index /= 4;
     state.set_rock_good_bits(index % 4);
-    index /= 4;
   }
 
+  // A step of the group's own variables and rewards.
   template <class D>
   static StepResult step_group_0(const Params& params, const Fixed&, const State& state, int act, D&,
       State& next) {
@@ -386,9 +384,9 @@ struct SmallRocks : NoHistory, NotFactored {
   }
 
   HYPGEN_FN static float upper(const Params& params, const Fixed& fixed, const State& state) {
-    float worth = params.group_0_table[index_of_group_0(fixed, state)];
+    float bound = params.group_0_table[index_of_group_0(fixed, state)];
     const float declared = declared_upper(params, fixed, state);
-    return worth < declared ? worth : declared;
+    return bound < declared ? bound : declared;
   }
 
   HYPGEN_FN static float lower(const Params& params, const Fixed& fixed, const State& state,

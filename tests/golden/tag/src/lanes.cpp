@@ -104,11 +104,7 @@ struct TagLanes : lanes::NoHistoryLanes {
     if (lanes::any(on_2)) {
       const auto d = lanes::as<std::int32_t>(Act::argument_of_move(act));
       next.set_robot_cell(on_2, step_(on_2, params, state.robot_cell(), d));
-    }
-    const lanes::Mask on_3 = lanes::both(on, Act::is_move(act));
-    if (lanes::any(on_3)) {
-      const auto d = lanes::as<std::int32_t>(Act::argument_of_move(act));
-      next.set_robot_heading(on_3, d);
+      next.set_robot_heading(on_2, d);
     }
   }
 
@@ -118,12 +114,12 @@ struct TagLanes : lanes::NoHistoryLanes {
     const auto word = draws.word(Site::opponent_cell, 0);
     const auto entry = lanes::as<std::int32_t>(dist::reached(word, 0x33333340u) + dist::reached(word,
         0x66666680u) + dist::reached(word, 0x999999C0u) + dist::reached(word, 0xCCCCCD00u));
-    next.set_opponent_cell(on, lanes::at(params.opponent_cell_table_2, state.opponent_cell(),
+    next.set_opponent_cell(on, lanes::at(params.opponent_cell_table, state.opponent_cell(),
         state.robot_cell(), entry));
   }
 
   // tag.pomdp:43: seen'
-  HYPGEN_FN static void update_robot_stage_1_seen(lanes::Mask on, State& next) {
+  HYPGEN_FN static void update_robot_stage_1_observed(lanes::Mask on, State& next) {
     next.set_robot_seen(on, next.robot_cell() == next.opponent_cell());
   }
 
@@ -139,10 +135,7 @@ struct TagLanes : lanes::NoHistoryLanes {
       done = lanes::either(done, on_2);
     }
     const lanes::Mask on_3 = lanes::without(on, done);
-    if (lanes::any(on_3)) {
-      assign(on_3, result, -1);
-      done = lanes::either(done, on_3);
-    }
+    if (lanes::any(on_3)) assign(on_3, result, -1);
     return result;
   }
 
@@ -164,7 +157,7 @@ struct TagLanes : lanes::NoHistoryLanes {
     assign(on, next, state);
     update_robot_stage_0(on, params, state, act, next);
     update_opponent(on, params, state, draws, next);
-    update_robot_stage_1_seen(on, next);
+    update_robot_stage_1_observed(on, next);
     lanes::StepLanes result;
     result.reward = result.reward + math::to_fixed(reward_outcome(on, state, act));
     result.terminal = is_terminal(on, state, act);
@@ -194,7 +187,6 @@ struct TagLanes : lanes::NoHistoryLanes {
             lanes::at(params.policy_count_table, state.robot_cell(), state.robot_heading())));
         assign(on_5, result, lanes::at(params.policy_table, state.robot_cell(), state.robot_heading(),
             entry));
-        done = lanes::either(done, on_5);
       }
     }
     return result;

@@ -20,6 +20,7 @@
 namespace hypgen::models {
 
 struct Tag : NoHistory {
+  // What the runtime asks of every model: hypgen/model/model.hpp says what each name means.
   static constexpr int kActionCount = 5;
   static constexpr int kVisibleCount = 3;
   static constexpr int kVariableCount = 4;
@@ -67,11 +68,11 @@ struct Tag : NoHistory {
     std::uint8_t step_table[4][50];  // computed: tag.pomdp:23, by d, c
     std::uint8_t back_table[4];  // computed: tag.pomdp:31, by d
     std::uint8_t distance_between_table[50][50];  // computed: tag.pomdp:33, by a, b
-    std::uint8_t robot_cell_count_table;  // computed: tag.pomdp:39
-    std::uint8_t robot_cell_table[50];  // computed: tag.pomdp:39, by entry
-    std::uint8_t opponent_cell_count_table;  // computed: tag.pomdp:49
-    std::uint8_t opponent_cell_table[50];  // computed: tag.pomdp:49, by entry
-    std::uint8_t opponent_cell_table_2[50][50][5];  // computed: tag.pomdp:50, by opponent_cell, robot_cell, entry
+    std::uint8_t init_robot_cell_count_table;  // computed: tag.pomdp:39
+    std::uint8_t init_robot_cell_table[50];  // computed: tag.pomdp:39, by entry
+    std::uint8_t init_opponent_cell_count_table;  // computed: tag.pomdp:49
+    std::uint8_t init_opponent_cell_table[50];  // computed: tag.pomdp:49, by entry
+    std::uint8_t opponent_cell_table[50][50][5];  // computed: tag.pomdp:50, by opponent_cell, robot_cell, entry
     std::uint8_t policy_count_table[50][4];  // computed: tag.pomdp:64, by robot_cell, robot_heading
     std::uint8_t policy_table[50][4][4];  // computed: tag.pomdp:64, by robot_cell, robot_heading, entry
     float upper_table[14];  // computed: tag.pomdp:71, by d
@@ -140,9 +141,6 @@ struct Tag : NoHistory {
     if (Act::is_move(act)) {
       const std::int32_t d = Act::argument_of_move(act);
       next.set_robot_cell(step_(params, state.robot_cell(), d));
-    }
-    if (Act::is_move(act)) {
-      const std::int32_t d = Act::argument_of_move(act);
       next.set_robot_heading(d);
     }
   }
@@ -153,11 +151,11 @@ struct Tag : NoHistory {
     const auto word = draws.word(Site::opponent_cell, 0);
     const std::int32_t entry = dist::reached(word, 0x33333340u) + dist::reached(word, 0x66666680u)
         + dist::reached(word, 0x999999C0u) + dist::reached(word, 0xCCCCCD00u);
-    next.set_opponent_cell(params.opponent_cell_table_2[state.opponent_cell()][state.robot_cell()][entry]);
+    next.set_opponent_cell(params.opponent_cell_table[state.opponent_cell()][state.robot_cell()][entry]);
   }
 
   // tag.pomdp:43: seen'
-  HYPGEN_FN static void update_robot_stage_1_seen(State& next) {
+  HYPGEN_FN static void update_robot_stage_1_observed(State& next) {
     next.set_robot_seen(next.robot_cell() == next.opponent_cell());
   }
 
@@ -180,10 +178,10 @@ struct Tag : NoHistory {
 
   // tag.pomdp:49
   HYPGEN_FN static double density_init_opponent_cell(const Params& params, std::int32_t value) {
-    const std::int32_t count = params.opponent_cell_count_table;
+    const std::int32_t count = params.init_opponent_cell_count_table;
     std::int32_t equal = 0;
     for (std::int32_t entry = 0; entry < count; ++entry) {
-      equal += value == params.opponent_cell_table[entry] ? 1 : 0;
+      equal += value == params.init_opponent_cell_table[entry] ? 1 : 0;
     }
     return static_cast<double>(equal) / static_cast<double>(count);
   }
@@ -192,11 +190,11 @@ struct Tag : NoHistory {
   HYPGEN_FN static double density_opponent_cell(const Params& params, const State& state,
       std::int32_t value) {
     dist::Masses masses;
-    masses.take(0.2f, value == params.opponent_cell_table_2[state.opponent_cell()][state.robot_cell()][0]);
-    masses.take(0.2f, value == params.opponent_cell_table_2[state.opponent_cell()][state.robot_cell()][1]);
-    masses.take(0.2f, value == params.opponent_cell_table_2[state.opponent_cell()][state.robot_cell()][2]);
-    masses.take(0.2f, value == params.opponent_cell_table_2[state.opponent_cell()][state.robot_cell()][3]);
-    masses.take_rest(value == params.opponent_cell_table_2[state.opponent_cell()][state.robot_cell()][4]);
+    masses.take(0.2f, value == params.opponent_cell_table[state.opponent_cell()][state.robot_cell()][0]);
+    masses.take(0.2f, value == params.opponent_cell_table[state.opponent_cell()][state.robot_cell()][1]);
+    masses.take(0.2f, value == params.opponent_cell_table[state.opponent_cell()][state.robot_cell()][2]);
+    masses.take(0.2f, value == params.opponent_cell_table[state.opponent_cell()][state.robot_cell()][3]);
+    masses.take_rest(value == params.opponent_cell_table[state.opponent_cell()][state.robot_cell()][4]);
     return masses.density();
   }
 
@@ -209,25 +207,27 @@ struct Tag : NoHistory {
     return state.opponent_cell();
   }
 
+  // How likely each joint value h of opponent is at the start.
   template <class Real>
   HYPGEN_FN static void start_opponent(const Params& params, Fixed, State state, Real* after) {
     Real sums[50];
     for (std::int32_t h = 0; h < 50; ++h) {
       put_opponent(state, h);
-      double likelihood = 1.0;
-      likelihood *= density_init_opponent_cell(params, state.opponent_cell());
+      double likelihood = density_init_opponent_cell(params, state.opponent_cell());
       sums[h] = static_cast<Real>(likelihood);
     }
     posteriors::normalise<50>(sums, after);
   }
 
+  // Bayes' rule for opponent: its joint value is h before the step, and g after it.
+  // Returns false where what was seen is impossible.
   template <class Real>
   HYPGEN_FN static bool advance_opponent(const Params& params, const Fixed&, State state, int act, Key key,
       State next, const Real* now, Real* after) {
     Key rest = key;
-    const std::int32_t robot_seen_seen = static_cast<std::int32_t>(rest % 2);
-    rest /= 2;
-    const std::int32_t end_touch = act == Act::tag ? 0 : -1;
+    const std::int32_t observed_robot_seen = static_cast<std::int32_t>(rest % 2);
+    // 0 where the episode's going on tells of opponent, -1 elsewhere.
+    const std::int32_t end_tells_of = act == Act::tag ? 0 : -1;
     bool possible = true;
     Real sums[50] = {};
     bool same = true;
@@ -235,17 +235,15 @@ struct Tag : NoHistory {
       const Real p = posteriors::probability<50>(now, h);
       if (!(p > Real{})) continue;
       put_opponent(state, h);
-      put_opponent(next, h);
       for (std::int32_t g = 0; g < 50; ++g) {
         put_opponent(next, g);
-        double likelihood = 1.0;
-        likelihood *= density_opponent_cell(params, state, next.opponent_cell());
+        double likelihood = density_opponent_cell(params, state, next.opponent_cell());
         if (likelihood == 0.0) {
           same = same && g != h;
           continue;
         }
-        likelihood *= density_robot_seen(next, robot_seen_seen != 0);
-        if (end_touch == 0) {
+        likelihood *= density_robot_seen(next, observed_robot_seen != 0);
+        if (end_tells_of == 0) {
           if (act == Act::tag && state.robot_cell() == state.opponent_cell()) likelihood = 0.0;
         }
         same = same && likelihood == (g == h ? 1.0 : 0.0);
@@ -265,31 +263,23 @@ struct Tag : NoHistory {
   HYPGEN_FN static bool advance_posterior(const Params& params, const Fixed& fixed, const State& state,
       int action, Key key, const State& next, const Posterior& now, Posterior& after) {
     after = now;
-    bool possible = true;
-    possible &= advance_opponent(params, fixed, state, action, key, next, now.opponent, after.opponent);
-    return possible;
+    return advance_opponent(params, fixed, state, action, key, next, now.opponent, after.opponent);
   }
 
   HYPGEN_FN static void advance_visible(const Params& params, const Fixed&, const State& state, int act,
       Key key, State& next) {
     Key rest = key;
-    const std::int32_t robot_seen_seen = static_cast<std::int32_t>(rest % 2);
-    rest /= 2;
+    const std::int32_t observed_robot_seen = static_cast<std::int32_t>(rest % 2);
     next = state;
     if (Act::is_move(act)) {
       const std::int32_t d = Act::argument_of_move(act);
       next.set_robot_cell(step_(params, state.robot_cell(), d));
-    }
-    if (Act::is_move(act)) {
-      const std::int32_t d = Act::argument_of_move(act);
       next.set_robot_heading(d);
     }
-    next.set_robot_seen(robot_seen_seen != 0);
+    next.set_robot_seen(observed_robot_seen != 0);
   }
 
   HYPGEN_FN static int unit_of(int variable) {
-    if (variable < 1) return -1;
-    if (variable < 2) return -1;
     if (variable < 3) return -1;
     if (variable < 4) return 0;
     return -1;
@@ -315,8 +305,8 @@ struct Tag : NoHistory {
     state = State{};
     // tag.pomdp:39: robot.cell
     const std::int32_t entry = dist::uniform(draws.word(Site::init_robot_cell, 0),
-        params.robot_cell_count_table);
-    state.set_robot_cell(first_value<std::int32_t>(draws, 0, params.robot_cell_table[entry]));
+        params.init_robot_cell_count_table);
+    state.set_robot_cell(first_value<std::int32_t>(draws, 0, params.init_robot_cell_table[entry]));
     // tag.pomdp:40: robot.seen
     state.set_robot_seen(first_value<bool>(draws, 1, false));
     // tag.pomdp:41: robot.heading
@@ -327,8 +317,8 @@ struct Tag : NoHistory {
   HYPGEN_FN static void init_hidden(const Params& params, D& draws, Fixed&, State& state) {
     // tag.pomdp:49: opponent.cell
     const std::int32_t entry = dist::uniform(draws.word(Site::init_opponent_cell, 0),
-        params.opponent_cell_count_table);
-    state.set_opponent_cell(first_value<std::int32_t>(draws, 3, params.opponent_cell_table[entry]));
+        params.init_opponent_cell_count_table);
+    state.set_opponent_cell(first_value<std::int32_t>(draws, 3, params.init_opponent_cell_table[entry]));
   }
 
   HYPGEN_FN static void export_visible(const Fixed&, const State& state, std::int32_t* out) {
@@ -372,7 +362,7 @@ struct Tag : NoHistory {
     next = state;
     update_robot_stage_0(params, state, act, next);
     update_opponent(params, state, draws, next);
-    update_robot_stage_1_seen(next);
+    update_robot_stage_1_observed(next);
     StepResult result{};
     result.reward += math::to_fixed(reward_outcome(state, act));
     result.terminal = is_terminal(state, act);
@@ -389,7 +379,7 @@ struct Tag : NoHistory {
       if (part.takes(1)) update_opponent(params, state, draws, next);
     }
     if (stage == 1) {
-      if (part.takes(0)) update_robot_stage_1_seen(next);
+      if (part.takes(0)) update_robot_stage_1_observed(next);
     }
   }
 
@@ -413,36 +403,33 @@ struct Tag : NoHistory {
 
   template <class D>
   HYPGEN_FN static Key observe(const Params&, const Fixed&, const State&, int, D&, const State& next) {
-    Key key = 0;
-    key = key * 2 + static_cast<Key>(next.robot_seen());
-    return key;
+    return static_cast<Key>(next.robot_seen());
   }
 
+  // A step given what was seen of it, and how likely that was.
   template <class D>
   HYPGEN_FN static double filter(const Params& params, const Fixed&, const State& state, int act, Key key,
       D& draws, State& next) {
     Key rest = key;
-    const std::int32_t robot_seen_seen = static_cast<std::int32_t>(rest % 2);
-    rest /= 2;
+    const std::int32_t observed_robot_seen = static_cast<std::int32_t>(rest % 2);
     next = state;
     double weight = 1.0;
     update_robot_stage_0(params, state, act, next);
     update_opponent(params, state, draws, next);
-    weight *= density_robot_seen(next, robot_seen_seen != 0);
-    next.set_robot_seen(robot_seen_seen != 0);
+    weight *= density_robot_seen(next, observed_robot_seen != 0);
+    next.set_robot_seen(observed_robot_seen != 0);
     if (is_terminal(state, act)) return 0.0;
     return weight;
   }
 
+  // How likely a key is after a step to `next`.
   template <class D>
   HYPGEN_FN static double observation_density(const Params&, const Fixed&, const State&, int, Key key, D&,
       const State& next) {
     Key rest = key;
-    const std::int32_t robot_seen_seen = static_cast<std::int32_t>(rest % 2);
-    rest /= 2;
-    if (next.robot_seen() != (robot_seen_seen != 0)) return 0.0;
-    double weight = 1.0;
-    return weight;
+    const std::int32_t observed_robot_seen = static_cast<std::int32_t>(rest % 2);
+    if (next.robot_seen() != (observed_robot_seen != 0)) return 0.0;
+    return 1.0;
   }
 
   // tag.pomdp:64: policy default
@@ -472,29 +459,30 @@ struct Tag : NoHistory {
     return -19.999996f;
   }
 
+  // There is none: kHasLower is false.
   HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
     return 0.0f;
   }
 
   // Bounds from small models ----------------------------------------------------------------------------
 
-  // States as far as outcome goes.
+  // Where a state stands in group_0_table.
   HYPGEN_FN static std::int32_t index_of_group_0(const Fixed&, const State& state) {
-    std::int32_t index = 0;
-    index = index * 50 + state.robot_cell();
+    std::int32_t index = state.robot_cell();
     index = index * 50 + state.opponent_cell();
     return index;
   }
 
+  // The state of an entry: all that the group does not read is zero.
   static void put_group_0(std::int32_t index, Fixed& fixed, State& state) {
     fixed = Fixed{};
     state = State{};
     state.set_opponent_cell(index % 50);
     index /= 50;
     state.set_robot_cell(index % 50);
-    index /= 50;
   }
 
+  // A step of the group's own variables and rewards.
   template <class D>
   static StepResult step_group_0(const Params& params, const Fixed&, const State& state, int act, D& draws,
       State& next) {
@@ -548,7 +536,7 @@ struct Tag : NoHistory {
   }
 
   // tag.pomdp:39
-  HYPGEN_FN static std::int32_t compute_robot_cell_count_table(const Params& params) {
+  HYPGEN_FN static std::int32_t compute_init_robot_cell_count_table(const Params& params) {
     std::int32_t count = 0;
     for (std::int32_t c = 0; c <= 49; ++c) {
       if (params.free_table[c]) ++count;
@@ -557,7 +545,7 @@ struct Tag : NoHistory {
   }
 
   // tag.pomdp:39
-  HYPGEN_FN static std::int32_t compute_robot_cell_table(const Params& params, std::int32_t entry) {
+  HYPGEN_FN static std::int32_t compute_init_robot_cell_table(const Params& params, std::int32_t entry) {
     bool found = false;
     std::int32_t picked{};
     for (std::int32_t c_match = 0; c_match <= 49; ++c_match) {
@@ -576,12 +564,11 @@ struct Tag : NoHistory {
       }
     }
     if (!found) picked = Cell::make(0, 0);
-    const std::int32_t c = picked;
-    return c;
+    return picked;
   }
 
   // tag.pomdp:49
-  HYPGEN_FN static std::int32_t compute_opponent_cell_count_table(const Params& params) {
+  HYPGEN_FN static std::int32_t compute_init_opponent_cell_count_table(const Params& params) {
     std::int32_t count = 0;
     for (std::int32_t c = 0; c <= 49; ++c) {
       if (params.free_table[c]) ++count;
@@ -590,7 +577,7 @@ struct Tag : NoHistory {
   }
 
   // tag.pomdp:49
-  HYPGEN_FN static std::int32_t compute_opponent_cell_table(const Params& params, std::int32_t entry) {
+  HYPGEN_FN static std::int32_t compute_init_opponent_cell_table(const Params& params, std::int32_t entry) {
     bool found = false;
     std::int32_t picked{};
     for (std::int32_t c_match = 0; c_match <= 49; ++c_match) {
@@ -609,12 +596,11 @@ struct Tag : NoHistory {
       }
     }
     if (!found) picked = Cell::make(0, 0);
-    const std::int32_t c = picked;
-    return c;
+    return picked;
   }
 
   // tag.pomdp:50
-  HYPGEN_FN static std::int32_t compute_opponent_cell_table_2(const Params& params,
+  HYPGEN_FN static std::int32_t compute_opponent_cell_table(const Params& params,
       std::int32_t opponent_cell, std::int32_t robot_cell, std::int32_t entry) {
     if (entry == 0) {
       return params.step_table[Cell::x(opponent_cell) >= Cell::x(robot_cell) ? Dir::east
@@ -696,26 +682,31 @@ struct Tag : NoHistory {
         params.step_table[d][c] = static_cast<std::uint8_t>(compute_step_table(params, d, c));
       }
     }
-    for (std::int32_t d = 0; d <= 3; ++d) params.back_table[d] = static_cast<std::uint8_t>(compute_back_table(d));
+    for (std::int32_t d = 0; d <= 3; ++d) {
+      params.back_table[d] = static_cast<std::uint8_t>(compute_back_table(d));
+    }
     for (std::int32_t a = 0; a <= 49; ++a) {
       for (std::int32_t b = 0; b <= 49; ++b) {
         params.distance_between_table[a][b] = static_cast<std::uint8_t>(compute_distance_between_table(a, b));
       }
     }
-    params.robot_cell_count_table = static_cast<std::uint8_t>(compute_robot_cell_count_table(params));
+    params.init_robot_cell_count_table =
+        static_cast<std::uint8_t>(compute_init_robot_cell_count_table(params));
     for (std::int32_t entry = 0; entry <= 49; ++entry) {
-      params.robot_cell_table[entry] = static_cast<std::uint8_t>(compute_robot_cell_table(params, entry));
-    }
-    params.opponent_cell_count_table = static_cast<std::uint8_t>(compute_opponent_cell_count_table(params));
-    for (std::int32_t entry = 0; entry <= 49; ++entry) {
-      params.opponent_cell_table[entry] = static_cast<std::uint8_t>(compute_opponent_cell_table(params,
+      params.init_robot_cell_table[entry] = static_cast<std::uint8_t>(compute_init_robot_cell_table(params,
           entry));
+    }
+    params.init_opponent_cell_count_table =
+        static_cast<std::uint8_t>(compute_init_opponent_cell_count_table(params));
+    for (std::int32_t entry = 0; entry <= 49; ++entry) {
+      params.init_opponent_cell_table[entry] =
+          static_cast<std::uint8_t>(compute_init_opponent_cell_table(params, entry));
     }
     for (std::int32_t opponent_cell = 0; opponent_cell <= 49; ++opponent_cell) {
       for (std::int32_t robot_cell = 0; robot_cell <= 49; ++robot_cell) {
         for (std::int32_t entry = 0; entry <= 4; ++entry) {
-          params.opponent_cell_table_2[opponent_cell][robot_cell][entry] =
-              static_cast<std::uint8_t>(compute_opponent_cell_table_2(params, opponent_cell, robot_cell,
+          params.opponent_cell_table[opponent_cell][robot_cell][entry] =
+              static_cast<std::uint8_t>(compute_opponent_cell_table(params, opponent_cell, robot_cell,
                   entry));
         }
       }

@@ -110,10 +110,7 @@ struct TigerMemoryLanes {
         assign(on_6, result, -100);
         done = lanes::either(done, on_6);
         const lanes::Mask on_7 = lanes::without(on_5, done);
-        if (lanes::any(on_7)) {
-          assign(on_7, result, 10);
-          done = lanes::either(done, on_7);
-        }
+        if (lanes::any(on_7)) assign(on_7, result, 10);
       }
     }
     return result;
@@ -132,10 +129,7 @@ struct TigerMemoryLanes {
       done = lanes::either(done, on_2);
     }
     const lanes::Mask on_3 = lanes::without(on, done);
-    if (lanes::any(on_3)) {
-      assign(on_3, result, dist::uniform(draws.word(Site::observe_heard, 0), 2));
-      done = lanes::either(done, on_3);
-    }
+    if (lanes::any(on_3)) assign(on_3, result, dist::uniform(draws.word(Site::observe_heard, 0), 2));
     return result;
   }
 

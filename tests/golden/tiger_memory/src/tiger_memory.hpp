@@ -20,6 +20,7 @@
 namespace hypgen::models {
 
 struct TigerMemory {
+  // What the runtime asks of every model: hypgen/model/model.hpp says what each name means.
   static constexpr int kActionCount = 3;
   static constexpr int kVisibleCount = 0;
   static constexpr int kVariableCount = 1;
@@ -169,25 +170,27 @@ struct TigerMemory {
     return state.room_tiger();
   }
 
+  // How likely each joint value h of room is at the start.
   template <class Real>
   HYPGEN_FN static void start_room(const Params&, Fixed, State state, Real* after) {
     Real sums[2];
     for (std::int32_t h = 0; h < 2; ++h) {
       put_room(state, h);
-      double likelihood = 1.0;
-      likelihood *= density_init_room_tiger(state.room_tiger());
+      double likelihood = density_init_room_tiger(state.room_tiger());
       sums[h] = static_cast<Real>(likelihood);
     }
     posteriors::normalise<2>(sums, after);
   }
 
+  // Bayes' rule for room: its joint value is h before the step, and g after it.
+  // Returns false where what was seen is impossible.
   template <class Real>
   HYPGEN_FN static bool advance_room(const Params& params, const Fixed&, State state, int act, Key key,
       State next, const Real* now, Real* after) {
     Key rest = key;
-    const std::int32_t heard_seen = static_cast<std::int32_t>(rest % 2);
-    rest /= 2;
-    const std::int32_t heard_touch = act == Act::listen ? 0 : -1;
+    const std::int32_t observed_heard = static_cast<std::int32_t>(rest % 2);
+    // 0 where heard tells of room, -1 elsewhere.
+    const std::int32_t heard_tells_of = act == Act::listen ? 0 : -1;
     bool possible = true;
     Real sums[2] = {};
     bool same = true;
@@ -195,16 +198,14 @@ struct TigerMemory {
       const Real p = posteriors::probability<2>(now, h);
       if (!(p > Real{})) continue;
       put_room(state, h);
-      put_room(next, h);
       for (std::int32_t g = 0; g < 2; ++g) {
         put_room(next, g);
-        double likelihood = 1.0;
-        likelihood *= density_room_tiger(state, act, next.room_tiger());
+        double likelihood = density_room_tiger(state, act, next.room_tiger());
         if (likelihood == 0.0) {
           same = same && g != h;
           continue;
         }
-        if (heard_touch == 0) likelihood *= density_heard(params, act, next, heard_seen);
+        if (heard_tells_of == 0) likelihood *= density_heard(params, act, next, observed_heard);
         same = same && likelihood == (g == h ? 1.0 : 0.0);
         sums[g] += p * static_cast<Real>(likelihood);
       }
@@ -222,9 +223,7 @@ struct TigerMemory {
   HYPGEN_FN static bool advance_posterior(const Params& params, const Fixed& fixed, const State& state,
       int action, Key key, const State& next, const Posterior& now, Posterior& after) {
     after = now;
-    bool possible = true;
-    possible &= advance_room(params, fixed, state, action, key, next, now.room, after.room);
-    return possible;
+    return advance_room(params, fixed, state, action, key, next, now.room, after.room);
   }
 
   HYPGEN_FN static void advance_visible(const Params&, const Fixed&, const State& state, int, Key,
@@ -322,34 +321,30 @@ struct TigerMemory {
   template <class D>
   HYPGEN_FN static Key observe(const Params& params, const Fixed&, const State&, int act, D& draws,
       const State& next) {
-    Key key = 0;
-    key = key * 2 + static_cast<Key>(observe_heard(params, act, draws, next));
-    return key;
+    return static_cast<Key>(observe_heard(params, act, draws, next));
   }
 
+  // A step given what was seen of it, and how likely that was.
   template <class D>
   HYPGEN_FN static double filter(const Params& params, const Fixed&, const State& state, int act, Key key,
       D& draws, State& next) {
     Key rest = key;
-    const std::int32_t heard_seen = static_cast<std::int32_t>(rest % 2);
-    rest /= 2;
+    const std::int32_t observed_heard = static_cast<std::int32_t>(rest % 2);
     next = state;
     double weight = 1.0;
     update_room(state, act, draws, next);
     if (is_terminal()) return 0.0;
-    weight *= density_heard(params, act, next, heard_seen);
+    weight *= density_heard(params, act, next, observed_heard);
     return weight;
   }
 
+  // How likely a key is after a step to `next`.
   template <class D>
   HYPGEN_FN static double observation_density(const Params& params, const Fixed&, const State&, int act,
       Key key, D&, const State& next) {
     Key rest = key;
-    const std::int32_t heard_seen = static_cast<std::int32_t>(rest % 2);
-    rest /= 2;
-    double weight = 1.0;
-    weight *= density_heard(params, act, next, heard_seen);
-    return weight;
+    const std::int32_t observed_heard = static_cast<std::int32_t>(rest % 2);
+    return density_heard(params, act, next, observed_heard);
   }
 
   HYPGEN_FN static void init_history(const Params&, const Fixed&, const State&, History& history) {
@@ -372,9 +367,8 @@ struct TigerMemory {
       int action, Key key, const State&, const History& history, History& after) {
     remember(params, fixed, state, action, history, after);
     Key rest = key;
-    const std::int32_t heard_seen = static_cast<std::int32_t>(rest % 2);
-    rest /= 2;
-    after.set_last_heard(heard_seen);
+    const std::int32_t observed_heard = static_cast<std::int32_t>(rest % 2);
+    after.set_last_heard(observed_heard);
   }
 
   template <class D>
@@ -405,26 +399,26 @@ struct TigerMemory {
     return -19.999996f;
   }
 
+  // There is none: kHasLower is false.
   HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
     return 0.0f;
   }
 
   // Bounds from small models ----------------------------------------------------------------------------
 
-  // States as far as outcome goes.
+  // Where a state stands in group_0_table.
   HYPGEN_FN static std::int32_t index_of_group_0(const Fixed&, const State& state) {
-    std::int32_t index = 0;
-    index = index * 2 + state.room_tiger();
-    return index;
+    return state.room_tiger();
   }
 
+  // The state of an entry: all that the group does not read is zero.
   static void put_group_0(std::int32_t index, Fixed& fixed, State& state) {
     fixed = Fixed{};
     state = State{};
     state.set_room_tiger(index % 2);
-    index /= 2;
   }
 
+  // A step of the group's own variables and rewards.
   template <class D>
   static StepResult step_group_0(const Params&, const Fixed&, const State& state, int act, D& draws,
       State& next) {

@@ -44,34 +44,28 @@ struct TwoRobotRockSampleLanes {
   struct State {
     lanes::Word words[2];
     template <class I0>
-    HYPGEN_FN lanes::Int bot_x(I0 i0) const {
-      const auto i = i0;
-      return lanes::as<std::int32_t>(lanes::get(words, 0, 0 + i * 8, 8));
+    HYPGEN_FN lanes::Int bot_x(I0 i) const {
+      return lanes::as<std::int32_t>(lanes::get(words, 0, i * 8, 8));
     }
     template <class I0>
-    HYPGEN_FN void set_bot_x(lanes::Mask on, I0 i0, lanes::Int value) {
-      const auto i = i0;
-      lanes::put(on, words, 0, 0 + i * 8, 8, lanes::as<std::uint32_t>(value));
+    HYPGEN_FN void set_bot_x(lanes::Mask on, I0 i, lanes::Int value) {
+      lanes::put(on, words, 0, i * 8, 8, lanes::as<std::uint32_t>(value));
     }
     template <class I0>
-    HYPGEN_FN lanes::Int bot_y(I0 i0) const {
-      const auto i = i0;
+    HYPGEN_FN lanes::Int bot_y(I0 i) const {
       return lanes::as<std::int32_t>(lanes::get(words, 0, 16 + i * 8, 8));
     }
     template <class I0>
-    HYPGEN_FN void set_bot_y(lanes::Mask on, I0 i0, lanes::Int value) {
-      const auto i = i0;
+    HYPGEN_FN void set_bot_y(lanes::Mask on, I0 i, lanes::Int value) {
       lanes::put(on, words, 0, 16 + i * 8, 8, lanes::as<std::uint32_t>(value));
     }
     template <class I0>
-    HYPGEN_FN lanes::Mask rock_good(I0 i0) const {
-      const auto i = i0;
-      return lanes::get(words, 1, 0 + i * 1, 1) != 0u;
+    HYPGEN_FN lanes::Mask rock_good(I0 i) const {
+      return lanes::get(words, 1, i, 1) != 0u;
     }
     template <class I0>
-    HYPGEN_FN void set_rock_good(lanes::Mask on, I0 i0, lanes::Mask value) {
-      const auto i = i0;
-      lanes::put(on, words, 1, 0 + i * 1, 1, lanes::as<std::uint32_t>(value));
+    HYPGEN_FN void set_rock_good(lanes::Mask on, I0 i, lanes::Mask value) {
+      lanes::put(on, words, 1, i, 1, lanes::as<std::uint32_t>(value));
     }
     [[maybe_unused]] friend HYPGEN_FN void assign(lanes::Mask on, State& target, const State& value) {
       lanes::assign_words(on, target.words, value.words);
@@ -81,14 +75,12 @@ struct TwoRobotRockSampleLanes {
   struct History {
     lanes::Word words[20];
     template <class I0>
-    HYPGEN_FN lanes::Float belief_rock(I0 i0) const {
-      const auto i = i0;
-      return lanes::from_bits(lanes::word_at(words, 0 + i));
+    HYPGEN_FN lanes::Float belief_rock(I0 i) const {
+      return lanes::from_bits(lanes::word_at(words, i));
     }
     template <class I0>
-    HYPGEN_FN void set_belief_rock(lanes::Mask on, I0 i0, lanes::Float value) {
-      const auto i = i0;
-      lanes::put_word(on, words, 0 + i, lanes::to_bits(value));
+    HYPGEN_FN void set_belief_rock(lanes::Mask on, I0 i, lanes::Float value) {
+      lanes::put_word(on, words, i, lanes::to_bits(value));
     }
     [[maybe_unused]] friend HYPGEN_FN void assign(lanes::Mask on, History& target, const History& value) {
       lanes::assign_words(on, target.words, value.words);
@@ -249,10 +241,7 @@ struct TwoRobotRockSampleLanes {
       }
     }
     const lanes::Mask on_5 = lanes::without(on, done);
-    if (lanes::any(on_5)) {
-      assign(on_5, result, Reading::nothing);
-      done = lanes::either(done, on_5);
-    }
+    if (lanes::any(on_5)) assign(on_5, result, Reading::nothing);
     return result;
   }
 
@@ -283,10 +272,7 @@ struct TwoRobotRockSampleLanes {
       }
     }
     const lanes::Mask on_5 = lanes::without(on, done);
-    if (lanes::any(on_5)) {
-      assign(on_5, result, lanes::select(value == Reading::nothing, 1.0, 0.0));
-      done = lanes::either(done, on_5);
-    }
+    if (lanes::any(on_5)) assign(on_5, result, lanes::select(value == Reading::nothing, 1.0, 0.0));
     return result;
   }
 
@@ -301,18 +287,21 @@ struct TwoRobotRockSampleLanes {
     return lanes::as<std::int32_t>(state.rock_good(r));
   }
 
+  // Bayes' rule for rock: its joint value is h before the step.
+  // Returns false where what was seen is impossible.
   template <class T_action, class T_key, class Real>
   HYPGEN_FN static lanes::Lanes<bool> advance_rock(lanes::Mask on, const Params& params, const Fixed&,
       State state, const T_action& action, const T_key& key, State next, const lanes::Lanes<Real>* now,
           lanes::Lanes<Real>* after) {
     const Joint move = joint(on, action);
     lanes::Lanes<Key> rest = lanes::as<Key>(key);
-    lanes::Lanes<std::int32_t> bot_reading_seen[2];
+    lanes::Lanes<std::int32_t> observed_bot_reading[2];
     for (int i = 1; i >= 0; --i) {
-      lanes::put_at(on, bot_reading_seen, i, lanes::as<std::int32_t>(rest % 3));
+      lanes::put_at(on, observed_bot_reading, i, lanes::as<std::int32_t>(rest % 3));
       rest = rest / 3;
     }
-    lanes::Lanes<std::int32_t> bot_reading_touch[2];
+    // The rock that bot.reading tells of, or -1.
+    lanes::Lanes<std::int32_t> bot_reading_tells_of[2];
     for (std::int32_t b = 0; b <= 1; ++b) {
       const lanes::Mask on_2 = lanes::both(on, Move::is_check(lanes::at(move, b)));
       const lanes::Mask on_3 = lanes::without(on, on_2);
@@ -325,10 +314,10 @@ struct TwoRobotRockSampleLanes {
                 Move::argument_of_check(lanes::at(move, b)))));
           }
         }
-        lanes::put_at(on_2, bot_reading_touch, b, lanes::select(!found,
+        lanes::put_at(on_2, bot_reading_tells_of, b, lanes::select(!found,
             Move::argument_of_check(lanes::at(move, b)), -1));
       }
-      if (lanes::any(on_3)) lanes::put_at(on_3, bot_reading_touch, b, -1);
+      if (lanes::any(on_3)) lanes::put_at(on_3, bot_reading_tells_of, b, -1);
     }
     lanes::Lanes<bool> found = lanes::as<bool>(false);
     for (std::int32_t b = 0; b <= 1; ++b) {
@@ -340,7 +329,7 @@ struct TwoRobotRockSampleLanes {
       const lanes::Mask on_5 = on;
       lanes::Mask skipped = false;
       lanes::Lanes<bool> concerned = lanes::as<bool>(moves);
-      for (const auto& entry : bot_reading_touch) {
+      for (const auto& entry : bot_reading_tells_of) {
         concerned = lanes::either(concerned, entry == r);
       }
       const lanes::Mask on_6 = lanes::both(on_5, !concerned);
@@ -372,10 +361,10 @@ struct TwoRobotRockSampleLanes {
             const auto g = lanes::as<std::int32_t>(code_of_rock(on_10, next, r));
             lanes::Lanes<double> likelihood = lanes::as<double>(1.0);
             for (std::int32_t b = 0; b <= 1; ++b) {
-              const lanes::Mask on_12 = lanes::both(on_10, lanes::at(bot_reading_touch, b) == r);
+              const lanes::Mask on_12 = lanes::both(on_10, lanes::at(bot_reading_tells_of, b) == r);
               if (lanes::any(on_12)) {
                 assign(on_12, likelihood, likelihood * density_bot_reading(on_12, params, state, move, b,
-                    lanes::at(bot_reading_seen, b)));
+                    lanes::at(observed_bot_reading, b)));
               }
             }
             assign(on_10, same, lanes::both(lanes::both(same, g == h), likelihood == 1.0));
@@ -548,10 +537,7 @@ struct TwoRobotRockSampleLanes {
               assign(on_12, result, Move::north);
               done = lanes::either(done, on_12);
               const lanes::Mask on_13 = lanes::without(on_11, done);
-              if (lanes::any(on_13)) {
-                assign(on_13, result, Move::south);
-                done = lanes::either(done, on_13);
-              }
+              if (lanes::any(on_13)) assign(on_13, result, Move::south);
             }
           }
         }
@@ -572,10 +558,7 @@ struct TwoRobotRockSampleLanes {
       done = lanes::either(done, on_3);
     }
     const lanes::Mask on_4 = lanes::without(on, done);
-    if (lanes::any(on_4)) {
-      assign(on_4, result, -1);
-      done = lanes::either(done, on_4);
-    }
+    if (lanes::any(on_4)) assign(on_4, result, -1);
     return result;
   }
 
@@ -660,10 +643,7 @@ struct TwoRobotRockSampleLanes {
     assign(on_14, result, chosen);
     done = lanes::either(done, on_14);
     const lanes::Mask on_15 = lanes::without(on, done);
-    if (lanes::any(on_15)) {
-      assign(on_15, result, first_legal(on_15, params, fixed, state));
-      done = lanes::either(done, on_15);
-    }
+    if (lanes::any(on_15)) assign(on_15, result, first_legal(on_15, params, fixed, state));
     return result;
   }
 

@@ -21,6 +21,7 @@
 namespace hypgen::models {
 
 struct TwoRobotRockSample {
+  // What the runtime asks of every model: hypgen/model/model.hpp says what each name means.
   static constexpr int kActionCount = 625;
   static constexpr int kVisibleCount = 4;
   static constexpr int kVariableCount = 24;
@@ -118,8 +119,8 @@ struct TwoRobotRockSample {
   // What the default policy knows of the past.
   struct History {
     std::uint32_t words[20];
-    HYPGEN_FN float belief_rock(std::int32_t i0) const { return math::from_bits(words[0 + i0]); }
-    HYPGEN_FN void set_belief_rock(std::int32_t i0, float value) { words[0 + i0] = math::to_bits(value); }
+    HYPGEN_FN float belief_rock(std::int32_t i0) const { return math::from_bits(words[i0]); }
+    HYPGEN_FN void set_belief_rock(std::int32_t i0, float value) { words[i0] = math::to_bits(value); }
   };
 
   // What the agent knows: the probabilities of each exact factor's values.
@@ -292,40 +293,43 @@ struct TwoRobotRockSample {
     return static_cast<std::int32_t>(state.rock_good(r));
   }
 
+  // How likely each joint value h of rock is at the start.
   template <class Real>
   HYPGEN_FN static void start_rock(const Params&, Fixed, State state, Real* after) {
     for (std::int32_t r = 0; r <= 19; ++r) {
       Real sums[2];
       for (std::int32_t h = 0; h < 2; ++h) {
         put_rock(state, r, h);
-        double likelihood = 1.0;
-        likelihood *= density_init_rock_good(r, state.rock_good(r));
+        double likelihood = density_init_rock_good(r, state.rock_good(r));
         sums[h] = static_cast<Real>(likelihood);
       }
       posteriors::normalise<2>(sums, after + r);
     }
   }
 
+  // Bayes' rule for rock: its joint value is h before the step.
+  // Returns false where what was seen is impossible.
   template <class Real>
   HYPGEN_FN static bool advance_rock(const Params& params, const Fixed&, State state, int action, Key key,
       State next, const Real* now, Real* after) {
     const Joint move = joint(action);
     Key rest = key;
-    std::int32_t bot_reading_seen[2];
+    std::int32_t observed_bot_reading[2];
     for (int i = 1; i >= 0; --i) {
-      bot_reading_seen[i] = static_cast<std::int32_t>(rest % 3);
+      observed_bot_reading[i] = static_cast<std::int32_t>(rest % 3);
       rest /= 3;
     }
-    std::int32_t bot_reading_touch[2];
+    // The rock that bot.reading tells of, or -1.
+    std::int32_t bot_reading_tells_of[2];
     for (std::int32_t b = 0; b <= 1; ++b) {
       if (Move::is_check(move[b])) {
         bool found = false;
         for (std::int32_t c_t1 = 0; c_t1 <= 1; ++c_t1) {
           if (c_t1 < b) found |= takes(params, state, move, c_t1, Move::argument_of_check(move[b]));
         }
-        bot_reading_touch[b] = !found ? Move::argument_of_check(move[b]) : -1;
+        bot_reading_tells_of[b] = !found ? Move::argument_of_check(move[b]) : -1;
       } else {
-        bot_reading_touch[b] = -1;
+        bot_reading_tells_of[b] = -1;
       }
     }
     bool found = false;
@@ -334,7 +338,7 @@ struct TwoRobotRockSample {
     bool possible = true;
     for (std::int32_t r = 0; r <= 19; ++r) {
       bool concerned = moves;
-      for (const std::int32_t entry : bot_reading_touch) concerned |= entry == r;
+      for (const std::int32_t entry : bot_reading_tells_of) concerned |= entry == r;
       if (!concerned) continue;
       Real sums[2] = {};
       bool same = true;
@@ -353,8 +357,8 @@ struct TwoRobotRockSample {
         const std::int32_t g = code_of_rock(next, r);
         double likelihood = 1.0;
         for (std::int32_t b = 0; b <= 1; ++b) {
-          if (bot_reading_touch[b] == r) {
-            likelihood *= density_bot_reading(params, state, move, b, bot_reading_seen[b]);
+          if (bot_reading_tells_of[b] == r) {
+            likelihood *= density_bot_reading(params, state, move, b, observed_bot_reading[b]);
           }
         }
         same = same && g == h && likelihood == 1.0;
@@ -374,9 +378,7 @@ struct TwoRobotRockSample {
   HYPGEN_FN static bool advance_posterior(const Params& params, const Fixed& fixed, const State& state,
       int action, Key key, const State& next, const Posterior& now, Posterior& after) {
     after = now;
-    bool possible = true;
-    possible &= advance_rock(params, fixed, state, action, key, next, now.rock, after.rock);
-    return possible;
+    return advance_rock(params, fixed, state, action, key, next, now.rock, after.rock);
   }
 
   HYPGEN_FN static void advance_visible(const Params&, const Fixed&, const State& state, int action, Key,
@@ -400,7 +402,6 @@ struct TwoRobotRockSample {
   }
 
   HYPGEN_FN static int unit_of(int variable) {
-    if (variable < 2) return -1;
     if (variable < 4) return -1;
     if (variable < 24) return variable - 4;
     return -1;
@@ -434,7 +435,7 @@ struct TwoRobotRockSample {
     fixed = Fixed{};
     state = State{};
     // two_robot_rock_sample.pomdp:48: bot.x
-    for (std::int32_t b = 0; b <= 1; ++b) state.set_bot_x(b, first_value<std::int32_t>(draws, 0 + b, 0));
+    for (std::int32_t b = 0; b <= 1; ++b) state.set_bot_x(b, first_value<std::int32_t>(draws, b, 0));
     // two_robot_rock_sample.pomdp:49: bot.y
     for (std::int32_t b = 0; b <= 1; ++b) {
       state.set_bot_y(b, first_value<std::int32_t>(draws, 2 + b, params.start_row[b]));
@@ -572,14 +573,15 @@ struct TwoRobotRockSample {
     return key;
   }
 
+  // A step given what was seen of it, and how likely that was.
   template <class D>
   HYPGEN_FN static double filter(const Params& params, const Fixed&, const State& state, int action,
       Key key, D&, State& next) {
     const Joint move = joint(action);
     Key rest = key;
-    std::int32_t bot_reading_seen[2];
+    std::int32_t observed_bot_reading[2];
     for (int i = 1; i >= 0; --i) {
-      bot_reading_seen[i] = static_cast<std::int32_t>(rest % 3);
+      observed_bot_reading[i] = static_cast<std::int32_t>(rest % 3);
       rest /= 3;
     }
     next = state;
@@ -592,24 +594,25 @@ struct TwoRobotRockSample {
     }
     if (is_terminal(next)) return 0.0;
     for (std::int32_t b = 0; b <= 1; ++b) {
-      weight *= density_bot_reading(params, state, move, b, bot_reading_seen[b]);
+      weight *= density_bot_reading(params, state, move, b, observed_bot_reading[b]);
     }
     return weight;
   }
 
+  // How likely a key is after a step to `next`.
   template <class D>
   HYPGEN_FN static double observation_density(const Params& params, const Fixed&, const State& state,
       int action, Key key, D&, const State&) {
     const Joint move = joint(action);
     Key rest = key;
-    std::int32_t bot_reading_seen[2];
+    std::int32_t observed_bot_reading[2];
     for (int i = 1; i >= 0; --i) {
-      bot_reading_seen[i] = static_cast<std::int32_t>(rest % 3);
+      observed_bot_reading[i] = static_cast<std::int32_t>(rest % 3);
       rest /= 3;
     }
     double weight = 1.0;
     for (std::int32_t b = 0; b <= 1; ++b) {
-      weight *= density_bot_reading(params, state, move, b, bot_reading_seen[b]);
+      weight *= density_bot_reading(params, state, move, b, observed_bot_reading[b]);
     }
     return weight;
   }
@@ -751,6 +754,7 @@ struct TwoRobotRockSample {
     return first_legal(params, fixed, state);
   }
 
+  // None is declared: the most that all steps together can earn.
   HYPGEN_FN static float declared_upper(const Params&, const Fixed&, const State&) {
     return 24705.883f;
   }
@@ -760,6 +764,7 @@ struct TwoRobotRockSample {
     return 0.0f;
   }
 
+  // There is none: kHasLower is false.
   HYPGEN_FN static float lower(const Params&, const Fixed&, const State&, const History&) {
     return 0.0f;
   }
@@ -779,10 +784,10 @@ struct TwoRobotRockSample {
     return true;
   }
 
-  // <0, 0, 18>: States as far as rock.sampled[0, 2, 4, 6, 8, 10, 12, 14, 16, 18] goes.
-  // <1, 0, 18>: States as far as rock.sampled[0, 2, 4, 6, 8, 10, 12, 14, 16, 18] goes.
-  // <0, 1, 19>: States as far as bot.exit[0], rock.sampled[1, 3, 5, 7, 9, 11, 13, 15, 17, 19] goes.
-  // <1, 1, 19>: States as far as bot.exit[1], rock.sampled[1, 3, 5, 7, 9, 11, 13, 15, 17, 19] goes.
+  // <0, 0, 18>: Where a state stands in group_0_table.
+  // <1, 0, 18>: Where a state stands in group_1_table.
+  // <0, 1, 19>: Where a state stands in group_2_table.
+  // <1, 1, 19>: Where a state stands in group_3_table.
   template <int entry, int first, int last>
   HYPGEN_FN static std::int32_t index_of_group(const Fixed&, const State& state) {
     std::int32_t index = 0;
@@ -794,6 +799,7 @@ struct TwoRobotRockSample {
     return index;
   }
 
+  // The state of an entry: all that the group does not read is zero.
   template <int entry, int first, int last>
   static void put_group(std::int32_t index, Fixed& fixed, State& state) {
     fixed = Fixed{};
@@ -808,6 +814,7 @@ struct TwoRobotRockSample {
     }
   }
 
+  // A step of the group's own variables and rewards.
   template <class D, int entry>
   static StepResult step_group(const Params& params, const Fixed&, const State& state, int action, D&,
       State& next) {
@@ -829,6 +836,7 @@ struct TwoRobotRockSample {
     return result;
   }
 
+  // A step of the group's own variables and rewards.
   template <class D, int entry>
   static StepResult step_group_4(const Params& params, const Fixed&, const State& state, int action, D&,
       State& next) {
@@ -855,14 +863,12 @@ struct TwoRobotRockSample {
   // <1>: What agent 1's rows of tables stand for.
   template <int entry>
   HYPGEN_FN static std::int32_t row_of_agent(const Fixed&, const State& state) {
-    std::int32_t index = 0;
-    index = index * 21 + state.bot_x(entry);
+    std::int32_t index = state.bot_x(entry);
     index = index * 20 + state.bot_y(entry);
     return index;
   }
 
-  // <0, 18>: Which tokens are valuable.
-  // <1, 19>: Which tokens are valuable.
+  // Which tokens are valuable.
   template <int first, int last>
   HYPGEN_FN static std::int32_t tokens_of_share(const Fixed&, const State& state) {
     std::int32_t index = 0;
@@ -875,12 +881,12 @@ struct TwoRobotRockSample {
   HYPGEN_FN static float upper(const Params& params, const Fixed& fixed, const State& state) {
     const std::int32_t row_0 = row_of_agent<0>(fixed, state);
     const std::int32_t row_1 = row_of_agent<1>(fixed, state);
-    float worth = relaxation::best_share(params.group_0_table + row_0 * 1024, params.group_1_table
+    float bound = relaxation::best_share(params.group_0_table + row_0 * 1024, params.group_1_table
         + row_1 * 1024, static_cast<std::uint32_t>(tokens_of_share<0, 18>(fixed, state)));
-    worth += relaxation::best_share(params.group_2_table + row_0 * 1024, params.group_3_table + row_1 * 1024,
+    bound += relaxation::best_share(params.group_2_table + row_0 * 1024, params.group_3_table + row_1 * 1024,
         static_cast<std::uint32_t>(tokens_of_share<1, 19>(fixed, state)));
     const float declared = declared_upper(params, fixed, state);
-    return worth < declared ? worth : declared;
+    return bound < declared ? bound : declared;
   }
 
   // Loading ---------------------------------------------------------------------------------------------

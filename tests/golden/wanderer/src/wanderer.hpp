@@ -24,6 +24,7 @@ namespace hypgen::models {
 template <class FixedWord>
 struct WandererOf : NoHistory, NotFactored {
   using Tracking = WandererOf<TrackedWord>;
+  // What the runtime asks of every model: hypgen/model/model.hpp says what each name means.
   static constexpr int kActionCount = 4;
   static constexpr int kVisibleCount = 2;
   static constexpr int kVariableCount = 9;
@@ -140,7 +141,7 @@ struct WandererOf : NoHistory, NotFactored {
 
   // sample.pomdp:18: seen'
   template <class D>
-  HYPGEN_FN static void update_bot_stage_1_seen(D& draws, State& next, std::int32_t b) {
+  HYPGEN_FN static void update_bot_stage_1_observed(D& draws, State& next, std::int32_t b) {
     next.set_bot_seen(b, dist::noisy(draws.word(Site::bot_seen, b), next.bot_at(b) - 1, 0.75f, 5) + 1);
   }
 
@@ -208,8 +209,8 @@ struct WandererOf : NoHistory, NotFactored {
   HYPGEN_FN static void init_hidden(const Params&, D& draws, Fixed& fixed, State& state) {
     // sample.pomdp:8: map.wall
     for (std::int32_t p = 1; p <= 5; ++p) {
-      fixed.set_map_wall(p, first_value<bool>(draws, 0 + p - 1,
-          dist::bernoulli(draws.word(Site::init_map_wall, p - 1), 0.25f)));
+      fixed.set_map_wall(p, first_value<bool>(draws, p - 1, dist::bernoulli(draws.word(Site::init_map_wall,
+          p - 1), 0.25f)));
     }
     // sample.pomdp:15: bot.at
     for (std::int32_t b = 0; b <= 1; ++b) {
@@ -270,7 +271,7 @@ struct WandererOf : NoHistory, NotFactored {
     const Joint move = joint(action);
     next = state;
     for (std::int32_t b = 0; b <= 1; ++b) update_bot_stage_0(params, fixed, state, move, draws, next, b);
-    for (std::int32_t b = 0; b <= 1; ++b) update_bot_stage_1_seen(draws, next, b);
+    for (std::int32_t b = 0; b <= 1; ++b) update_bot_stage_1_observed(draws, next, b);
     StepResult result{};
     for (std::int32_t b = 0; b <= 1; ++b) result.reward += math::to_fixed(reward_bot_worth(next, b));
     result.reward = math::saturate_fixed(result.reward);
@@ -291,7 +292,7 @@ struct WandererOf : NoHistory, NotFactored {
     }
     if (stage == 1) {
       if (part.takes(0)) {
-        for (std::int32_t b = 0; b <= 1; ++b) update_bot_stage_1_seen(draws, next, b);
+        for (std::int32_t b = 0; b <= 1; ++b) update_bot_stage_1_observed(draws, next, b);
       }
     }
   }
@@ -327,52 +328,54 @@ struct WandererOf : NoHistory, NotFactored {
     return key;
   }
 
+  // A step given what was seen of it, and how likely that was.
   template <class D>
   HYPGEN_FN static double filter(const Params& params, const Fixed& fixed, const State& state, int action,
       Key key, D& draws, State& next) {
     const Joint move = joint(action);
     Key rest = key;
-    std::int32_t bot_seen_seen[2];
+    std::int32_t observed_bot_seen[2];
     for (int i = 1; i >= 0; --i) {
-      bot_seen_seen[i] = static_cast<std::int32_t>(rest % 5) + 1;
+      observed_bot_seen[i] = static_cast<std::int32_t>(rest % 5) + 1;
       rest /= 5;
     }
-    std::int32_t bot_bump_seen[2];
+    std::int32_t observed_bot_bump[2];
     for (int i = 1; i >= 0; --i) {
-      bot_bump_seen[i] = static_cast<std::int32_t>(rest % 3) - 1;
+      observed_bot_bump[i] = static_cast<std::int32_t>(rest % 3) - 1;
       rest /= 3;
     }
     next = state;
     double weight = 1.0;
     for (std::int32_t b = 0; b <= 1; ++b) update_bot_stage_0(params, fixed, state, move, draws, next, b);
     for (std::int32_t b = 0; b <= 1; ++b) {
-      weight *= density_bot_seen(next, b, bot_seen_seen[b]);
-      next.set_bot_seen(b, bot_seen_seen[b]);
+      weight *= density_bot_seen(next, b, observed_bot_seen[b]);
+      next.set_bot_seen(b, observed_bot_seen[b]);
     }
     if (is_terminal(next)) return 0.0;
-    for (std::int32_t b = 0; b <= 1; ++b) weight *= density_bot_bump(state, next, b, bot_bump_seen[b]);
+    for (std::int32_t b = 0; b <= 1; ++b) weight *= density_bot_bump(state, next, b, observed_bot_bump[b]);
     return weight;
   }
 
+  // How likely a key is after a step to `next`.
   template <class D>
   HYPGEN_FN static double observation_density(const Params&, const Fixed&, const State& state, int,
       Key key, D&, const State& next) {
     Key rest = key;
-    std::int32_t bot_seen_seen[2];
+    std::int32_t observed_bot_seen[2];
     for (int i = 1; i >= 0; --i) {
-      bot_seen_seen[i] = static_cast<std::int32_t>(rest % 5) + 1;
+      observed_bot_seen[i] = static_cast<std::int32_t>(rest % 5) + 1;
       rest /= 5;
     }
-    std::int32_t bot_bump_seen[2];
+    std::int32_t observed_bot_bump[2];
     for (int i = 1; i >= 0; --i) {
-      bot_bump_seen[i] = static_cast<std::int32_t>(rest % 3) - 1;
+      observed_bot_bump[i] = static_cast<std::int32_t>(rest % 3) - 1;
       rest /= 3;
     }
     for (std::int32_t i0 = 0; i0 <= 1; ++i0) {
-      if (next.bot_seen(i0) != bot_seen_seen[i0]) return 0.0;
+      if (next.bot_seen(i0) != observed_bot_seen[i0]) return 0.0;
     }
     double weight = 1.0;
-    for (std::int32_t b = 0; b <= 1; ++b) weight *= density_bot_bump(state, next, b, bot_bump_seen[b]);
+    for (std::int32_t b = 0; b <= 1; ++b) weight *= density_bot_bump(state, next, b, observed_bot_bump[b]);
     return weight;
   }
 
@@ -402,6 +405,7 @@ struct WandererOf : NoHistory, NotFactored {
     return chosen;
   }
 
+  // None is declared: the most that all steps together can earn.
   HYPGEN_FN static float declared_upper(const Params&, const Fixed&, const State& state) {
     bool found = false;
     std::int32_t best{};
@@ -430,7 +434,7 @@ struct WandererOf : NoHistory, NotFactored {
 
   // Bounds from small models ----------------------------------------------------------------------------
 
-  // States as far as bot.worth goes.
+  // Where a state stands in group_0_table.
   HYPGEN_FN static std::int32_t index_of_group_0(const Fixed& fixed, const State& state) {
     std::int32_t index = 0;
     for (std::int32_t i = 1; i <= 5; ++i) index = index * 2 + static_cast<std::int32_t>(fixed.map_wall(i));
@@ -438,6 +442,7 @@ struct WandererOf : NoHistory, NotFactored {
     return index;
   }
 
+  // The state of an entry: all that the group does not read is zero.
   static void put_group_0(std::int32_t index, Fixed& fixed, State& state) {
     fixed = Fixed{};
     state = State{};
@@ -451,6 +456,7 @@ struct WandererOf : NoHistory, NotFactored {
     }
   }
 
+  // A step of the group's own variables and rewards.
   template <class D>
   static StepResult step_group_0(const Params& params, const Fixed& fixed, const State& state, int action,
       D& draws, State& next) {
@@ -465,9 +471,9 @@ struct WandererOf : NoHistory, NotFactored {
   }
 
   HYPGEN_FN static float upper(const Params& params, const Fixed& fixed, const State& state) {
-    float worth = params.group_0_table[index_of_group_0(fixed, state)];
+    float bound = params.group_0_table[index_of_group_0(fixed, state)];
     const float declared = declared_upper(params, fixed, state);
-    return worth < declared ? worth : declared;
+    return bound < declared ? bound : declared;
   }
 
   // Loading ---------------------------------------------------------------------------------------------
