@@ -62,7 +62,9 @@ class CheckedProgram:
         if key in self._active:
             cycle = list(self._active)[list(self._active).index(key) :]
             self._failed.update(cycle)
-            raise Mistake(e02_names.circular_declaration([(k, self._active[k]) for k in cycle]))
+            # Told at once: what asks may catch a mistake and try another way, which then fails without one.
+            self.report.add(Mistake(e02_names.circular_declaration([(k, self._active[k]) for k in cycle])))
+            raise Mistake()
         self._active[key] = span
         try:
             value = compute()

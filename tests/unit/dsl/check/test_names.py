@@ -129,3 +129,13 @@ policy default = last({asked}, 0) == 0
     with pytest.raises(ModelError) as caught:
         load(path)
     assert any(told in d.remedy for d in caught.value.diagnostics), caught.value.diagnostics
+
+
+@pytest.mark.parametrize("entry", ["cost[c]", "cost", "1 + cost[0]"])
+@pytest.mark.parametrize("use", ["", "bound upper = cost[p]\n"])
+def test_an_array_that_is_made_of_itself_is_told(entry: str, use: str, tmp_path: Path) -> None:
+    """Entries are checked one by one where they do not all pass at once."""
+    circle = f"const cost: int[Cell] = [c in Cell: {entry}]\n"
+    assert told(HEAD + circle + ROOM + use, tmp_path) == [
+        "E0208 const cost is defined by itself: const cost -> const cost"
+    ]
