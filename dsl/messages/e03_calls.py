@@ -59,9 +59,17 @@ def few_arguments_of_at(span: Span) -> Diagnostic:
     return Diagnostic("E0302", "'at' takes at least 3 arguments", span, AT_FORM)
 
 
-def without_binder(quantifier: str, array: tuple[str, Sequence[Type]] | None, span: Span) -> Diagnostic:
-    """A quantifier that is called as a function; ``array``: the name and indexes of one that it is given."""
-    over, body = "i in T", ".."
+def without_binder(
+    quantifier: str,
+    array: tuple[str, Sequence[Type]] | None,
+    span: Span,
+    family: str | None = None,
+) -> Diagnostic:
+    """A quantifier that is called as a function.
+
+    ``array``: the name and indexes of one that it is given. ``family``: over what the members of one run.
+    """
+    over, body = family or "i in T", ".."
     if array is not None:
         names = "ijklmnpqrstuvw"[: len(array[1])]
         over = ", ".join(f"{i} in {t}" for i, t in zip(names, array[1], strict=False))

@@ -32,10 +32,13 @@ def probability_for_draw(what: str, span: Span) -> Diagnostic:
     return Diagnostic("E0301", message, span, "write bernoulli(..), which is true with this probability")
 
 
-def float_for_int(what: str, span: Span) -> Diagnostic:
-    """A float where an int is asked for."""
+def float_for_int(what: str, span: Span, is_index: bool = False) -> Diagnostic:
+    """A float where an int is asked for; one for an index may be a largest value in place of where it is."""
     message = f"{what} must be an int, but this is a float"
-    return Diagnostic("E0301", message, span, "round it: floor(..), ceil(..) or round(..)")
+    remedy = "round it: floor(..), ceil(..) or round(..)"
+    if is_index:
+        remedy += "; where a value is largest, argmax(i in T: ..) says"
+    return Diagnostic("E0301", message, span, remedy)
 
 
 def float_as_index(span: Span) -> Diagnostic:

@@ -25,6 +25,7 @@ from hypgen.dsl.messages.report import Mistake, gather
 from hypgen.dsl.messages.source import Span
 from hypgen.dsl.messages.words import lies
 from hypgen.dsl.syntax import ast
+from hypgen.dsl.syntax.walk import walk
 from hypgen.dsl.types import INT, Enum, Int, Record, Type, builtin_names, size_of
 from hypgen.dsl.types.units import PLAIN
 
@@ -63,7 +64,8 @@ def check(node: ast.Call, scope: Scope, expected: Type | None) -> ir.Expr:
     if name in builtin_names.FUNCTIONS and name != "at":
         return _builtin(node, scope)
     if name in builtin_names.QUANTIFIERS | builtin_names.TABLES:
-        raise Mistake(e03_calls.without_binder(name, _array_argument(node, scope), node.span))
+        family = _family_inside(node, scope)
+        raise Mistake(e03_calls.without_binder(name, _array_argument(node, scope), node.span, family))
     item = symbols.functions.get(name)
     if item is not None:
         if item.rhs.draw:
@@ -98,6 +100,18 @@ def _array_argument(node: ast.Call, scope: Scope) -> tuple[str, tuple[Type, ...]
         reference = references.find(node.arguments[0], scope)
         if reference is not None and reference.indices:
             return reference.label, reference.indices
+    return None
+
+
+def _family_inside(node: ast.Call, scope: Scope) -> str | None:
+    """Return over what a family's members run that stands in a call without an index."""
+    for found in walk(node):
+        if isinstance(found, ast.Member) and isinstance(found.operand, ast.Name):
+            element = scope.program.symbols.elements.get(found.operand.name)
+            if element is not None and element.binder is not None:
+                written = element.binder.type
+                type_ = written.name if isinstance(written, ast.TypeName) else scope.program.type_of(written)
+                return f"{element.binder.name} in {type_}"
     return None
 
 

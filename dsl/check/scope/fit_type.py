@@ -44,7 +44,7 @@ def fit(e: ir.Expr, target: Type, span: Span, what: str = "the value", *, is_ind
             outside = e06_ranges.index_outside_range if is_index else e06_ranges.outside_range
             raise Mistake(outside(what, found, target, isinstance(e, ir.Const), span))
         case Int(), Float():
-            raise Mistake(e03_types.float_for_int(what, span))
+            raise Mistake(e03_types.float_for_int(what, span, is_index))
         case Float(_, _, prob, unit), (Int() | Float()):
             require_target(e, target, span, what)
             least_float, most_float = ends(found)
