@@ -118,6 +118,9 @@ void compare(const Batch& batch) {
   SAME("a normal number", (dist::NormalLanes{batch.x, batch.y}.draw(batch.w)), (dist::Normal{x, y}.draw(w)));
   SAME("a bin", (dist::BinsLanes(dist::NormalLanes{batch.x, 0.5F}, -6.0F, 26.0F, 64).draw(batch.w)),
        (dist::Bins(dist::Normal{x, 0.5F}, -6.0F, 26.0F, 64).draw(w)));
+  SAME("a bin of each lane's ends",
+       (dist::BinsLanes(dist::NormalLanes{batch.x, 0.5F}, -6.0F, batch.y, 8).draw(batch.w)),
+       (dist::Bins(dist::Normal{x, 0.5F}, -6.0F, y, 8).draw(w)));
 }
 
 }  // namespace

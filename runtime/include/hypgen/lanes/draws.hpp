@@ -311,11 +311,10 @@ class ExponentialLanes {
 template <class Law>
 class BinsLanes {
  public:
-  HYPGEN_FN BinsLanes(Law law, float low, float high, std::int32_t count)
-      : law_(law),
-        low_(static_cast<double>(low)),
-        width_(high > low ? static_cast<double>(high) - static_cast<double>(low) : 0.0),
-        count_(count) {}
+  HYPGEN_FN BinsLanes(Law law, Float low, Float high, std::int32_t count)
+      : law_(law), low_(lanes::as<double>(low)), width_(lanes::as<double>(high) - low_), count_(count) {
+    width_ = lanes::pick(lanes::above(width_, 0.0), width_, Double(0.0));
+  }
 
   HYPGEN_FN Int draw(Word word) const {
     const double most = count_ - 1;
@@ -347,8 +346,8 @@ class BinsLanes {
   }
 
   Law law_;
-  double low_;
-  double width_;
+  Double low_;
+  Double width_;
   std::int32_t count_;
 };
 
